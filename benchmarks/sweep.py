@@ -19,16 +19,16 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 from conditions import conditions, load
+from nrp_lab.sweep.executors.interface import executor
+from nrp_lab.sweep.journal import JOURNAL
+from nrp_lab.sweep.plan import Plan
+from nrp_lab.sweep.reading import sweep_of
+from nrp_lab.sweep.record import Record
+from nrp_lab.sweep.running import SweepRun
 
 from nrp_core.experiment.model.tree import tree_of
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.sweep.executors.interface import executor
-from nrp_core.sweep.journal import JOURNAL
-from nrp_core.sweep.plan import Plan
-from nrp_core.sweep.reading import sweep_of
-from nrp_core.sweep.record import Record
-from nrp_core.sweep.running import SweepRun
 
 EXPERIMENT = "slalom_pioneer"
 UNTIL_S = 90.0

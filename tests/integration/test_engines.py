@@ -10,11 +10,10 @@ from typing import Any
 
 import pytest
 import wrong_engines
-
-from nrp_core.comparison.engines.measures import EngineMargins
-from nrp_core.comparison.engines.open_loop import compare_engines
-from nrp_core.comparison.engines.verdict import Agreement, EngineVerdict
-from nrp_core.comparison.grid import RunGrid
+from nrp_lab.comparison.engines.measures import EngineMargins
+from nrp_lab.comparison.engines.open_loop import compare_engines
+from nrp_lab.comparison.engines.verdict import Agreement, EngineVerdict
+from nrp_lab.comparison.grid import RunGrid
 
 FOLDER = Path(wrong_engines.__file__).parent
 YARD = str(FOLDER / "yard" / "experiment.yaml")

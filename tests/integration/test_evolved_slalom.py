@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-
-from nrp_core.sweep import sweep
+from nrp_lab.sweep import sweep
 
 SEARCHED = range(1, 17)
 FRESH = range(101, 121)

@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from nrp_lab.comparison.metrics.base import all_metrics
+from nrp_lab.comparison.result import PairDiff
 
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
-from nrp_core.comparison.metrics.base import all_metrics
-from nrp_core.comparison.result import PairDiff
 from nrp_core.dsl import Neuron2Robot, Topic
 from nrp_core.errors import ExperimentError, SnapshotError
 from nrp_core.experiment.reading.find import load_experiment

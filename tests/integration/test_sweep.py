@@ -15,18 +15,18 @@ from threading import Event, Thread
 from typing import Any
 
 import pytest
+from nrp_lab.sweep.chunk import JOBS
+from nrp_lab.sweep.emit import emit
+from nrp_lab.sweep.executors.interface import executor
+from nrp_lab.sweep.executors.local import LocalExecutor
+from nrp_lab.sweep.kept import KeptRun
+from nrp_lab.sweep.measuring import perform
+from nrp_lab.sweep.plan import Plan
+from nrp_lab.sweep.reading import read_sweep
+from nrp_lab.sweep.running import SweepRun
+from nrp_lab.sweep.table import VARYING, Row
 
 import nrp_core
-from nrp_core.sweep.chunk import JOBS
-from nrp_core.sweep.emit import emit
-from nrp_core.sweep.executors.interface import executor
-from nrp_core.sweep.executors.local import LocalExecutor
-from nrp_core.sweep.kept import KeptRun
-from nrp_core.sweep.measuring import perform
-from nrp_core.sweep.plan import Plan
-from nrp_core.sweep.reading import read_sweep
-from nrp_core.sweep.running import SweepRun
-from nrp_core.sweep.table import VARYING, Row
 
 BRAIN = """
 import nrp_core.pynn as sim
@@ -147,15 +147,15 @@ def test_engines_stay_open_where_only_the_seed_changes(plan: Plan, monkeypatch: 
         "__init__",
         lambda self, *given, **named: (opened.append(1), original(self, *given, **named))[1],
     )
-    monkeypatch.setattr("nrp_core.sweep.measuring.KEPT", KeptRun())
+    monkeypatch.setattr("nrp_lab.sweep.measuring.KEPT", KeptRun())
     for run in plan.runs:
         perform(run.task)
     assert len(opened) == 2
 
 
 def test_metrics_of_a_recording_are_those_of_a_comparison(plan: Plan, tmp_path: Path) -> None:
-    from nrp_core.comparison.metrics.trajectories import Distance
-    from nrp_core.comparison.signals import RunSignals
+    from nrp_lab.comparison.metrics.trajectories import Distance
+    from nrp_lab.comparison.signals import RunSignals
 
     measured = planned(tmp_path, seeds=2, measures="distance")
     row, *_ = swept(measured, tmp_path / "measured", "local", 1)
@@ -236,7 +236,7 @@ def test_snakemake_goes_on_where_a_job_was_killed(tmp_path: Path, plan: Plan, sn
         while not journal.exists() or journal.stat().st_size == 0:
             assert jobs.poll() is None
             time.sleep(0.1)
-        subprocess.run(["pkill", "-KILL", "-f", f"nrp_core.sweep.chunk {JOBS}/0"], check=True)
+        subprocess.run(["pkill", "-KILL", "-f", f"nrp_lab.sweep.chunk {JOBS}/0"], check=True)
     assert jobs.returncode == 1
     kept = journal.read_text()
     assert 0 < len(kept.splitlines()) < len(many.runs)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from nrp_lab.comparison.metrics.base import all_metrics
+from nrp_lab.comparison.result import PairDiff
+
 from nrp_core.cli import app
-from nrp_core.comparison.metrics.base import all_metrics
-from nrp_core.comparison.result import PairDiff
 
 _BRAIN = """import nrp_core.pynn as sim
 sim.Population({cells}, sim.IF_curr_exp(i_offset=1.5), label="cells")

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_lab.sweep.agreement import controls
+from nrp_lab.sweep.summary import SweepTable
 
 from nrp_core.cli import app
-from nrp_core.sweep.agreement import controls
-from nrp_core.sweep.summary import SweepTable
 
 BRAIN = """
 import nrp_core.pynn as sim

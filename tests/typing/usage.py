@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import ClassVar, assert_type
 
+from nrp_lab.comparison import RunSignals, ScalarMetric
+
 import nrp_core
 from nrp_core import (
     Brain,
@@ -27,7 +29,6 @@ from nrp_core import (
     worlds,
 )
 from nrp_core.brain import BrainBackend, BrainCapabilities, BrainOptions, FloatArray, IntArray, Spikes
-from nrp_core.comparison import RunSignals, ScalarMetric
 from nrp_core.registry import Registry
 from nrp_core.world import BodyVelocity, Engine, ModelMotion, WorldBackend, WorldCapabilities, WorldOptions
 

@@ -15,15 +15,15 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pytest
+from nrp_lab.comparison import Margin
 
 import nrp_core
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core._support.kinds import admits, in_words
-from nrp_core.comparison import Margin
 from nrp_core.errors import ArgumentError, NeuronSelectionError, SceneError
 
-DOORS = ("nrp_core", "nrp_core.sweep", "nrp_core.evolve")
+DOORS = ("nrp_core", "nrp_lab.sweep", "nrp_lab.evolve")
 WITH_ADVICE = {
     "run": "overrides images snapshots_s on_step until_s",
     "open_run": "overrides",

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_lab.benchmark.ladder import Ladder
+from nrp_lab.benchmark.tasks import BenchmarkTask
+from nrp_lab.evolve import evolve
+from nrp_lab.sweep import sweep
 
 import nrp_core
-from nrp_core.benchmark.ladder import Ladder
-from nrp_core.benchmark.tasks import BenchmarkTask
 from nrp_core.checks.doubts import announcement, doubts_of
 from nrp_core.cli import app
-from nrp_core.evolve import evolve
 from nrp_core.findings import Code
-from nrp_core.sweep import sweep
 
 TOO = """
 

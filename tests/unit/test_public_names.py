@@ -15,10 +15,11 @@ import pytest
 ROOT = Path(__file__).parents[2]
 DOORS = (
     "nrp_core", "nrp_core.brain", "nrp_core.world",
-    "nrp_core.comparison", "nrp_core.sweep", "nrp_core.evolve", "nrp_core.benchmark",
+    "nrp_lab.comparison", "nrp_lab.sweep", "nrp_lab.evolve", "nrp_lab.benchmark",
 )  # fmt: skip
 IMPORT = re.compile(
-    r"^[ >]*(?:from (nrp_core[\w.]*) import (\([^)]*\)|[^\n#]*)|import (nrp_core[\w.]*))", re.MULTILINE
+    r"^[ >]*(?:from (nrp_(?:core|lab)[\w.]*) import (\([^)]*\)|[^\n#]*)|import (nrp_(?:core|lab)[\w.]*))",
+    re.MULTILINE,
 )
 
 OWN_FILE = re.compile(r"^```python\n# (?:nrp_core|backends)/.*?^```$", re.MULTILINE | re.DOTALL)
@@ -29,7 +30,7 @@ def public_modules() -> frozenset[str]:
     """The modules that the reference names, those with ``*`` at their end with all below them."""
     page = (ROOT / "docs" / "reference" / "python.md").read_text()
     table = page.partition("\n## Modules\n")[2].partition("\n## ")[0]
-    return frozenset(re.findall(r"^\| `(nrp_core[\w.*]*)`", table, re.MULTILINE))
+    return frozenset(re.findall(r"^\| `(nrp_(?:core|lab)[\w.*]*)`", table, re.MULTILINE))
 
 
 def is_public(module: str) -> bool:

@@ -13,10 +13,10 @@ from pathlib import Path
 from brains import Artist, draw_the_brain_of_the_paper
 from browsing import PATIENCE_MS, Cockpits, Pages, Watched, chromium, running, time_s, wait_until
 from nrp_bibi import Bibi, read_bibi, write_bibi
+from nrp_lab.sweep import sweep
 from playwright.sync_api import Page, expect
 
 from nrp_core.experiment.reading.find import find_file
-from nrp_core.sweep import sweep
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images"
 SIZE = {"width": 1440, "height": 900}

@@ -15,7 +15,7 @@ FAST = """
 from dataclasses import replace
 
 from experiment_fakes import DiscBackend, DiscEngine
-from nrp_core.comparison.metrics.base import ScalarMetric
+from nrp_lab.comparison.metrics.base import ScalarMetric
 
 
 class FastEngine(DiscEngine):

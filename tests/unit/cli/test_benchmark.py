@@ -9,16 +9,16 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from nrp_lab.benchmark import agreement
+from nrp_lab.benchmark.standings import wilson_interval
+from nrp_lab.benchmark.tasks import TASKS, BenchmarkTask
+from nrp_lab.commands.benchmark import named_or_all
+from nrp_lab.comparison.grid import GridCell
+from nrp_lab.sweep.table import Row
 from scipy.stats import binomtest
 
-from nrp_core.benchmark import agreement
-from nrp_core.benchmark.standings import wilson_interval
-from nrp_core.benchmark.tasks import TASKS, BenchmarkTask
 from nrp_core.brain.backends import brains
-from nrp_core.cli.commands.benchmark import named_or_all
-from nrp_core.comparison.grid import GridCell
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.sweep.table import Row
 
 DRIVE = BenchmarkTask("drive", "", "drive to the wall", ("arrives",), ("stays_near",))
 SEEDS = 4

@@ -6,8 +6,8 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from nrp_lab.comparison.engines.baseline import Baseline
 
-from nrp_core.comparison.engines.baseline import Baseline
 from nrp_core.errors import ExperimentError
 
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-
-from nrp_core.comparison.engines.differences import MISSING, difference
-from nrp_core.comparison.engines.signals import Kind, Signal
+from nrp_lab.comparison.engines.differences import MISSING, difference
+from nrp_lab.comparison.engines.signals import Kind, Signal
 
 STEP_S = 0.02
 TIMES = np.arange(0, 8, STEP_S)

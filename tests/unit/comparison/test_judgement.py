@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nrp_lab.comparison.grid import ORIGINAL, Condition, GridCell
+from nrp_lab.comparison.judgement import Answer, Judgement, controls_of
+from nrp_lab.comparison.measuring import judge
+from nrp_lab.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
 
-from nrp_core.comparison.grid import ORIGINAL, Condition, GridCell
-from nrp_core.comparison.judgement import Answer, Judgement, controls_of
-from nrp_core.comparison.measuring import judge
-from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
 from nrp_core.errors import ExperimentError
 
 BACKENDS = ("exact", "coarse"), ("here", "there"), (ORIGINAL,)

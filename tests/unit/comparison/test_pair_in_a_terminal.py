@@ -4,12 +4,12 @@ from io import StringIO
 from types import SimpleNamespace
 from typing import Any
 
+from nrp_lab.comparison.divergence import Divergence
+from nrp_lab.comparison.metrics.base import all_metrics
+from nrp_lab.comparison.report.text import tell_pair
+from nrp_lab.comparison.result import Measured, PairDiff
 from rich.console import Console
 
-from nrp_core.comparison.divergence import Divergence
-from nrp_core.comparison.metrics.base import all_metrics
-from nrp_core.comparison.report.text import tell_pair
-from nrp_core.comparison.result import Measured, PairDiff
 from nrp_core.recording.reading.steps import Difference
 
 

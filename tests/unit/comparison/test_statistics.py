@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
-
-from nrp_core.comparison.statistics import (
+from nrp_lab.comparison.statistics import (
     Estimate,
     excess_of_shift,
     excess_values,
@@ -14,6 +12,7 @@ from nrp_core.comparison.statistics import (
     pooled_sd,
     shift_of_excess,
 )
+from scipy import stats
 
 values = st.lists(st.floats(-100, 100), min_size=3, max_size=12).map(np.array)
 

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nrp_lab.evolve import evolve
+from nrp_lab.evolve.history import History
+from nrp_lab.evolve.optimisers.cma import CmaOptimiser
+from nrp_lab.sweep.journal import JOURNAL
+from nrp_lab.sweep.running import Progress
 
 import nrp_core
 from nrp_core.cli import app
-from nrp_core.evolve import evolve
-from nrp_core.evolve.history import History
-from nrp_core.evolve.optimisers.cma import CmaOptimiser
-from nrp_core.sweep.journal import JOURNAL
-from nrp_core.sweep.running import Progress
 
 pytestmark = pytest.mark.filterwarnings("ignore:nrp validate warns")
 Evolve = Callable[..., Any]

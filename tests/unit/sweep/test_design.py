@@ -4,21 +4,21 @@ from itertools import groupby
 from math import log10
 from typing import Any
 
+import nrp_lab.evolve
+import nrp_lab.sweep
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nrp_lab.sweep.axes import axis_of
+from nrp_lab.sweep.design import combinations, number_of_runs
+from nrp_lab.sweep.model import SweepFile
+from nrp_lab.sweep.plan import Plan
+from nrp_lab.sweep.reading import sweep_of
 
-import nrp_core.evolve
-import nrp_core.sweep
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.ranges import Range
 from nrp_core.experiment.model.tree import tree_of
 from nrp_core.findings import InvalidExperimentError
-from nrp_core.sweep.axes import axis_of
-from nrp_core.sweep.design import combinations, number_of_runs
-from nrp_core.sweep.model import SweepFile
-from nrp_core.sweep.plan import Plan
-from nrp_core.sweep.reading import sweep_of
 
 WHOLE = st.integers(-5, 5)
 AXES = st.one_of(
@@ -118,13 +118,13 @@ def test_a_mistake_in_the_description_is_named(keys: dict[str, Any], message: st
 
 
 def test_a_sweep_without_workers_is_refused() -> None:
-    for call in (lambda: nrp_core.sweep.sweep(3), lambda: nrp_core.evolve.evolve(3, "out")):  # type: ignore[arg-type]
+    for call in (lambda: nrp_lab.sweep.sweep(3), lambda: nrp_lab.evolve.evolve(3, "out")):  # type: ignore[arg-type]
         with pytest.raises(ExperimentError, match=r"a path is a text or a pathlib\.Path, not 3"):
             call()
     with pytest.raises(ExperimentError, match="'workers' is a whole number, at least 1, not '2'"):
-        nrp_core.evolve.evolve({}, "out", workers="2")  # type: ignore[arg-type]
+        nrp_lab.evolve.evolve({}, "out", workers="2")  # type: ignore[arg-type]
     with pytest.raises(ExperimentError, match="'workers' is a whole number, at least 1, not 0"):
-        nrp_core.sweep.sweep({"experiment": "braitenberg_husky", "vary": {"seed": [1]}}, workers=0)
+        nrp_lab.sweep.sweep({"experiment": "braitenberg_husky", "vary": {"seed": [1]}}, workers=0)
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pyarrow.parquet as pq
-
-from nrp_core.sweep.table import Row, write_tables
+from nrp_lab.sweep.table import Row, write_tables
 
 
 def test_a_parameter_that_is_given_with_and_without_its_unit_is_a_column_of_texts(tmp_path: Path) -> None:

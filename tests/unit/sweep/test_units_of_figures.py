@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
-from nrp_core.sweep.figures import draw
-from nrp_core.sweep.summary import SweepTable
+from nrp_lab.sweep.figures import draw
+from nrp_lab.sweep.summary import SweepTable
 
 
 @pytest.mark.parametrize(

@@ -108,8 +108,9 @@ class Kind(StrEnum):
 
 def kind_of(path: str) -> Kind | None:
     """Return whether a path is the folder of a recording or a sweep; None: it is an experiment."""
+    from nrp_lab.sweep.folder import ABOUT
+
     from nrp_core.recording.layout import RUN_NAME
-    from nrp_core.sweep.folder import ABOUT
 
     folder = Path(path)
     if (folder / RUN_NAME).is_file():

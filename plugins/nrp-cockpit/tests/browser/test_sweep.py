@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 from browsing import Watched, running, seen
+from nrp_lab.sweep import sweep
 from playwright.sync_api import expect
 from visitors import RefusedError, visit
 
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.sweep import sweep
 
 SWEEP: dict[str, Any] = {
     "experiment": "braitenberg_husky",

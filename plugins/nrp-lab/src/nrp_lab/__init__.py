@@ -1,1 +1,1 @@
-"""Many runs of one experiment: environments to learn in."""
+"""Many runs of an experiment: sweeps, searches, comparisons, benchmarks and environments of Gymnasium."""

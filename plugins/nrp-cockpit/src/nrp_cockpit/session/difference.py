@@ -7,8 +7,9 @@ from itertools import chain
 from math import dist
 from typing import Any
 
+from nrp_lab.comparison.divergence import NOISE
+
 from nrp_core.clock import seconds
-from nrp_core.comparison.divergence import NOISE
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 

@@ -7,13 +7,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from nrp_lab.sweep.folder import ABOUT, read_about
+from nrp_lab.sweep.journal import JOURNALS, read_records
+from nrp_lab.sweep.model import SEED
+from nrp_lab.sweep.report import remarks, report_data
+from nrp_lab.sweep.summary import SweepTable, read_table, short_key
+from nrp_lab.sweep.table import CSV, Row
+
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.sweep.folder import ABOUT, read_about
-from nrp_core.sweep.journal import JOURNALS, read_records
-from nrp_core.sweep.model import SEED
-from nrp_core.sweep.report import remarks, report_data
-from nrp_core.sweep.summary import SweepTable, read_table, short_key
-from nrp_core.sweep.table import CSV, Row
 
 MOST_GROUPS, MOST_RUNS = 400, 200
 """The largest numbers of combinations and of runs in one message."""
@@ -136,7 +137,7 @@ class Sheet:
         """
         if self._table is None:
             raise ExperimentError("no run has ended yet", path=self.folder)
-        from nrp_core.sweep.figures import draw
+        from nrp_lab.sweep.figures import draw
 
         with TemporaryDirectory() as folder:
             path = Path(folder) / "figure.svg"

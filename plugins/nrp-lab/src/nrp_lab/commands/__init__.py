@@ -1,0 +1,1 @@
+"""The commands ``nrp sweep``, ``evolve``, ``diff`` and ``benchmark``."""

@@ -1,0 +1,301 @@
+"""``nrp diff``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import filterfalse
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nrp_core.cli.failure import NO
+from nrp_core.cli.options import (
+    Json,
+    Models,
+    Overrides,
+    experiment_names,
+    overrides_of,
+    refuse_given,
+    require_distinct,
+    require_folder_of,
+    usage_errors,
+)
+from nrp_core.cli.output import document
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from nrp_lab.comparison.engines.measures import EngineMargins
+    from nrp_lab.comparison.engines.verdict import EngineVerdict
+    from nrp_lab.comparison.grid import RunGrid
+    from nrp_lab.comparison.metrics.base import Margins, Metric
+    from nrp_lab.comparison.result import GridDiff, PairDiff
+
+RESULTS_SUFFIX = ".diff"
+_OF_RUNS = ("brains", "worlds", "controls", "seeds", "vary", "overrides", "models", "results", "jobs")
+"""Parameters that affect runs."""
+
+
+def diff(
+    context: typer.Context,
+    experiment: Annotated[
+        str,
+        typer.Argument(
+            metavar="EXPERIMENT",
+            help="An experiment, as for nrp run; or the first of two recordings.",
+            autocompletion=experiment_names,
+        ),
+    ],
+    other: Annotated[
+        Path | None,
+        typer.Argument(metavar="DIR2", help="The second recording: compare the two without a run."),
+    ] = None,
+    brains: Annotated[
+        str,
+        typer.Option(metavar="A,B", envvar="NRP_BRAINS", help="Brain backends; by default the experiment's."),
+    ] = "",
+    worlds: Annotated[
+        str,
+        typer.Option(metavar="X,Y", envvar="NRP_WORLDS", help="World backends; by default the experiment's."),
+    ] = "",
+    controls: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B",
+            envvar="NRP_CONTROLS",
+            help="Controls of the wiring, compared with the original: rewire, signs, weights, or all.",
+        ),
+    ] = "",
+    seeds: Annotated[
+        int,
+        typer.Option(
+            metavar="N", envvar="NRP_SEEDS", min=1, help="Number of seeds, counted up from the experiment's."
+        ),
+    ] = 20,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=LOW..HIGH",
+            help="Draw a setting at random for each seed, e.g. 'events.go.at=4..8 s'; repeatable.",
+        ),
+    ] = None,
+    margin: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC=VALUE",
+            help="Largest difference that does not matter, in the metric's unit or as 2sd, for a METRIC or a "
+            "METRIC/PART, or a measure of engines; repeatable.",
+        ),
+    ] = None,
+    engines: Annotated[
+        bool,
+        typer.Option(
+            "--engines", envvar="NRP_ENGINES", help="Fail if the engines differ, whatever the finding is."
+        ),
+    ] = False,
+    baseline: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            envvar="NRP_BASELINE",
+            dir_okay=False,
+            help="Known differences between the engines; only new ones count. Created if it does not exist.",
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    models: Models = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            envvar="NRP_RESULTS",
+            file_okay=False,
+            help="Folder of the recorded runs; runs that it already holds are not repeated.",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="N", envvar="NRP_JOBS", min=1, help="Number of runs in parallel.")
+    ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Also write an HTML page."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Report whether a result depends on the simulator, or on the wiring; fail if it does or may."""
+    from nrp_lab.comparison.engines.measures import EngineMargins, is_measure
+    from nrp_lab.comparison.metrics.base import Margins, all_metrics
+
+    if other is not None:
+        refuse_given(context, "two recordings are compared without a run; omit this option", _OF_RUNS)
+        if Path(experiment).resolve() == other.resolve():
+            raise typer.BadParameter("it is the first recording, which has no difference", param_hint="DIR2")
+    require_folder_of(html, "--html")
+    require_folder_of(baseline, "--baseline")
+    require_distinct(vary or (), "--vary")
+    require_distinct(margin or (), "--margin")
+    if html is not None:
+        from nrp_core.recording.figures import require_matplotlib
+
+        with usage_errors("--html"):
+            require_matplotlib()
+    metrics = all_metrics()
+    with usage_errors("--margin"):
+        engine_margins = EngineMargins.parse(filter(is_measure, margin or ()))
+        margins = Margins.parse(filterfalse(is_measure, margin or ()), metrics)
+        if other is not None:
+            _refuse_margins(margins)
+    if other is not None:
+        pair = _two(Path(experiment), other, metrics, engine_margins)
+        pair = replace(pair, engines=_with_baseline(pair.engines, _name_of(pair), baseline))
+        _report(pair, html, as_json=json)
+        raise typer.Exit(
+            0 if (pair.engines.agrees and not pair.flaws if engines else pair.is_identical) else NO
+        )
+    settings = overrides_of(overrides, brain=None, world=None, models=models)
+    grid = _grid(experiment, brains, worlds, controls, seeds, settings, vary or [])
+    if grid.compares_wirings and (engines or baseline):
+        raise typer.BadParameter(
+            "wirings are compared on one brain and one world; omit this option",
+            param_hint="--engines" if engines else "--baseline",
+        )
+    margins.require_possible(metrics, grid.load(grid.cells[0]))
+    if baseline is not None and baseline.exists():
+        from nrp_lab.comparison.engines.baseline import Baseline
+
+        Baseline.read(baseline)  # before hours of runs
+    found = _compared(grid, metrics, margins, engine_margins, results or _folder(experiment), jobs)
+    found = replace(found, engines=_with_baseline(found.engines, found.name, baseline))
+    _report(found, html, as_json=json)
+    raise typer.Exit(0 if (found.engines.agrees if engines else found.answer.is_independent) else NO)
+
+
+def _refuse_margins(margins: Margins) -> None:
+    """Refuse margins of metrics when two recordings are compared; they need many seeds.
+
+    Raises:
+        ValueError: there is such a margin.
+    """
+    from nrp_lab.comparison.engines.measures import MEASURES
+
+    if margins.given:
+        measures = ", ".join(measure.name for measure in MEASURES)
+        raise ValueError(f"'{next(iter(margins.given))}' needs many seeds; two recordings have {measures}")
+
+
+def _with_baseline(verdict: EngineVerdict, experiment: str, path: Path | None) -> EngineVerdict:
+    """Mark the differences that the baseline contains; create a missing file with all of them."""
+    from nrp_lab.comparison.engines.baseline import Baseline
+
+    if path is None:
+        return verdict
+    if path.exists():
+        return Baseline.read(path, experiment).applied(verdict)
+    found = Baseline.of(experiment, verdict.differences)
+    found.write(path)
+    typer.echo(f"baseline of {len(found.known)} differences written to {path}", err=True)
+    return found.applied(verdict)
+
+
+def _name_of(pair: PairDiff) -> str:
+    return str(pair.one.settings.get("name", "?"))
+
+
+def _grid(
+    experiment: str, brains: str, worlds: str, controls: str, seeds: int, settings: list[str], vary: list[str]
+) -> RunGrid:
+    from nrp_core.experiment.model.ranges import keyed_range
+    from nrp_lab.comparison.grid import WIRINGS, RunGrid, wiring_named
+
+    with usage_errors("--vary"):
+        varied = dict(map(keyed_range, vary))
+        if "seed" in varied:
+            raise ValueError("every run has a seed of its own; their number is that of --seeds")
+    with usage_errors("--controls"):
+        wirings = WIRINGS if controls.strip() == "all" else tuple(map(wiring_named, _names(controls)))
+    grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied, wirings)
+    if len(grid.conditions) < 2:
+        raise typer.BadParameter(
+            "give two names to one of the first two options, or a control to the third",
+            param_hint="--brains, --worlds, --controls",
+        )
+    return grid
+
+
+def _compared(
+    grid: RunGrid, metrics: list[Metric], margins: Margins, engine_margins: EngineMargins, results: Path,
+    jobs: int | None,
+) -> GridDiff:  # fmt: skip
+    from nrp_core._support.machine import cores
+    from nrp_core.cli.progress import display
+    from nrp_lab.comparison.engines.open_loop import compare_engines
+    from nrp_lab.comparison.engines.verdict import NOT_COMPARED
+    from nrp_lab.comparison.result import GridDiff
+    from nrp_lab.comparison.running import run_grid
+
+    with display() as shown:
+        runs = run_grid(
+            grid, results, jobs or cores(), lambda done, total, last: shown.count("runs", done, total, last)
+        )
+        engines = NOT_COMPARED
+        if not grid.compares_wirings:
+            shown.begin_task("running each engine on the inputs of another")
+            engines = compare_engines(
+                grid,
+                results,
+                engine_margins,
+                lambda done, total, last: shown.count("engines", done, total, last),
+            )
+        shown.begin_task("comparing the runs")
+        return GridDiff.of(grid, runs, metrics, margins, results, engines)
+
+
+def _two(one: Path, other: Path, metrics: list[Metric], margins: EngineMargins) -> PairDiff:
+    from nrp_lab.comparison.result import PairDiff
+
+    return PairDiff.of(one, other, metrics, margins)
+
+
+def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> None:
+    from rich.console import Console
+
+    data, page, tell = _forms(found)
+    if html is not None:
+        _write(html, page(found))
+    if as_json:
+        document(data(found))
+        return
+    tell(found, Console(highlight=False))
+    if html is not None:
+        typer.echo(f"written to {html}")
+
+
+def _forms(
+    found: GridDiff | PairDiff,
+) -> tuple[Callable[[Any], Any], Callable[[Any], str], Callable[[Any, Console], None]]:
+    from nrp_lab.comparison.report.data import grid_data, pair_data
+    from nrp_lab.comparison.report.page import grid_page, pair_page
+    from nrp_lab.comparison.report.text import tell_grid, tell_pair
+    from nrp_lab.comparison.result import GridDiff
+
+    if isinstance(found, GridDiff):
+        return grid_data, grid_page, tell_grid
+    return pair_data, pair_page, tell_pair
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _folder(experiment: str) -> Path:
+    """Return the default folder of the results, in the current folder."""
+    return Path(Path(experiment).resolve().name).with_suffix(RESULTS_SUFFIX)
+
+
+def _write(path: Path, text: str) -> None:
+    from nrp_core._support.writing import writing
+
+    with writing(path):
+        path.write_text(text, "utf-8")

@@ -1,0 +1,26 @@
+"""Does a finding depend on the simulator? A grid of brains, worlds and seeds is run, measured and judged.
+
+::
+
+    grid ──runs──> recordings ──signals──> metrics ──statistics──> judgement ──> report
+                       └──────divergence: where two of them first differ ────────┘
+
+The names here are what authors of metrics need, each imported when it is first used.
+"""
+
+from nrp_core._support.lazy import lazily
+
+TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
+if TYPE_CHECKING:
+    from nrp_lab.comparison.metrics.base import DistanceMetric as DistanceMetric
+    from nrp_lab.comparison.metrics.base import Margin as Margin
+    from nrp_lab.comparison.metrics.base import ScalarMetric as ScalarMetric
+    from nrp_lab.comparison.signals import RunSignals as RunSignals
+else:
+    __getattr__, __dir__, __all__ = lazily(
+        __name__,
+        {
+            "nrp_lab.comparison.metrics.base": "DistanceMetric Margin ScalarMetric",
+            "nrp_lab.comparison.signals": "RunSignals",
+        },
+    )

@@ -1,0 +1,209 @@
+"""The interface of a metric. Other packages add theirs by an entry point in the group ``nrp_core.metrics``.
+
+::
+
+    class Stops(ScalarMetric):
+        name, title = "stops", "Stops"
+
+        def values(self, run):
+            return {robot: float(...) for robot in run.robots}
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Generic, TypeVar
+
+from nrp_core._support.checked_arguments import checks_arguments, require_fields
+from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.registry import Registry
+from nrp_lab.comparison.signals import RunSignals
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """The largest difference that does not matter.
+
+    Args:
+        amount: the difference.
+        in_sd: whether it is in standard deviations of the spread from seed to seed, else in the metric's
+            own unit.
+        at_most: upper limit, in the metric's own unit.
+        at_least: lower limit, in the metric's own unit, below which users of the robot do not notice it.
+    """
+
+    amount: float = 1.0
+    in_sd: bool = True
+    at_most: float | None = None
+    at_least: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_fields(self, "Margin")
+
+    def within(self, sd: float) -> float:
+        """Return the margin in the metric's unit, for a spread in that unit."""
+        margin = max(self.amount * sd if self.in_sd else self.amount, self.at_least)
+        return margin if self.at_most is None else min(margin, self.at_most)
+
+    @classmethod
+    @checks_arguments()
+    def parse(cls, text: str, unit: str = "") -> Margin:
+        """Read ``0.5``, with or without its unit, or ``2sd``.
+
+        Raises:
+            ValueError: the text is neither, or not above 0.
+        """
+        number, sd = text.strip(), text.strip().lower().endswith("sd")
+        number = number[: -len("sd")] if sd else number.removesuffix(unit)
+        try:
+            amount = float(number)
+        except ValueError:
+            amount = 0.0
+        if not 0 < amount < float("inf"):
+            example = f"0.5 {unit}".strip()
+            raise ValueError(f"a margin is a number above 0, as {example} or 2sd, not '{text}'")
+        return cls(amount, in_sd=sd)
+
+
+class Metric(ABC):
+    """A property of a run, measured for each of its parts (robots, events, ...).
+
+    Attributes:
+        name: name on the command line.
+        title: name in a report.
+        unit: unit of its values.
+        is_finding: whether it is part of the experiment's finding, not a detail of how it came about.
+        is_compared: whether ``nrp diff`` compares it. One that repeats what others say is only for sweeps,
+            searches and benchmarks: a difference is harder to prove among more measures.
+        margin: the default margin.
+        needs_recording: whether it needs more of a run than its result and its settings.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    unit: ClassVar[str] = ""
+    is_finding: ClassVar[bool] = False
+    is_compared: ClassVar[bool] = True
+    margin: ClassVar[Margin] = Margin()
+    needs_recording: ClassVar[bool] = True
+
+    def resolution(self, run: RunSignals) -> float:
+        """Return the smallest difference that the metric can resolve, in its unit; no margin is smaller."""
+        return 0.0
+
+
+class ScalarMetric(Metric):
+    """A number for each part of a run.
+
+    Attributes:
+        is_share: whether it is always 0 or 1.
+    """
+
+    is_share: ClassVar[bool] = False
+
+    def parts(self, experiment: Experiment) -> Collection[str] | None:
+        """Return the parts that runs of an experiment have; None if only a run can tell."""
+        return None
+
+    @abstractmethod
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        """Return the value of every part; None for a part without a value in this run."""
+
+
+class DistanceMetric(Metric):
+    """A distance between two runs, for each part."""
+
+    @abstractmethod
+    def features(self, run: RunSignals) -> Mapping[str, Any]:
+        """Return the features that distances are computed from, for every part; called once for a run."""
+
+    @abstractmethod
+    def distance(self, one: Any, other: Any) -> float:
+        """Return the distance between the features of one part of two runs."""
+
+
+METRICS: Registry[Metric] = Registry("nrp_core.metrics", "metric", [ScalarMetric, DistanceMetric])
+
+
+def all_metrics() -> list[Metric]:
+    """Return the metrics of all installed packages; those of the finding come first.
+
+    Raises:
+        BackendError: one cannot be used.
+    """
+    found = METRICS.load_all()
+    for name, metric in found.items():
+        own = getattr(metric, "name", None)
+        if own != name:
+            raise BackendLoadError(f"metric '{name}' of {METRICS.provider(name)} calls itself '{own}'")
+    return sorted(found.values(), key=lambda metric: (not metric.is_finding, metric.name))
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class GivenMargins(Generic[T]):
+    """The margins that were set, by name and by ``name/part``."""
+
+    given: Mapping[str, T] = field(default_factory=dict)
+
+    def or_default(self, name: str, part: str, default: T) -> T:
+        """Return the margin of a part: its own, that of all parts, or the default."""
+        return next((self.given[key] for key in (f"{name}/{part}", name) if key in self.given), default)
+
+    def require_parts(self, parts: Iterable[str]) -> None:
+        """Refuse a margin of a part (``name/part``) that was not measured.
+
+        Raises:
+            ExperimentError: there is one.
+        """
+        known = list(parts)
+        for key in self.given:
+            if "/" in key and key not in known:
+                hint = did_you_mean(key, known)
+                raise ExperimentError(f"'{key}' was not measured, so it cannot have a margin{hint}")
+
+
+class Margins(GivenMargins[Margin]):
+    """The margins that were set for metrics; every metric has a default."""
+
+    def require_possible(self, metrics: Iterable[Metric], experiment: Experiment) -> None:
+        """Refuse a margin of a part that no run of an experiment will have, before the runs.
+
+        Raises:
+            ExperimentError: there is one.
+        """
+        scalar = (metric for metric in metrics if isinstance(metric, ScalarMetric))
+        parts = {metric.name: metric.parts(experiment) for metric in scalar}
+        told = {
+            key: value for key, value in self.given.items() if parts.get(key.partition("/")[0]) is not None
+        }
+        known = (f"{name}/{part}" for name, found in parts.items() for part in found or ())
+        Margins(told).require_parts(known)
+
+    @classmethod
+    def parse(cls, texts: Iterable[str], metrics: Iterable[Metric]) -> Margins:
+        """Read ``metric=value`` and ``metric/part=value``, values as ``0.5``, ``0.5 s`` or ``2sd``.
+
+        Raises:
+            ValueError: one is written differently, or its metric does not exist.
+        """
+        units = {metric.name: metric.unit for metric in metrics}
+        margins: dict[str, Margin] = {}
+        for text in texts:
+            key, equals, value = text.rpartition("=")
+            if not equals:
+                raise ValueError(f"a margin is written METRIC=VALUE, not '{text}'")
+            name = key.partition("/")[0]
+            if name not in units:
+                raise ValueError(f"there is no metric '{name}'{did_you_mean(name, list(units))}")
+            margins[key] = Margin.parse(value, units[name])
+        return cls(margins)
+
+    def of(self, metric: Metric, part: str) -> Margin:
+        """Return the margin of a part."""
+        return self.or_default(metric.name, part, metric.margin)

@@ -1,0 +1,26 @@
+"""Many runs of one experiment with varying settings, on one machine or many.
+
+::
+
+    file ──axes, design──> plan ──tasks──> executor ──records──> journal ──> table ──> summary, figures
+
+Every run is independent of the others, so its row of the table does not depend on when and where it ran.
+"""
+
+from nrp_core._support.lazy import lazily
+
+TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
+if TYPE_CHECKING:
+    from nrp_lab.sweep.executors.interface import Executor as Executor
+    from nrp_lab.sweep.python import sweep as sweep
+    from nrp_lab.sweep.record import Record as Record
+    from nrp_lab.sweep.record import Task as Task
+else:
+    __getattr__, __dir__, __all__ = lazily(
+        __name__,
+        {
+            "nrp_lab.sweep.executors.interface": "Executor",
+            "nrp_lab.sweep.python": "sweep",
+            "nrp_lab.sweep.record": "Record Task",
+        },
+    )

@@ -1,0 +1,154 @@
+"""Perform one run of a sweep, in a worker."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from nrp_core._support.fingerprint import fingerprint
+from nrp_core._support.jsonable import to_jsonable
+from nrp_core._support.stopwatch import work
+from nrp_core.clock import seconds
+from nrp_core.errors import BackendLoadError, ExperimentError, NrpError, SimulationError, did_you_mean
+from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.recording.layout import Images
+from nrp_core.recording.reading.recording import Recording
+from nrp_lab.comparison.metrics.base import METRICS, ScalarMetric
+from nrp_lab.comparison.signals import RunSignals
+from nrp_lab.sweep.kept import KEPT
+from nrp_lab.sweep.record import Record, Task
+
+
+def perform(task: Task) -> Record:
+    """Perform a run and return its record, which also holds an error of the run.
+
+    Raises:
+        BackendLoadError: this worker has another version of the code.
+    """
+    require_code(task.code)
+    began_ns = work.now_ns()
+    try:
+        record = _performed(task)
+    except NrpError as error:
+        record = Record(task.id, task.index, error=_in_one_line(error))
+    return replace(record, elapsed_s=seconds(work.now_ns() - began_ns), attempts=task.attempt)
+
+
+def require_code(code: Mapping[str, str], where: str = "a worker") -> None:
+    """Refuse to mix results of different code.
+
+    Raises:
+        BackendLoadError: a package here has another fingerprint.
+    """
+    other = [package for package, expected in code.items() if fingerprint(package) != expected]
+    if other:
+        names = " and ".join(f"'{package}'" for package in other)
+        raise BackendLoadError(
+            f"{where} has a different version of {names} from the process that began the sweep; "
+            "install the same version on every machine"
+        )
+
+
+def scalar_metric(name: str) -> ScalarMetric:
+    """Return a metric by its name.
+
+    Raises:
+        ExperimentError: the metric does not exist, or compares two runs.
+    """
+    if name not in METRICS.names():
+        raise ExperimentError(f"there is no metric '{name}'{did_you_mean(name, METRICS.names())}")
+    metric = METRICS.load(name)
+    if not isinstance(metric, ScalarMetric):
+        raise ExperimentError(f"'{name}' compares two runs, so a single run has no value of it")
+    return metric
+
+
+def _performed(task: Task) -> Record:
+    metrics = [scalar_metric(name) for name in task.measure]
+    with ExitStack() as stack:
+        folder = None if task.recording is None else Path(task.recording)
+        if folder is None and any(metric.needs_recording for metric in metrics):
+            folder = Path(stack.enter_context(TemporaryDirectory(prefix="nrp-sweep-"))) / "run"
+        run = stack.enter_context(KEPT.opened(task, keep=folder is None))
+        _run(run, task, folder)
+        result = run.result()
+        described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
+        signals = RunSignals(to_jsonable(described) if folder is None else Recording(folder))
+        return _record(task, result, _measured(metrics, signals, result))
+
+
+def _run(run: Run, task: Task, folder: Path | None) -> None:
+    """Run to the end, recorded or not; a failure is in the result of the run."""
+    recorder = None
+    if folder is not None:
+        images = Images.HASH if task.recording else Images.OFF
+        recorder = RecordingFolder(run, folder, images=images, snapshots_ns=None)
+    state = "failed"
+    try:
+        with _stopping(run, task.stop_when_failed):
+            run.run(task.until_s)
+        state = "finished"
+    except SimulationError:
+        pass
+    finally:
+        if recorder is not None:
+            recorder.close(state)
+
+
+@contextmanager
+def _stopping(run: Run, criteria: Sequence[str]) -> Iterator[None]:
+    """Stop the run of a block as soon as one of these criteria is not met."""
+
+    def look(_: Run) -> None:
+        outcomes = run.outcomes()
+        if any(outcomes[name].passed is False for name in criteria):
+            run.loop.stop()
+
+    if not criteria:
+        yield
+        return
+    run.on_step.append(look)
+    try:
+        yield
+    finally:
+        run.on_step.remove(look)
+
+
+def _measured(metrics: list[ScalarMetric], signals: RunSignals, result: Result) -> dict[str, float | None]:
+    """Return all values; a failed run has only those of its finding."""
+    measured: dict[str, float | None] = {}
+    for metric in metrics:
+        if result.error is None or metric.is_finding:
+            for part, value in metric.values(signals).items():
+                measured[f"{metric.name}.{part}"] = None if value is None else float(value)
+    return to_jsonable(measured)  # type: ignore[no-any-return]  # NaN is null
+
+
+def _record(task: Task, result: Result, measured: Mapping[str, Any]) -> Record:
+    return Record(
+        task.id,
+        task.index,
+        seed=result.seed,
+        brain=result.brain,
+        world=result.world,
+        state=result.state,
+        complete=result.complete,
+        passed=result.passed,
+        problems=tuple(dict.fromkeys(problem.code.name for problem in result.problems)),
+        measured=measured,
+        sim_time_s=result.sim_time_s,
+        wall_time_s=result.wall_time_s,
+        trajectory_digest=result.trajectory_digest,
+        error=result.error,
+    )
+
+
+def _in_one_line(error: NrpError) -> str:
+    findings = [str(finding) for finding in getattr(error, "findings", ()) if finding.level == "error"]
+    return "; ".join(findings) or str(error)

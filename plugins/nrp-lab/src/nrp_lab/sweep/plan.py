@@ -1,0 +1,316 @@
+"""All runs of a sweep, checked before the first one begins."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from nrp_core.brain.backends import brains
+from nrp_core.checks.doubts import announcement, doubts_of
+from nrp_core.clock import milliseconds, seconds
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.experiment.backends import code_of
+from nrp_core.experiment.making.parameters import with_parameters
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.ranges import Range
+from nrp_core.experiment.model.tree import Tree
+from nrp_core.experiment.reading.find import SHIPPED, find_file, load_experiment
+from nrp_core.paths import TextFrom
+from nrp_core.quantities import time_ns
+from nrp_core.registry import Registry
+from nrp_core.world.backends import worlds
+from nrp_lab.comparison.grid import digest_of_files, require_there
+from nrp_lab.sweep.axes import Axis, Choices, Span, Value, written
+from nrp_lab.sweep.design import combinations, number_of_runs
+from nrp_lab.sweep.measuring import scalar_metric
+from nrp_lab.sweep.mistakes import Mistakes
+from nrp_lab.sweep.model import GIVEN, GRID, SEED, Design, SweepFile
+from nrp_lab.sweep.record import Task
+
+MOST_RUNS = 100_000
+"""The largest number of runs that needs no confirmation."""
+_BACKENDS: Mapping[str, Callable[[], Registry[Any]]] = {"brain.backend": brains, "world.backend": worlds}
+_MOST_CHECKED = 20
+_PAIR = 2
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run.
+
+    Args:
+        task: the task for a worker.
+        values: the values of the varying settings, by key.
+    """
+
+    task: Task
+    values: Mapping[str, Value]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A checked sweep.
+
+    Args:
+        sweep: the sweep.
+        experiment: a shipped experiment, or the absolute path of a file or folder.
+        name: the experiment's own name.
+        own_seed: its seed.
+        code: fingerprints of the packages that compute the runs.
+        files: a digest of the files of the experiment.
+        remarks: sentences about what the runs never reach.
+        search: the settings of the search that chooses the points, if one does.
+        parts: the measures that the runs will have, ``metric.part``, by metric; None: only a run can tell.
+    """
+
+    sweep: SweepFile
+    experiment: str
+    name: str
+    own_seed: int
+    code: Mapping[str, str] = field(default_factory=dict)
+    files: str = ""
+    remarks: tuple[str, ...] = ()
+    search: Mapping[str, Any] = field(default_factory=dict)
+    parts: Mapping[str, list[str] | None] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, sweep: SweepFile, source: Tree | None = None, *, confirmed: bool = False) -> Plan:
+        """Check a sweep and plan its runs.
+
+        Args:
+            sweep: the sweep.
+            source: its file, for the places of errors.
+            confirmed: whether more than :data:`MOST_RUNS` runs are allowed.
+
+        Raises:
+            InvalidExperimentError: the experiment, a key, a value or a metric is not valid.
+            BackendError: a backend is missing.
+            ExperimentError: there are too many runs.
+        """
+        source = source or Tree({})
+        total = number_of_runs(sweep)
+        if total > MOST_RUNS and not confirmed:
+            raise ExperimentError(
+                f"the sweep has {total:,} runs; more than {MOST_RUNS:,} need a confirmation (--yes)",
+                path=source.place.path,
+            )
+        mistakes = Mistakes(source)
+        settings = [written(key, _absolute(value)) for key, value in sweep.settings.items()]
+        with mistakes.at("experiment"):
+            name = _located(sweep.experiment)
+        mistakes.raise_errors()
+        with mistakes.at("settings" if sweep.settings else "experiment"):
+            own = load_experiment(name, settings)
+        mistakes.raise_errors()
+        _check(sweep, name, settings, own, mistakes)
+        backends = [_names(sweep, key, own) for key in _BACKENDS]
+        code: dict[str, str] = {}
+        for brain in backends[0]:
+            for world in backends[1]:
+                code |= code_of(brain, world)
+        remarks = (*_remarks(sweep, own), *_undecided(sweep, own), *_unused_steps(sweep))
+        parts = {metric: _parts(metric, own) for metric in sweep.measure}
+        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), remarks, parts=parts)
+
+    def __len__(self) -> int:
+        return number_of_runs(self.sweep)
+
+    def tell_doubts(self, say: Callable[[str], None]) -> None:
+        """Tell what a check doubts about the experiment without what varies, unless it was told before."""
+        settings = [written(key, _absolute(value)) for key, value in self.sweep.settings.items()]
+        until_s = None if self.sweep.until is None else seconds(self.sweep.until)
+        found = doubts_of(partial(load_experiment, self.experiment, settings), until_s)
+        if text := announcement(self.name, found):
+            say(text)
+
+    @cached_property
+    def runs(self) -> list[PlannedRun]:
+        """All runs in the order of the table."""
+        return [
+            self._run(index, values) for index, values in enumerate(combinations(self.sweep, self.own_seed))
+        ]
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """The properties that all runs of one folder share."""
+        return {
+            "experiment": self.name,
+            "files": self.files,
+            "settings": {key: written(key, _absolute(value)) for key, value in self.sweep.settings.items()},
+            "vary": sorted(self.sweep.vary),
+            "measure": list(self.sweep.measure),
+            "until_ns": self.sweep.until,
+            "stop_when_failed": sorted(self.sweep.stop_when_failed),
+            "code": dict(self.code),
+            "search": dict(self.search),
+        }
+
+    def with_points(self, shares: Iterable[Iterable[float]]) -> Plan:
+        """Return the same plan for given points of the unit cube of the settings that vary."""
+        return replace(self, sweep=self.sweep.model_copy(update={"design": Design.given(shares)}))
+
+    def _run(self, index: int, values: Mapping[str, Value]) -> PlannedRun:
+        given = {SEED: self.own_seed, **self.sweep.settings, **values}
+        overrides = (*(written(key, _absolute(value)) for key, value in given.items()), "pace=max")
+        described = json.dumps([self._digest, *sorted(overrides), *map(_content, values.values())])
+        until_ns = self.sweep.until
+        task = Task(
+            hashlib.blake2b(described.encode(), digest_size=8).hexdigest(), index, self.experiment, overrides,
+            self.sweep.measure, None if until_ns is None else seconds(until_ns),
+            self.sweep.stop_when_failed, self.code,
+        )  # fmt: skip
+        return PlannedRun(task, values)
+
+    @cached_property
+    def _digest(self) -> str:
+        return hashlib.blake2b(json.dumps(self.identity).encode(), digest_size=16).hexdigest()
+
+
+def _located(experiment: str) -> str:
+    """Return the name of a shipped experiment, or the absolute path of another one."""
+    folder = experiment.folder if isinstance(experiment, TextFrom) else Path.cwd()
+    found = find_file(experiment, folder)
+    return str(experiment) if experiment.partition("/")[0] in SHIPPED.names() else str(found)
+
+
+def _absolute(value: Value) -> Value:
+    """Return the absolute path of a file beside the sweep; any other value unchanged."""
+    if isinstance(value, TextFrom) and Path(value).suffix and (value.folder / value).is_file():
+        return str((value.folder / value).resolve())
+    return value
+
+
+def _content(value: Value) -> str:
+    """Return a digest of the file that a value names, if it names one."""
+    found = _absolute(value)
+    if found is value or not isinstance(found, str):
+        return ""
+    return hashlib.blake2b(Path(found).read_bytes(), digest_size=8).hexdigest()
+
+
+def _check(sweep: SweepFile, name: str, settings: list[str], own: Experiment, mistakes: Mistakes) -> None:
+    """Check what a sweep says about an experiment.
+
+    Raises:
+        BackendError: a backend is missing.
+        InvalidExperimentError: anything else is wrong; the error carries all findings.
+    """
+    for metric in sweep.measure:
+        with mistakes.at("measure"):
+            scalar_metric(metric)
+    for key, axis in sweep.vary.items():
+        with mistakes.at("vary", key):
+            require_there(own, key)
+            _require_valid(name, settings, key, axis)
+    for place, criterion in enumerate(sweep.stop_when_failed):
+        with mistakes.at("stop_when_failed", place):
+            _require_criterion(own, criterion)
+    for key, registry in _BACKENDS.items():
+        section = next((part for part in ("vary", "settings") if key in getattr(sweep, part)), "experiment")
+        with mistakes.at(section, key):
+            for backend in _names(sweep, key, own):
+                registry().provider(backend)
+    mistakes.raise_errors()
+    if sweep.until is not None and own.strict and "timestep" not in sweep.vary and sweep.until % own.timestep:
+        with mistakes.at("until"):
+            end, step = f"{seconds(sweep.until):g} s", f"{milliseconds(own.timestep):g} ms"
+            raise ExperimentError(f"until: {end} is not a whole number of steps of {step}")
+    mistakes.raise_errors()
+
+
+def _require_valid(experiment: str, settings: list[str], key: str, axis: Axis) -> None:
+    for value in _samples(key, axis):
+        own = load_experiment(experiment, [*settings, written(key, _absolute(value))])
+        collector = Collector(own.source)
+        with_parameters(own, collector)
+        collector.raise_errors()
+
+
+def _undecided(sweep: SweepFile, own: Experiment) -> Iterator[str]:
+    """Yield the criteria that fail only at the end of a run, so that they never stop it."""
+    for name in sweep.stop_when_failed:
+        criterion = own.criteria.get(name)
+        if criterion is not None and criterion.near is not None and criterion.within_of is None:
+            yield (
+                f"'stop_when_failed' never stops a run for '{name}': without 'within_of' its model may come "
+                "near until the run ends"
+            )
+
+
+def _unused_steps(sweep: SweepFile) -> Iterator[str]:
+    """Yield the ranges with a number of values that a design or a search does not use."""
+    chooser = "the search" if sweep.design.kind == GIVEN else f"the design '{sweep.design}'"
+    for key in sweep.sampled if sweep.design.kind != GRID else ():
+        if isinstance(axis := sweep.vary[key], Span) and axis.steps is not None:
+            yield f"'steps' of '{key}' has no effect: {chooser} chooses values of the whole range"
+
+
+def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
+    """Yield what lies beyond the end of the runs: the end itself, and events with varied times."""
+    until_ns = own.duration if sweep.until is None else sweep.until
+    end = f"{seconds(until_ns):g} s"
+    if until_ns > own.duration:
+        beyond = f"beyond the duration of the experiment, {seconds(own.duration):g} s"
+        yield f"'until', {end}, is {beyond}; the runs continue after it"
+    if number_of_runs(sweep) == 1:
+        yield "the sweep has one run: nothing in it varies"
+    if sweep.design.kind == "sobol" and sweep.design.points & (sweep.design.points - 1):
+        fewer = 1 << (sweep.design.points.bit_length() - 1)
+        yield (
+            f"{sweep.design.points} points of a Sobol design are less evenly spread than {fewer} or "
+            f"{2 * fewer}: the number of points is not a power of 2"
+        )
+    seeds = sweep.vary.get(SEED)
+    for key, axis in sweep.vary.items():
+        if isinstance(axis, Range) and (seeds is None or len(seeds) < _PAIR):  # type: ignore[arg-type]
+            yield f"'{key}' is drawn once, because there is one seed: give several under 'vary', as 'seed'"
+        if key in ("name", "description") or (key == "duration" and sweep.until is not None):
+            yield f"'{key}' has no effect on a run" + f", which ends at {end}" * (key == "duration")
+        if fnmatchcase(key, "events.*.at"):
+            times_ns = list(map(time_ns, _ends(key, axis)))
+            if min(times_ns) >= until_ns:
+                yield f"'{key}' has no effect: the runs end at {end}, before all its values"
+            elif max(times_ns) >= until_ns:
+                yield f"some values of '{key}' have no effect: the runs end at {end}"
+
+
+def _ends(key: str, axis: Axis) -> list[Value]:
+    """Return values of an axis, the smallest and largest among them."""
+    if isinstance(axis, Range):
+        return [f"{end:g} {axis.unit}" for end in (axis.low, axis.high)]
+    return list(_samples(key, axis))
+
+
+def _parts(metric: str, own: Experiment) -> list[str] | None:
+    parts = scalar_metric(metric).parts(own)
+    return None if parts is None else [f"{metric}.{part}" for part in parts]
+
+
+def _require_criterion(own: Experiment, name: str) -> None:
+    if name not in own.criteria:
+        raise ExperimentError(f"there is no criterion '{name}'{did_you_mean(name, own.criteria)}")
+
+
+def _samples(key: str, axis: Axis) -> Iterator[Value]:
+    """Yield the values of an axis to check: all values of a short list, the ends of other axes."""
+    match axis:
+        case Choices():
+            yield from axis.levels[:_MOST_CHECKED]
+        case Span():
+            yield from axis.ends
+        case Range():
+            yield axis.override(key, 0).partition("=")[2]
+
+
+def _names(sweep: SweepFile, key: str, own: Experiment) -> list[str]:
+    axis = sweep.vary.get(key)
+    if isinstance(axis, Choices):
+        return [str(name) for name in axis.levels]
+    return [own.brain.backend if key == "brain.backend" else own.world.backend]
