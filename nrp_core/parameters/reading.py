@@ -10,6 +10,7 @@ from pathlib import Path
 from nrp_core._support.dotted import last_name
 from nrp_core.errors import ExperimentError, ParameterError
 from nrp_core.parameters.parameter import Parameter
+from nrp_core.registry import Registry
 
 CALL = "parameter"
 _ARGUMENTS = ("name", "default")
@@ -26,19 +27,27 @@ class Dialect:
         name: its usual name, also as an argument of functions.
         packages: the packages that it is imported from.
         makers: functions that return it first.
+        plugins: an entry-point group whose plugins are named after further modules that it is imported from.
     """
 
     name: str
     packages: frozenset[str]
     makers: frozenset[str] = frozenset()
+    plugins: str = ""
+
+    def has(self, module: str) -> bool:
+        """Return whether the object may be imported from a module."""
+        added = Registry[object](self.plugins, "plugin").names() if self.plugins else ()
+        return module.partition(".")[0] in self.packages | {name.partition(".")[0] for name in added}
 
 
 BRAIN = Dialect(
     "sim",
-    frozenset({"nrp_core", "pyNN", "hbp_nrp_cle", "python_cle", "spynnaker", "spynnaker7", "spynnaker8"}),
+    frozenset({"nrp_core", "pyNN"}),
     frozenset({"get_simulator"}),
+    "nrp_core.pynn_dialects",
 )
-FUNCTIONS = Dialect("nrp", frozenset({"nrp_core", "hbp_nrp_client", "hbp_nrp_cle"}))
+FUNCTIONS = Dialect("nrp", frozenset({"nrp_core", "hbp_nrp_client"}))
 
 
 @dataclass(slots=True)
@@ -174,10 +183,8 @@ def _calls(nodes: Collection[ast.AST], dialect: Dialect) -> Iterator[ast.Call]:
     for node in nodes:
         match node:
             case ast.Import(names):
-                objects |= {
-                    one.asname or one.name for one in names if one.name.split(".")[0] in dialect.packages
-                }
-            case ast.ImportFrom(module=str(module), names=names) if module.split(".")[0] in dialect.packages:
+                objects |= {one.asname or one.name for one in names if dialect.has(one.name)}
+            case ast.ImportFrom(module=str(module), names=names) if dialect.has(module):
                 functions |= {one.asname or one.name for one in names if one.name == CALL}
                 objects |= {one.asname or one.name for one in names if one.name != CALL}
             case ast.Assign(targets=[target], value=ast.Call(func=func)) if last_name(func) in dialect.makers:

@@ -2,8 +2,7 @@
 
 By default the script asks for its simulator by name, and finds ``pyNN.nrp``, as PyNN's own examples do; or it
 imports a simulator of PyNN, such as ``pyNN.nest``: then this one takes its place, and a note says so. With
-``--as spinnaker`` it is a script of sPyNNaker, which imports ``pyNN.spiNNaker`` or ``spynnaker.pyNN``; it
-runs on the emulated machine, and nothing of it stays in ``sys.modules``.
+``--as NAME`` an installed :mod:`runner <nrp_core.pynn.runners>` runs it.
 """
 
 from __future__ import annotations
@@ -18,10 +17,9 @@ import nrp_core.pynn
 from nrp_core._support.script_arguments import script_arguments
 from nrp_core.brain.files.script import scope_of
 from nrp_core.brain.pynn.api import SIMULATOR_NAME
-from nrp_core.brain.pynn.spynnaker import Dialect
+from nrp_core.brain.pynn.dialects import Dialects
 from nrp_core.errors import ExperimentError, NetworkError, NrpError
-
-_SIMULATORS = (SIMULATOR_NAME, "spinnaker")
+from nrp_core.pynn.runners import RUNNERS
 
 
 def main(arguments: list[str]) -> None:
@@ -29,29 +27,29 @@ def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(
         "python -m nrp_core.pynn", description="Run a PyNN script on the brain backends of nrp-core."
     )
+    added = "".join(f", or {name}, which it imports" for name in RUNNERS.names())
     parser.add_argument(
-        "--as", dest="simulator", choices=_SIMULATORS, default=SIMULATOR_NAME,
-        help="the simulator that the script is written for: nrp, which it names on its command line, or "
-        "spinnaker, which it imports",
+        "--as", dest="simulator", metavar="NAME", default=SIMULATOR_NAME,
+        help=f"the simulator that the script is written for: {SIMULATOR_NAME}, which it names on its command "
+        f"line{added}",
     )  # fmt: skip
     given, script = script_arguments(parser, arguments)
     try:
         if given.simulator == SIMULATOR_NAME:
             _run(script)
         else:
-            from nrp_core.pynn.spynnaker import run_script
-
-            run_script(script)
+            RUNNERS.load(given.simulator)(script)
     except NrpError as error:
         sys.exit(f"error: {error}")
 
 
-class _NotAsked(Dialect):
-    """The modules of sPyNNaker for a script that was not started as one of its own."""
+class _NotAsked(Dialects):
+    """The modules of dialects for a script that was not started as one of theirs."""
 
     def module(self, name: str) -> ModuleType | None:
-        if super().module(name) is not None:
-            raise ExperimentError(f"imports '{name}', so it is run with `--as spinnaker`")
+        dialect = self.dialect_with(name)
+        if dialect is not None and dialect.module(name) is not None:
+            raise ExperimentError(f"imports '{name}', so it is run with `--as {dialect.runner}`")
         return None
 
 
@@ -61,7 +59,7 @@ def _run(script: Path) -> None:
     sys.modules[f"pyNN.{SIMULATOR_NAME}"] = sim
     sys.path.insert(0, str(script.parent))
     asking = {name: import_module(name) for name in ("pyNN.utility", "pyNN.utility.script_tools")}
-    scope = scope_of(sim, modules=asking, spynnaker=_NotAsked(sim), replaced=_tell)
+    scope = scope_of(sim, modules=asking, dialect=_NotAsked(sim), replaced=_tell)
     try:
         scope.run(script, name="__main__")
     except NrpError as error:

@@ -14,7 +14,7 @@ from nrp_core.experiment.reading.find import shipped
 from nrp_core.findings import Finding, Level
 
 MUTATIONS: list[dict[str, Any]] = YAML(typ="safe").load(Path(__file__).with_name("mutations.yaml"))
-CORPUS = Path(__file__).parents[1] / "legacy" / "corpus"
+CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"
 
 
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation["kind"].replace(" ", "-"))

@@ -20,7 +20,7 @@ from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 
 SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
-CORPUS = Path(__file__).parents[1] / "legacy" / "corpus"
+CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"
 CART = (Path(__file__).parent / "files" / "cart.urdf").read_text()
 
 BOMB = "".join(f'<!ENTITY x{n} "{f"&x{n - 1};" * 10}">' for n in range(1, 12))

@@ -19,7 +19,7 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
 SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
-CORPUS = Path(__file__).parents[1] / "legacy" / "corpus"
+CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"
 SMALL = ("world.options.image_scale=0.05", "function_time_limit=2 s")
 LONGEST_STEP_NS = 100_000_000
 

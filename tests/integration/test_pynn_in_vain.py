@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_spynnaker.live import run_script
 
 from nrp_core.pynn import new_simulator
-from nrp_core.pynn.spynnaker import run_script
 
 SCRIPT = """
 noise = sim.Population(4, sim.SpikeSourcePoisson(rate=50.0), label="noise")

@@ -68,7 +68,7 @@ def run(elsewhere: Path, tmp_path: Path) -> Run:
 def test_nothing_comes_from_the_repository(run: Run, elsewhere: Path) -> None:
     names = (
         "nrp_core", "nrp_brain_minimal", "nrp_world_minimal", "nrp_experiments", "nrp_brain_event",
-        "hbp_nrp_virtual_coach", "pynrp.virtual_coach",
+        "hbp_nrp_client",
     )  # fmt: skip
     script = f"import {', '.join(names)}; print(*({'.__file__, '.join(names)}.__file__), sep='\\n')"
     done = run("python", "-c", script)

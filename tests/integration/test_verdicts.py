@@ -24,7 +24,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.figures import plot
 from nrp_core.recording.reading.recording import Recording
 
-CORPUS = Path(__file__).parents[1] / "legacy" / "corpus"
+CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"
 SHIPPED = Path(nrp_experiments.__file__).parent / "braitenberg_husky"
 HUSKY = ("husky",)
 STAYS = "criteria={stays: {stays_within: {model: husky, distance: 5 m, of: start}}}"

@@ -28,7 +28,7 @@ from nrp_core._support.forks import take_over
 
 LOADED = (
     "cv2", "h5py", "matplotlib.pyplot", "nrp_brain_event.brain", "nrp_brain_spinnaker.brain",
-    "nrp_core.checks.validate", "nrp_core.cli.app", "nrp_lab.gym", "nrp_core.pynn.spynnaker",
+    "nrp_core.checks.validate", "nrp_core.cli.app", "nrp_lab.gym", "nrp_spynnaker.live",
     "nrp_core.running", "nrp_world_mujoco.engine", "nrp_world_pybullet.engine", "rich.live", "scipy.linalg",
 )  # fmt: skip
 COMMAND = """\

@@ -26,7 +26,7 @@ from nrp_core.paths import MissingFileError, existing_file
 from nrp_core.seeds import Seeds, require_seed
 
 if TYPE_CHECKING:
-    from nrp_core.brain.pynn.spynnaker import Dialect
+    from nrp_core.brain.pynn.dialects import Modules
 
 # modules of PyNN that are not simulators
 _LIBRARY = frozenset(
@@ -87,6 +87,7 @@ def load_network(
         ExperimentError: the seed is not an integer.
     """
     from nrp_core.brain.pynn import builder
+    from nrp_core.brain.pynn.dialects import packages
     from nrp_core.brain.pynn.export import network_of
     from nrp_core.brain.pynn.late_changes import late_changes
     from nrp_core.brain.pynn.views import views_of
@@ -113,7 +114,7 @@ def load_network(
         raise scope.located(error, NetworkError, file) from error
     finally:
         sys.argv = given
-    late = tuple(late_changes(file.read_bytes()))
+    late = tuple(late_changes(file.read_bytes(), set(packages())))
     try:
         network = other(vars(module)) if other is not None else None
         network = network or _made_as_data(vars(module), len(sim.state.populations))
@@ -166,7 +167,7 @@ def scope_of(
     folders: Iterable[Path] = (),
     missing: Missing | None = None,
     compiled: Callable[[Path], CodeType] | None = None,
-    spynnaker: Dialect | None = None,
+    dialect: Modules | None = None,
     replaced: Callable[[str], object] = str,
 ) -> Scope:
     """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses ``sim``'s classes.
@@ -178,13 +179,13 @@ def scope_of(
         folders: further folders to search for modules.
         missing: returns a placeholder for modules that do not exist.
         compiled: returns the code of a file; by default it is Python.
-        spynnaker: the modules of sPyNNaker, by default over ``sim``.
+        dialect: the modules of other simulators, by default those of all installed dialects over ``sim``.
         replaced: is called once with the name of each other simulator that is imported.
     """
     from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
-    from nrp_core.brain.pynn.spynnaker import PACKAGES, Dialect
+    from nrp_core.brain.pynn.dialects import Dialects, packages
 
-    dialect = spynnaker or Dialect(sim)
+    others = dialect or Dialects(sim)
     more = {**_with_packages(simulators, sim), **modules}
 
     @cache
@@ -195,12 +196,12 @@ def scope_of(
             return sim
         if name in more:
             return more[name]
-        if (found := dialect.module(name)) is not None:
+        if (found := others.module(name)) is not None:
             return found
         if root != "pyNN" or not child:
             return None
         if child in _LIBRARY:
-            return overlaid(importlib.import_module(name), dialect.library_names) if find_spec(name) else None
+            return overlaid(importlib.import_module(name), others.library_names) if find_spec(name) else None
         if child != SIMULATOR_NAME and not _is_simulator(child):
             return None
         if child != SIMULATOR_NAME:
@@ -208,10 +209,10 @@ def scope_of(
         return sim
 
     return Scope(
-        {"pyNN", "nrp_core", *PACKAGES, *(name.partition(".")[0] for name in more)},
+        {"pyNN", "nrp_core", *packages(), *(name.partition(".")[0] for name in more)},
         substitute,
         folders,
-        missing or dialect.missing,
+        missing or others.missing,
         compiled,
     )
 

@@ -100,6 +100,7 @@ def programming_interface(
         "state": simulator.state,
         "errors": errors,
     }
+    names["Neuromodulation"] = synapses.neuromodulation(simulator)
     modules = {module.__name__.rpartition(".")[2]: module for module in (random, space, connectors)}
     names.update({name: overlaid(module, names) for name, module in modules.items()})
     names["standardmodels"] = overlaid(standardmodels, names)

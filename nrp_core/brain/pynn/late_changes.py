@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Final
 
-_SIMULATORS: Final = ("pyNN", "nrp_core", "spynnaker")
 _CHANGES: Final = frozenset({"update", "setdefault", "pop", "clear", "popitem"})
 _NOT_IN_ORDER: Final = (
     ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef, ast.For, ast.While, ast.If, ast.Match,
@@ -20,7 +19,7 @@ _NOT_IN_ORDER: Final = (
 """Code that runs later than its line, several times or not at all."""
 
 
-def late_changes(script: bytes) -> Iterator[str]:
+def late_changes(script: bytes, simulators: Collection[str] = ()) -> Iterator[str]:
     """Yield a sentence for each change of a dictionary that a script has already used and uses no more.
 
     Only dictionaries that the script makes itself are looked at, and only those that it uses in no other way
@@ -28,17 +27,18 @@ def late_changes(script: bytes) -> Iterator[str]:
 
     Args:
         script: its text; one that is not Python yields nothing.
+        simulators: the packages of simulators besides PyNN and this one.
     """
     try:
         body = ast.parse(script).body
     except (SyntaxError, ValueError):
         return
-    simulators = set(_imported(body))
-    if not simulators:
+    known = set(_imported(body, {"pyNN", "nrp_core", *simulators}))
+    if not known:
         return
     uses: dict[str, list[_Use]] = defaultdict(list)
     for statement in body:
-        _collect(statement, simulators, uses)
+        _collect(statement, known, uses)
     for name, found in uses.items():
         kinds = [kind for kind, _ in found]
         if kinds[:1] != ["made"] or kinds.count("made") > 1 or "other" in kinds or "passed" not in kinds:
@@ -55,13 +55,13 @@ _Use = tuple[str, ast.expr | ast.stmt]
 """How a name is used: made, passed, changed or other; and where."""
 
 
-def _imported(body: list[ast.stmt]) -> Iterator[str]:
+def _imported(body: list[ast.stmt], packages: set[str]) -> Iterator[str]:
     for one in body:
         match one:
             case ast.Import(names):
                 found = ((alias.name, alias.asname or alias.name.partition(".")[0]) for alias in names)
-                yield from (own for name, own in found if name.partition(".")[0] in _SIMULATORS)
-            case ast.ImportFrom(str() as module, names) if module.partition(".")[0] in _SIMULATORS:
+                yield from (own for name, own in found if name.partition(".")[0] in packages)
+            case ast.ImportFrom(str() as module, names) if module.partition(".")[0] in packages:
                 yield from (alias.asname or alias.name for alias in names)
 
 

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Final
 from pyNN.parameters import LazyArray
 from pyNN.standardmodels import StandardSynapseType, synapses
 
+from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
 from nrp_core.brain.network.synapses.law import SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.network.synapses.stdp import STDP
@@ -20,12 +21,14 @@ from nrp_core.brain.pynn.arguments import (
     require_names,
     require_values,
 )
-from nrp_core.brain.pynn.invalid import InvalidValueError
+from nrp_core.brain.pynn.invalid import InvalidValueError, raising
 from nrp_core.brain.pynn.models import RULE_PARTS, untranslated
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError, NetworkError
 
 _FUNCTIONS: Final = "; a function of Python, such as lambda d: numpy.exp(-d), may use any name"
+_MODULATION: Final = ("weight", "tau_c", "tau_d", "w_min", "w_max")
+"""The arguments of synapses that reward or punish, in order."""
 
 
 class SynapseType(StandardSynapseType):
@@ -127,6 +130,26 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
 def synapse_types() -> list[type]:
     """Return the class of every law."""
     return [STDPMechanism if law.parts else _synapse_type(law) for law in LAWS.values()]
+
+
+def neuromodulation(simulator: Simulator) -> type:
+    """Return the type of synapses that reward or punish; their delay is a time step.
+
+    A projection of them onto the receptor ``reward`` or ``punishment`` decides how much STDP changes the
+    weights onto the same cells. Arguments are ``weight``, the change of dopamine by a spike, and those of
+    :class:`~nrp_core.brain.network.neuromodulation.Neuromodulation`.
+    """
+    static = simulator.types["StaticSynapse"]
+
+    def begin(self: Any, *values: Any, **given: Any) -> None:
+        require_names("Neuromodulation", given, _MODULATION)
+        given |= zip(_MODULATION, values, strict=False)
+        static.__init__(self, weight=given.pop("weight", 0.0), delay=simulator.state.dt)
+        with raising(InvalidValueError):
+            self.neuromodulation = Neuromodulation(**given)
+
+    doc = "Synapses onto ``reward`` or ``punishment``: their spikes decide on changes by STDP."
+    return type("Neuromodulation", (static,), {"__init__": begin, "__doc__": doc, "receptors": MODULATORY})
 
 
 def _synapse_type(law: SynapseLaw) -> type:

@@ -3,7 +3,7 @@
 from threading import Event
 
 import pytest
-from nrp_core.pynn.spynnaker import run_script
+from nrp_spynnaker.live import run_script
 
 NETWORK = """
 import pyNN.spiNNaker as p

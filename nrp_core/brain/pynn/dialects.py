@@ -1,0 +1,92 @@
+"""Dialects of PyNN: the modules that scripts for another simulator import, over a simulator of ours.
+
+An entry point in ``nrp_core.pynn_dialects`` has the name of a module that such scripts import, for example
+``pyNN.other`` or a package. It is a :class:`Dialect`, which is loaded when a script imports the module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from types import ModuleType
+from typing import Any, ClassVar, Protocol
+
+from nrp_core.registry import Registry
+
+
+class Modules(Protocol):
+    """Modules that a script finds in place of those that are installed."""
+
+    @property
+    def library_names(self) -> Mapping[str, Any]:
+        """The names that replace those of PyNN's library, such as ``pyNN.random.RandomDistribution``."""
+
+    def module(self, name: str) -> ModuleType | None:
+        """Return the module of a dotted name, or None for the one that is installed.
+
+        Raises:
+            NrpError: there is no equivalent of this module.
+        """
+
+    def missing(self, name: str, importer: Mapping[str, Any]) -> ModuleType | None:
+        """Return a placeholder for a module that is not installed, or None; see :meth:`module`.
+
+        Args:
+            name: its dotted name.
+            importer: the variables of the module that imports it.
+        """
+
+
+class Dialect(Modules, Protocol):
+    """The modules of another simulator over one of ours, which it is made with.
+
+    Attributes:
+        runner: the name of the :mod:`runner <nrp_core.pynn.runners>` of scripts in this dialect.
+    """
+
+    runner: ClassVar[str]
+
+    def __init__(self, pynn: ModuleType) -> None: ...
+
+
+DIALECTS: Registry[type[Dialect]] = Registry("nrp_core.pynn_dialects", "dialect of PyNN")
+
+
+class Dialects:
+    """All installed dialects over one simulator, see :class:`Modules`.
+
+    Args:
+        pynn: the simulator; the modules build its network.
+    """
+
+    def __init__(self, pynn: ModuleType) -> None:
+        self._pynn = pynn
+        self._made: dict[type[Dialect], Dialect] = {}
+
+    @property
+    def library_names(self) -> Mapping[str, Any]:
+        return vars(self._pynn)
+
+    def module(self, name: str) -> ModuleType | None:
+        dialect = self.dialect_with(name)
+        return None if dialect is None else dialect.module(name)
+
+    def missing(self, name: str, importer: Mapping[str, Any]) -> ModuleType | None:
+        found = (self._dialect(each).missing(name, importer) for each in DIALECTS.names())
+        return next((module for module in found if module is not None), None)
+
+    def dialect_with(self, name: str) -> Dialect | None:
+        """Return the dialect that has a module, or one of the packages that it is in."""
+        return next(
+            (self._dialect(each) for each in DIALECTS.names() if f"{name}.".startswith(f"{each}.")), None
+        )
+
+    def _dialect(self, name: str) -> Dialect:
+        kind = DIALECTS.load(name)
+        if kind not in self._made:
+            self._made[kind] = kind(self._pynn)
+        return self._made[kind]
+
+
+def packages() -> Iterator[str]:
+    """Return the packages of all modules of dialects."""
+    return (name.partition(".")[0] for name in DIALECTS.names())

@@ -1,0 +1,22 @@
+"""Runners of scripts that were written for another simulator: ``python -m nrp_core.pynn --as NAME``.
+
+An entry point in ``nrp_core.pynn_runners`` has the name after ``--as``, and is a function that runs a script
+as the main program. :func:`~nrp_core.brain.files.script.scope_of` makes the modules that the script imports,
+those of its :class:`~nrp_core.brain.pynn.dialects.Dialect` among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from nrp_core.registry import Registry
+
+Runner = Callable[[Path], object]
+"""Runs a script; its arguments are in ``sys.argv``.
+
+Raises:
+    NrpError: the script does something impossible; with file and line.
+"""
+
+RUNNERS: Registry[Runner] = Registry("nrp_core.pynn_runners", "runner of scripts")

@@ -1,0 +1,333 @@
+"""Populations and projections with the arguments and methods that only sPyNNaker has."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.changes import Synapses
+from nrp_core.brain.network.data import RECEPTORS
+from nrp_core.brain.pynn import populations, projections
+from nrp_core.brain.pynn.arguments import require_kind
+from nrp_core.brain.pynn.former import by_name
+from nrp_core.brain.pynn.populations import SPIKE_TIMES
+from nrp_core.errors import CapabilityError, NetworkError
+from nrp_spynnaker.dialect import neo_convertor
+from nrp_spynnaker.dialect.cells import ascending
+from nrp_spynnaker.dialect.former import SPIKES, FormerCells
+from nrp_spynnaker.dialect.kernels import ConvolutionConnector
+from nrp_spynnaker.dialect.listed import one_by_one
+from nrp_spynnaker.dialect.refused import POPULATIONS, refuse_attribute
+from nrp_spynnaker.dialect.settings import cells_per_core, hints_of, remarks_on
+
+_ROUNDING: Final = 1e-3
+"""How far the size of a population may be from a whole number."""
+
+
+class _Cells(FormerCells):
+    """Parameters and positions as sPyNNaker returns them."""
+
+    @property
+    def _size(self) -> int:
+        """The number of cells, which scripts also read by this name."""
+        cells: Any = self
+        return int(cells.size)
+
+    @property
+    def positions(self) -> FloatArray:
+        """The positions of the cells, um, shape ``(n, 3)``."""
+        cells: Any = self
+        found: FloatArray = cells._owner().places[cells._indices()]
+        return found
+
+    @property
+    def position_generator(self) -> Any:
+        """A function that returns the position of the cell at an index."""
+        return lambda index: self.positions[index]
+
+    def nearest(self, position: Any) -> Any:
+        """Return the cell that is closest to a position."""
+        cells: Any = self
+        return cells[int(((self.positions - np.asarray(position)) ** 2).sum(axis=1).argmin())]
+
+    def save_positions(self, file: Any) -> None:
+        """Write the index and the position of each cell to a file."""
+        rows = np.column_stack([np.arange(len(self.positions)), self.positions])
+        np.savetxt(file, rows, fmt=["%d", "%g", "%g", "%g"])
+
+    def _get_cell_position(self, cell: Any) -> FloatArray:
+        cells: Any = self
+        found: FloatArray = self.positions[cells.id_to_index(cell)]
+        return found
+
+    def get(self, parameter_names: Any, gather: bool = True, simplify: bool = True) -> Any:
+        """Return a value for each cell, by name if there are several names."""
+        read: Any = super().get
+        if isinstance(parameter_names, str):
+            return read(parameter_names, simplify=False)
+        return dict(zip(parameter_names, read(list(parameter_names), simplify=False), strict=True))
+
+
+class Population(_Cells, populations.Population):
+    """A group of cells, with the settings of sPyNNaker.
+
+    Args:
+        constraints: ignored, as they place cells on a machine.
+        additional_parameters: settings of the population on the machine.
+        settings: the same, as keyword arguments.
+    """
+
+    def __init__(
+        self, size: Any, cellclass: Any, cellparams: Mapping[str, Any] | None = None, structure: Any = None,
+        initial_values: Mapping[str, Any] | None = None, label: str | None = None, constraints: Any = None,
+        additional_parameters: Mapping[str, Any] | None = None, **settings: Any,
+    ) -> None:  # fmt: skip
+        if isinstance(structure, str):  # version 7 took the label there, too
+            structure, label = None, label or structure
+        if isinstance(cellclass, type):
+            cellclass, cellparams = cellclass(**(cellparams or {})), None
+        if isinstance(size, (float, np.floating)) and abs(float(size) - np.round(size)) < _ROUNDING:
+            size = round(size)
+        require_kind(
+            f"population '{label}'", "additional_parameters", additional_parameters, (Mapping, type(None)),
+            "a dictionary",
+        )  # fmt: skip
+        begins = {**getattr(cellclass, "given_state", {}), **(initial_values or {})}
+        super().__init__(size, cellclass, cellparams, structure, begins, label)
+        if hasattr(cellclass, "variable"):
+            state = self._simulator.state
+            stream = state.stream(f"population/{self.label}/rates")
+            self.set(spike_times=cellclass.variable.trains(self.size, stream, state.dt))
+        own = getattr(cellclass, "settings", {})
+        owner, given = f"population '{self.label}'", {**own, **(additional_parameters or {}), **settings}
+        defaults = self._simulator.state.hints_by_cell.get(type(cellclass), {})
+        self.hints = {**defaults, **hints_of(owner, given)}
+        if constraints:
+            self._place(*constraints if isinstance(constraints, list) else [constraints])
+        if hasattr(cellclass, "hub"):
+            cellclass.hub.inject_into(self, given.pop("port", None), given.pop("virtual_key", None))
+            if cellclass.program is not None:
+                cellclass.hub.notify(*cellclass.program)
+        for text in remarks_on(owner, given):
+            self._simulator.state.remark(text)
+
+    def record(self, variables: Any = SPIKES, *arguments: Any, **options: Any) -> None:
+        """Record variables of all cells; ``all`` are those that its cells have."""
+        super().record(self.celltype.recordable if variables == "all" else variables, *arguments, **options)
+
+    @by_name
+    def set(self, **parameters: Any) -> None:
+        """Set parameters of all cells; state variables too, before the network runs."""
+        state = {name: parameters.pop(name) for name in self.initial_values.keys() & parameters.keys()}
+        if state and self._simulator.state.t > 0:
+            raise CapabilityError(
+                f"population '{self.label}': {', '.join(sorted(state))} is part of the state of its cells, "
+                "which cannot be set while the network runs; initialize() sets it at the beginning of a run"
+            )
+        if state:
+            self.initialize(**state)
+        if SPIKE_TIMES in parameters:
+            parameters[SPIKE_TIMES] = ascending(parameters[SPIKE_TIMES])
+        super().set(**parameters)
+
+    initialize = by_name(populations.Population.initialize)
+
+    def rset(self, parametername: str, rand_distr: Any) -> None:
+        """Set a parameter of all cells."""
+        self.set(**{parametername: rand_distr})
+
+    def tset(self, parametername: str, value_array: Any) -> None:
+        """Set a parameter of each cell."""
+        self.set(**{parametername: np.ravel(value_array)})
+
+    def randomInit(self, rand_distr: Any) -> None:  # noqa: N802
+        """Set the initial voltages."""
+        self.initialize(v=rand_distr)
+
+    def set_max_atoms_per_core(self, max_atoms_per_core: Any) -> None:
+        """Set the largest number of cells on a core of the machine."""
+        count = cells_per_core(f"population '{self.label}'", max_atoms_per_core)
+        self.hints = {**self.hints, "neurons_per_core": count}
+
+    def _place(self, constraint: Any = None, *_: Any, **__: Any) -> None:
+        if getattr(constraint, "size", None) is not None:
+            self.set_max_atoms_per_core(constraint.size)
+            return
+        self._simulator.state.remark(
+            f"population '{self.label}' is placed by the mapper; the place in the script has no effect"
+        )
+
+    add_placement_constraint = set_constraint = set_mapping_constraint = _place
+
+    def spinnaker_get_data(
+        self, variable: Any, as_matrix: bool = False, view_indexes: Any = None
+    ) -> FloatArray:
+        """Return recorded data as rows of cell, time (ms) and value.
+
+        Args:
+            variable: one name, or a list of one.
+            as_matrix: return the values only, shape ``(n_samples, n_cells)``; not for spikes.
+            view_indexes: the cells to return, by default all.
+        """
+        names = [variable] if isinstance(variable, str) else list(variable)
+        if len(names) != 1:
+            raise NetworkError(
+                f"population '{self.label}': spinnaker_get_data takes one variable, not {names}"
+            )
+        data = self.get_data(names)
+        if as_matrix and names != ["spikes"]:
+            values = np.asarray(data.segments[-1].filter(name=names[0])[0].magnitude)
+            return values if view_indexes is None else values[:, list(view_indexes)]
+        rows = neo_convertor.convert_data(data, names[0], run=len(data.segments) - 1)
+        return rows if view_indexes is None else rows[np.isin(rows[:, 0], list(view_indexes))]
+
+    @classmethod
+    def create(cls, cellclass: Any, cellparams: Mapping[str, Any] | None = None, n: int = 1) -> Population:
+        """Return a population of ``n`` cells."""
+        return cls(n, cellclass, cellparams)
+
+    def index_to_id(self, index: Any) -> Any:
+        """Return the ID of the cell at an index, or of those at several."""
+        cells = [self[int(each)] for each in np.atleast_1d(index)]
+        return cells if np.iterable(index) else cells[0]
+
+    def __getattr__(self, name: str) -> Any:
+        refuse_attribute(type(self), name, POPULATIONS)
+
+    def set_initial_value(self, variable: str, value: Any, selector: Any = None) -> None:
+        """Set the initial value of a state variable, of all cells or of those at an index."""
+        (self if selector is None else self[selector]).initialize(**{variable: value})
+
+    def get_initial_value(self, variable: str, selector: Any = None) -> FloatArray:
+        """Return the initial values of a state variable."""
+        values = self.initial_arrays[variable]
+        return values if selector is None else values[selector]
+
+
+class PopulationView(_Cells, populations.PopulationView):
+    """Some cells of a population, with the methods of sPyNNaker."""
+
+    @property
+    def initial_values(self) -> dict[str, FloatArray]:
+        """The initial values of these cells by state variable."""
+        chosen = self._indices()
+        return {name: values[chosen] for name, values in self._owner().initial_arrays.items()}
+
+    def spinnaker_get_data(self, variable: Any, as_matrix: bool = False) -> FloatArray:
+        """Return recorded data of these cells, see :meth:`Population.spinnaker_get_data`."""
+        found: FloatArray = self._owner().spinnaker_get_data(variable, as_matrix, self._indices())
+        return found
+
+    def __getattr__(self, name: str) -> Any:
+        refuse_attribute(type(self), name, POPULATIONS)
+
+
+def convolution(static: Any) -> type:
+    """Return the type of synapses whose weights are those of a connector's kernel.
+
+    Args:
+        static: the class of PyNN's ``StaticSynapse``.
+    """
+
+    def begin(self: Any, delay: float | None = None) -> None:
+        static.__init__(self, delay=delay)
+
+    return type(
+        "Convolution", (static,), {"__init__": begin, "__doc__": "Synapses with weights of a kernel."}
+    )
+
+
+class Projection(projections.Projection):
+    """Synapses whose receptor decides whether they inhibit, not the sign of their weights, as in sPyNNaker.
+
+    The receptor is ``excitatory`` unless it is given.
+
+    Attributes:
+        negative: the synapses of the negative weights of a convolution, which have another receptor.
+    """
+
+    negative: Projection | None = None
+
+    def __init__(
+        self, pre_synaptic_population: Any, post_synaptic_population: Any, connector: Any = None,
+        synapse_type: Any = None, source: Any = None, receptor_type: str | None = None, space: Any = None,
+        label: str | None = None, download_synapses: bool = False, partition_id: Any = None, **unknown: Any,
+    ) -> None:  # fmt: skip
+        ends = (pre_synaptic_population, post_synaptic_population)
+        if hasattr(synapse_type, "rewiring") and not all(isinstance(end, Population) for end in ends):
+            raise CapabilityError(
+                f"{type(synapse_type).__name__}: its synapses form between all cells of two populations, not "
+                "of views or assemblies"
+            )
+        signed = isinstance(connector, ConvolutionConnector)
+        if signed:
+            receptor_type = connector.positive_receptor_type if receptor_type is None else receptor_type
+        receptor_type = receptor_type or "excitatory"
+        synapse_type = one_by_one(synapse_type, connector, ends)
+        super().__init__(*ends, connector, synapse_type, source, receptor_type, space, label, **unknown)
+        if signed and (other := connector.negative()) is not None:
+            self.negative = type(self)(
+                *ends, other, synapse_type, source, connector.negative_receptor_type, space,
+                f"{self.label} (negative)",
+            )  # fmt: skip
+
+    def column(self, name: str) -> Any:
+        """Return an index or a parameter of all current synapses, shape ``(n_synapses,)``.
+
+        Weights are sizes, as a machine has no others; those of a kernel have its signs.
+        """
+        found = self._current()
+        if self.negative is not None:
+            own, other = super().column(name), self.negative.column(name)
+            return np.concatenate([own, -abs(other) if name == "weight" else other])
+        if found is None:
+            values = super().column(name)
+            return abs(values) if name == "weight" else values
+        own = {
+            "presynaptic_index": found.pre_index, "postsynaptic_index": found.post_index,
+            "weight": found.weight, "delay": found.delay_ms,
+        }  # fmt: skip
+        if name in own:
+            return own[name]
+        return np.full(len(found.weight), self.synapse_type.rewiring.parameters[name])
+
+    def __len__(self) -> int:
+        found, more = self._current(), 0 if self.negative is None else len(self.negative)
+        return super().__len__() + more if found is None else len(found.weight)
+
+    def set_download_synapses(self, download_synapses: bool) -> None:
+        """Have no effect: synapses are always at hand."""
+
+    def _change(self, values: Mapping[str, FloatArray]) -> None:
+        if self.negative is not None:
+            raise CapabilityError(
+                f"{self._name}: the synapses of a convolution with negative weights are fixed"
+            )
+        super()._change(values)
+
+    def _current(self) -> Synapses | None:
+        """Return the synapses that there are now if they form and vanish while the network runs."""
+        if getattr(self.synapse_type, "rewiring", None) is None:
+            return None
+        return self._simulator.state.synapses_of(self)
+
+    def _meant(self, values: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+        weight = values.get("weight")
+        if self.receptor_type not in RECEPTORS or weight is None:
+            return values
+        below = weight < 0
+        if below.any() and (weight > 0).any():
+            return values  # which is refused
+        inhibits = self.receptor_type == "inhibitory"
+        if below.any() and not inhibits:
+            self._simulator.state.remark(
+                f"{self._name}: its weights are negative, and sPyNNaker takes their size, so they excite; is "
+                "receptor_type='inhibitory' meant?"
+            )
+        size = abs(weight)
+        return {**values, "weight": -size if inhibits and not self.post.conductance_based else size}

@@ -1,0 +1,82 @@
+"""sPyNNaker's simulator, which runs its scripts on the emulated machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
+
+import nrp_core.pynn
+from nrp_core._support.lone_names import lone_names
+from nrp_core.brain.files.script import scope_of
+from nrp_core.brain.pynn.late_changes import late_changes
+from nrp_core.errors import NetworkError, NrpError
+from nrp_core.pynn.languages import reading_of
+from nrp_spynnaker.dialect import Dialect
+from nrp_spynnaker.dialect.connections import Hub
+from nrp_spynnaker.live.clock import SimulatedClock
+from nrp_spynnaker.live.live import LiveState
+from nrp_spynnaker.live.recording import LabelledRecorder
+from nrp_spynnaker.live.stopping import stops_elsewhere
+
+BACKEND: Final = "spinnaker"
+OPTIONS: Final[Mapping[str, Any]] = {"semantics": "released"}
+"""Cells and weights mean what they mean in sPyNNaker, which differs from PyNN for some cells."""
+
+
+def run_script(path: Path) -> ModuleType:
+    """Run a script of sPyNNaker as the main program, and return its module.
+
+    ``time.sleep`` in a callback of the script waits for simulated time, so that a run is the same each time.
+
+    Raises:
+        NrpError: the script does something impossible; with file and line.
+        Exception: whatever else the script raises.
+    """
+    clock = SimulatedClock()
+    state = LiveState(Hub(), clock, waits=stops_elsewhere(path.read_bytes()))
+    pynn = nrp_core.pynn.new_simulator(state, LabelledRecorder)
+    vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
+    dialect = Dialect(pynn, *_running(pynn, state), state.hub, of_script=True)
+    reading = reading_of(path)
+    if reading.language is not None:
+        state.tell([f"'{path.name}' is in {reading.language.name}, and is converted as it is read"])
+    scope = scope_of(
+        pynn, modules={**reading.modules, **clock.modules()}, dialect=dialect,
+        compiled=None if reading.language is None else reading.language.compiled,
+    )  # fmt: skip
+    try:
+        with reading.running():
+            module = scope.run(path, name="__main__")
+        state.tell([*late_changes(path.read_bytes(), ("spynnaker",)), *lone_names(path.read_bytes())])
+        return module
+    except (NrpError, SyntaxError) as error:
+        raise scope.located(error, NetworkError, path) from error
+    finally:
+        state.close()
+
+
+def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the names of the simulator, and of its ``external_devices``, that run the network."""
+    advance = pynn.run
+
+    def run(
+        simtime: float | None = None, _sync_time: float = 0.0, callbacks: Any = None,
+        run_time: float | None = None,
+    ) -> float | None:  # fmt: skip
+        """Run for a time (ms); without one, in real time until it is stopped, beside the script."""
+        simtime = run_time if simtime is None else simtime
+        if simtime is None:
+            state.run_forever()
+            return None
+        return float(advance(simtime, callbacks))
+
+    def run_forever(_sync_time: float = 0.0) -> None:
+        """Run in real time, beside the script, until ``request_stop`` or ``end``."""
+        state.run_forever()
+
+    names = {"run": run, "run_for": run, "run_forever": run_forever, "stop_run": state.stop}
+    devices = {"run_forever": run_forever, "request_stop": state.stop}
+    return names, devices

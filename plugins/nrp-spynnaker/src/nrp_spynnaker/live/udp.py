@@ -1,0 +1,177 @@
+"""Live spikes over UDP: from other programs to injectors, and from populations to other programs."""
+
+from __future__ import annotations
+
+import logging
+import socket
+from collections.abc import Sequence
+from math import ceil
+from typing import Final
+
+from nrp_core.errors import NetworkError
+from nrp_spynnaker.dialect.connections import Hub, LiveOutput
+from nrp_spynnaker.live.eieio import KEY_16_BIT, KEY_PAYLOAD_16_BIT, keys_of, packets
+from nrp_spynnaker.live.programs import Programs
+
+_logger = logging.getLogger(__name__)
+_LARGEST: Final = 65536
+_KEYS_OF_A_POPULATION: Final = 1 << 16
+"""Populations with live output have multiples of so many keys, in the order in which they have it."""
+
+
+class Sockets:
+    """The sockets of the live connections of a script.
+
+    Args:
+        hub: the connections, which name ports.
+
+    Raises:
+        NetworkError: a port is in use, a host has no address, a kind of packet is not sent, or populations
+            have a key in common.
+    """
+
+    def __init__(self, hub: Hub) -> None:
+        self._inputs: list[tuple[str, socket.socket]] = []
+        self._outputs: dict[str, tuple[LiveOutput, tuple[str, int]]] = {}
+        self._keys = _keys_of(hub)
+        self._programs: Programs | None = None
+        self._sender: socket.socket | None = None
+        self._refused: set[str] = set()
+        try:
+            for label, given in hub.inputs.items():
+                self._inputs.append((label, _bound(label, given.port)))
+            for label, output in hub.outputs.items():
+                self._outputs[label] = output, (_address(label, output), output.port)
+            if self._outputs:
+                self._sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            if hub.ports:
+                self._programs = Programs(hub.ports, self._keys, list(hub.heard), list(hub.injectors))
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def listens(self) -> bool:
+        """Whether other programs may send spikes, so that the network keeps to the real time."""
+        return bool(self._inputs) or self.has_programs
+
+    @property
+    def has_programs(self) -> bool:
+        """Whether other programs take part in the run that has begun."""
+        return self._programs is not None and self._programs.are_there
+
+    def begin(self, timestep_ms: float, run_time_ms: float) -> None:
+        """Tell other programs that a run begins, as :meth:`Programs.begin`."""
+        if self._programs is not None:
+            self._programs.begin(timestep_ms, run_time_ms)
+
+    def end(self) -> None:
+        """Tell other programs that the run has stopped."""
+        if self._programs is not None:
+            self._programs.end()
+
+    def received(self) -> list[tuple[str, list[int]]]:
+        """Return the spikes that have arrived: labels of injectors, and cells.
+
+        A packet that is not one, and keys that are not those of cells, are told once for each population.
+        """
+        arrived = list(self._programs.packets()) if self._programs is not None else []
+        for label, bound in self._inputs:
+            while True:
+                try:
+                    arrived.append((label, bound.recv(_LARGEST)))
+                except BlockingIOError:
+                    break
+        found = [(label, self._cells(label, packet)) for label, packet in arrived]
+        return [(label, cells) for label, cells in found if cells]
+
+    def send(self, label: str, time: int, cells: Sequence[int]) -> None:
+        """Send the spikes of a step to where the live output of a population goes."""
+        if not cells:
+            return
+        keys = [self._keys[label].start + cell for cell in cells]
+        if self._programs is not None and self._programs.are_there:
+            for packet in packets(keys, time):
+                self._programs.send(packet)
+        if label in self._outputs:
+            output, address = self._outputs[label]
+            assert self._sender is not None
+            for packet in packets(keys, time, output.kind):
+                self._sender.sendto(packet, address)
+
+    def close(self) -> None:
+        """Close all sockets."""
+        for _, bound in self._inputs:
+            bound.close()
+        if self._programs is not None:
+            self._programs.close()
+        if self._sender is not None:
+            self._sender.close()
+        self._inputs, self._outputs, self._sender, self._programs = [], {}, None, None
+
+    def _cells(self, label: str, packet: bytes) -> list[int]:
+        base, size = self._keys[label].start, len(self._keys[label])
+        try:
+            cells = [key - base for key in keys_of(packet, base >> 16)]
+        except ValueError as error:
+            self._tell(f"a packet for population '{label}' is not used: {error}")
+            return []
+        for cell in cells:
+            if not 0 <= cell < size:
+                self._tell(
+                    f"key {cell + base:#x} that was sent to population '{label}' is not that of a cell; they "
+                    f"are {base:#x} to {base + size - 1:#x}"
+                )
+        return [cell for cell in cells if 0 <= cell < size]
+
+    def _tell(self, text: str) -> None:
+        if text not in self._refused:
+            self._refused.add(text)
+            _logger.warning("%s", text)
+
+
+def _keys_of(hub: Hub) -> dict[str, range]:
+    """Return the keys of the cells of all populations with live output, and of injectors."""
+    keys: dict[str, range] = {}
+    free = 0
+    for label, population in {**hub.heard, **hub.injectors}.items():
+        size = int(population.size)
+        first = hub.inputs[label].key if label in hub.inputs else free
+        free += ceil(size / _KEYS_OF_A_POPULATION) * _KEYS_OF_A_POPULATION
+        keys[label] = range(first, first + size)
+        for other in hub.heard if label in hub.heard else ():
+            both = keys.get(other, range(0))
+            if other != label and max(first, both.start) < min(keys[label].stop, both.stop):
+                raise NetworkError(
+                    f"live output of '{label}' and '{other}' has a key in common, "
+                    f"{max(first, both.start):#x}; give the injector another virtual_key"
+                )
+    return keys
+
+
+def _bound(label: str, port: int) -> socket.socket:
+    """Return a socket that receives on this machine only, without waiting."""
+    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    made.setblocking(False)
+    try:
+        made.bind(("127.0.0.1", port))
+    except OSError as error:
+        made.close()
+        raise NetworkError(
+            f"population '{label}' cannot receive spikes at UDP port {port}: {error.strerror}; choose another"
+        ) from error
+    return made
+
+
+def _address(label: str, output: LiveOutput) -> str:
+    if output.kind in (KEY_16_BIT, KEY_PAYLOAD_16_BIT):
+        raise NetworkError(
+            f"live output of '{label}': keys of 16 bits are not sent; message_type may be KEY_32_BIT or "
+            "KEY_PAYLOAD_32_BIT"
+        )
+    try:
+        return socket.gethostbyname(output.host)
+    except OSError as error:
+        raise NetworkError(
+            f"live output of '{label}': the host '{output.host}' has no address: {error.strerror}"
+        ) from error
