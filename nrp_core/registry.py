@@ -9,11 +9,11 @@ One broken plugin hides no other. Whoever uses a group says what its plugins are
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint
-from typing import ClassVar, Generic, TypeVar, cast
+from typing import ClassVar, Final, Generic, TypeVar, cast
 
 from nrp_core._support.entry_points import State, entries, installed
 from nrp_core.errors import (
@@ -25,6 +25,21 @@ from nrp_core.errors import (
 )
 
 T = TypeVar("T")
+
+OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
+    "nrp-lab": {"nrp_core.commands": ["benchmark", "diff", "evolve", "sweep"]},
+    "nrp-legacy": {
+        "nrp_core.commands": ["import"],
+        "nrp_core.experiment_readers": [".exc"],
+        "nrp_core.platforms": ["hbp_nrp"],
+        "nrp_core.script_languages": ["python2"],
+    },
+    "nrp-spynnaker": {
+        "nrp_core.pynn_dialects": ["pyNN.spiNNaker", "spynnaker", "spynnaker7", "spynnaker8"],
+        "nrp_core.pynn_runners": ["spinnaker"],
+    },
+}
+"""The plugins of distributions of this project that may not be installed: names by distribution and group."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +128,11 @@ class Registry(Generic[T]):
             DuplicateBackendError: two distributions do.
         """
         found = [provider for provider in self.providers() if provider.name == name]
+        if not found and (distribution := self.distribution_with(name)):
+            raise UnknownBackendError(
+                f"the {self.kind} '{name}' is in {distribution}, which is not installed",
+                remedy=f"pip install {distribution}",
+            )
         if not found:
             names = self.names()
             hint = did_you_mean(name, names) if names else f"; none is installed: {self.EMPTY}"
@@ -124,6 +144,10 @@ class Registry(Generic[T]):
                 remedy=f"pip uninstall {found[-1].distribution}",
             )
         return found[0]
+
+    def distribution_with(self, name: str) -> str | None:
+        """Return the distribution of this project that has a plugin, installed or not; None for others."""
+        return next((one for one, groups in OPTIONAL.items() if name in groups.get(self.group, ())), None)
 
     def _import(self, provider: Provider) -> object:
         from nrp_core._support.driver import NoMatches

@@ -50,7 +50,7 @@ class CommandGroup(TyperGroup):
         if cmd_name not in self.commands:
             if cmd_name in COMMANDS:
                 self.commands[cmd_name] = _command(cmd_name, core_function(cmd_name))
-            elif cmd_name in self._added:
+            elif cmd_name in self._added or ADDED.distribution_with(cmd_name):
                 self.commands[cmd_name] = _command(cmd_name, ADDED.load(cmd_name))
             else:
                 for name in COMMANDS:  # typer proposes one of those that are there

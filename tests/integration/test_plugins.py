@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core.registry import OPTIONAL
+
 ROOT = Path(__file__).parents[2]
 SIMULATORS = {
     "nest",
@@ -57,3 +59,17 @@ print(*sorted({SIMULATORS!r} & set(sys.modules)))
 """
     found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert found.stdout.split() == []
+
+
+@pytest.mark.parametrize("name", OPTIONAL)
+def test_a_distribution_that_messages_name_has_the_plugins_that_they_promise(name):
+    groups = tomllib.loads((ROOT / "plugins" / name / "pyproject.toml").read_text())["project"][
+        "entry-points"
+    ]
+    for group, names in OPTIONAL[name].items():
+        assert set(names) <= groups[group].keys()
+
+
+def test_nrp_core_all_brings_them():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert set(OPTIONAL) <= set(extras["all"])

@@ -75,10 +75,15 @@ class Dialects:
         return next((module for module in found if module is not None), None)
 
     def dialect_with(self, name: str) -> Dialect | None:
-        """Return the dialect that has a module, or one of the packages that it is in."""
-        return next(
-            (self._dialect(each) for each in DIALECTS.names() if f"{name}.".startswith(f"{each}.")), None
-        )
+        """Return the dialect that has a module, or one of the packages that it is in.
+
+        Raises:
+            UnknownBackendError: the dialect is in a distribution of this project that is not installed.
+        """
+        installed, parts = DIALECTS.names(), name.split(".")
+        packages = (".".join(parts[:count]) for count in range(1, len(parts) + 1))
+        found = next((one for one in packages if one in installed or DIALECTS.distribution_with(one)), None)
+        return None if found is None else self._dialect(found)
 
     def _dialect(self, name: str) -> Dialect:
         kind = DIALECTS.load(name)

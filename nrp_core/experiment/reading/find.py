@@ -131,6 +131,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     if path.suffix.lower() == ARCHIVE:
         return _in_archive(path.resolve())
     if path.suffix not in READERS.names():
+        _require_readers([path])
         raise ExperimentError(f"not an experiment: files end in {', '.join(READERS.names())}", path=path)
     return path.resolve()
 
@@ -139,6 +140,7 @@ def _in_archive(archive: Path) -> Path:
     suffixes, top = READERS.names(), unpacked(archive)
     found = [path for path in top.rglob("*") if path.suffix in suffixes and path.name[:1] != "."]
     if not found:
+        _require_readers(top.rglob("*"))
         raise ExperimentError(
             f"the archive does not contain an experiment: files end in {', '.join(suffixes)}", path=archive
         )
@@ -157,9 +159,24 @@ def _in_folder(folder: Path) -> Path:
             raise ExperimentError(str(error)) from None
         return named[0].resolve()
     if not named:
+        _require_readers(folder.iterdir())
         raise ExperimentError("the folder does not contain an experiment (experiment.yaml)", path=folder)
     several = ", ".join(path.name for path in named)
     raise ExperimentError(f"the folder holds several experiments; name one: {several}", path=folder)
+
+
+def _require_readers(paths: Iterable[Path]) -> None:
+    """Check that none of these files needs a distribution of this project that is not installed.
+
+    Raises:
+        ExperimentError: one does; the message names the distribution.
+    """
+    for path in paths:
+        if READERS.distribution_with(path.suffix):
+            try:
+                READERS.provider(path.suffix)
+            except BackendError as error:
+                raise ExperimentError(str(error), path=path) from None
 
 
 def _variants(package: str) -> dict[str, Path]:

@@ -23,8 +23,7 @@ from nrp_core.checks.evaluation import UnreadableError
 from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.findings import Code, Finding
-from nrp_legacy.code import Source, as_of_old, compiled_file
-from nrp_legacy.convert.python import defined
+from nrp_legacy.code import Source, as_of_old, compiled_file, defined
 from nrp_legacy.elements import attribute, children, local, number
 from nrp_legacy.files import Library
 from nrp_legacy.h5_brain import read_h5_brain

@@ -128,3 +128,18 @@ def _can_be_read(code: str) -> bool:
     except SyntaxError:
         return False
     return True
+
+
+def defined(tree: ast.Module) -> Iterator[str]:
+    """Yield the names that code defines for others: at its top level, or by ``global``."""
+    for node in tree.body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            yield node.name
+        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+            yield from (
+                one.id
+                for one in ast.walk(node)
+                if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
+            )
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            yield from ((alias.asname or alias.name).partition(".")[0] for alias in node.names)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from nrp_core import dsl
 from nrp_core.dsl.devices.kinds import DeviceKind
 from nrp_core.dsl.loading.loader import file_names
-from nrp_legacy.code import Source, as_of_old
+from nrp_legacy.code import Source, as_of_old, defined
 from nrp_legacy.convert.edits import Edits
 from nrp_legacy.convert.reliance import reliance
 from nrp_legacy.framework import SPELLINGS
@@ -225,21 +225,6 @@ def _lacking(tree: ast.Module) -> set[str]:
     known = {*vars(builtins), *file_names(), "__file__", *_all_defined(tree)} - elsewhere
     used = {node.id for node in nodes if isinstance(node, ast.Name)}
     return used - known
-
-
-def defined(tree: ast.Module) -> Iterator[str]:
-    """Yield the names that code defines for others: at its top level, or by ``global``."""
-    for node in tree.body:
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            yield node.name
-        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-            yield from (
-                one.id
-                for one in ast.walk(node)
-                if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
-            )
-        elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            yield from ((alias.asname or alias.name).partition(".")[0] for alias in node.names)
 
 
 def _all_defined(tree: ast.Module) -> Iterator[str]:

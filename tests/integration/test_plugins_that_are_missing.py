@@ -1,0 +1,75 @@
+"""What needs a distribution that is not installed names it, and the command that installs it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from nrp_core import registry
+from nrp_core.brain.files.script import load_network
+from nrp_core.cli import app
+from nrp_core.errors import ExperimentError, NrpError, UnknownBackendError
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.pynn.__main__ import main
+
+
+@pytest.fixture(autouse=True)
+def alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Only the core is installed."""
+    found = registry.entries
+
+    def of_the_core(group: str) -> list[registry.EntryPoint]:
+        return [one for one in found(group) if one.dist is not None and one.dist.name == "nrp-core"]
+
+    monkeypatch.setattr(registry, "entries", of_the_core)
+    registry._providers.cache_clear()
+    yield
+    registry._providers.cache_clear()
+
+
+def requires(error: NrpError | str, distribution: str) -> bool:
+    return f"is in {distribution}, which is not installed; try: pip install {distribution}" in str(error)
+
+
+@pytest.mark.parametrize("place", ["x.exc", ""], ids=["the file", "its folder"])
+def test_an_old_experiment(tmp_path: Path, place: str) -> None:
+    (tmp_path / "x.exc").write_text("<ExD/>")
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(tmp_path / place)
+    assert requires(caught.value, "nrp-legacy")
+    assert caught.value.path == tmp_path / "x.exc"
+
+
+def test_an_experiment_that_names_the_platform(tmp_path: Path) -> None:
+    path = tmp_path / "experiment.yaml"
+    path.write_text("{extends: braitenberg_husky, compatibility: {platform: hbp_nrp}}")
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(path)
+    assert requires(caught.value, "nrp-legacy")
+
+
+@pytest.mark.parametrize(("command", "distribution"), [("import", "nrp-legacy"), ("sweep", "nrp-lab")])
+def test_a_command(command: str, distribution: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert app.run_app([command, "x"]) != 0
+    assert requires(" ".join(capsys.readouterr().err.split()), distribution)
+
+
+SCRIPT = "import {} as sim\nsim.setup()\n"
+
+
+@pytest.mark.parametrize("module", ["pyNN.spiNNaker", "spynnaker.pyNN", "spynnaker8"])
+def test_a_brain_file_for_another_simulator(tmp_path: Path, module: str) -> None:
+    (tmp_path / "brain.py").write_text(SCRIPT.format(module))
+    with pytest.raises(UnknownBackendError) as caught:
+        load_network(tmp_path / "brain.py")
+    assert requires(caught.value, "nrp-spynnaker")
+
+
+@pytest.mark.parametrize("options", [[], ["--as", "spinnaker"]], ids=["by default", "as such"])
+def test_a_script_for_another_simulator(tmp_path: Path, options: list[str]) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT.format("pyNN.spiNNaker"))
+    with pytest.raises(SystemExit) as caught:
+        main([*options, str(tmp_path / "script.py")])
+    assert requires(str(caught.value.code), "nrp-spynnaker")
