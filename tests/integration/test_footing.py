@@ -22,7 +22,7 @@ from nrp_core.findings import Code
 from nrp_core.world.scene.model import Scene
 
 SHIPPED = Path(nrp_experiments.__file__).parent / "braitenberg_husky"
-CORPUS = Path(__file__).parents[1] / "legacy" / "corpus"
+CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"
 EXPERIMENT = f"""
 name: footing
 timestep: 20 ms
