@@ -24,7 +24,7 @@ from conditions import conditions
 
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.world import World

@@ -16,7 +16,7 @@ from conditions import print_conditions
 
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 STEP_NS, STEPS = 20_000_000, 100

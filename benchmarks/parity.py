@@ -31,8 +31,8 @@ from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.render.cameras import REALISTIC
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import JointController, Pid
 from nrp_core.world.scene.model import (
     Box,
     Collision,

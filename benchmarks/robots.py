@@ -30,13 +30,12 @@ from conditions import print_conditions
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core.errors import NrpError
 from nrp_core.world.backends import worlds
-from nrp_core.world.fitting import Fitting, JointControl, commandable, fitted
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
+from nrp_core.world.robot_setup import Fitting, JointControl, commandable, fitted
 from nrp_core.world.scene.model import Joint, Model, Scene
-from nrp_core.world.scene.posture import closing
+from nrp_core.world.scene.posture import closing, start_positions
 from nrp_core.world.scene.sdf import read_model, read_scene
-from nrp_core.world.scene.starts import start_positions
 
 ENGINES = ("mujoco", "pybullet")
 STEP, SLIDE, WITHIN, SAME = 0.2, 0.05, 1e-3, 1e-6

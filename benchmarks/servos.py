@@ -29,17 +29,15 @@ from conditions import conditions
 from world_step import STEP_NS, SUBSTEP_NS, SUBSTEPS, Step, best, measure
 
 from nrp_core.world.backends import worlds
-from nrp_core.world.engine_kit.firm_joints import FirmJoints
-from nrp_core.world.engine_kit.firm_servo import firm_joints
-from nrp_core.world.fitting import Fitting, JointControl, commandable, fitted
+from nrp_core.world.engine_kit.firm_joints import FirmJoints, firm_joints
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
-from nrp_core.world.render.optics import optics_of
-from nrp_core.world.rigid.motion import JointAim, JointTargets
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import GroupController
+from nrp_core.world.render.cameras import optics_of
+from nrp_core.world.rigid import JointAim, JointTargets, Pose
+from nrp_core.world.robot_setup import Fitting, JointControl, commandable, fitted
+from nrp_core.world.scene.devices import GroupController
 from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.posture import start_positions
 from nrp_core.world.scene.sdf import read_model
-from nrp_core.world.scene.starts import start_positions
 
 KP, KV = 200.0, 10.0
 SWING = 0.05  # rad
@@ -101,7 +99,7 @@ def led(firm: FirmJoints, model: Model, goals: Sequence[float]) -> tuple[str, ..
 @contextmanager
 def raw_mujoco(model: Model, servo: str) -> Iterator[Step]:
     from nrp_world_mujoco.build import build
-    from nrp_world_mujoco.firm import MujocoFirmJoints
+    from nrp_world_mujoco.control import MujocoFirmJoints
     from nrp_world_mujoco.library import mujoco
 
     scene, goals = Scene((model,)), targets(model)

@@ -20,7 +20,7 @@ from conditions import print_conditions
 from nrp_core.world.backends import worlds
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Collision, Link, Model, Plane, Scene
 from nrp_core.world.scene.sdf import read_model
 

@@ -29,12 +29,10 @@ from conditions import print_conditions
 from nrp_core.clock import SampleSchedule
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.render.cameras import SHARED, Cameras
-from nrp_core.world.render.optics import optics_of
+from nrp_core.world.render.cameras import SHARED, Cameras, optics_of
 from nrp_core.world.render.raster import RasterCameras
 from nrp_core.world.render.realistic import RealisticCameras
-from nrp_core.world.rigid.motion import BodyVelocity
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyVelocity, Pose
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
 

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from nrp_core.world.messages import sensor_msgs as sensor_msgs
     from nrp_core.world.messages import std_msgs as std_msgs
     from nrp_core.world.messages import trajectory_msgs as trajectory_msgs
-    from nrp_core.world.rigid.pose import Pose as Pose
+    from nrp_core.world.rigid import Pose as Pose
     from nrp_core.world.scene.model import Model as Model
     from nrp_core.world.scene.model import Scene as Scene
     from nrp_core.world.scene.sdf import read_model as read_model
@@ -95,7 +95,7 @@ else:
                 "builtin_interfaces control_msgs gazebo_msgs geometry_msgs message nav_msgs nrp_msgs "
                 "sensor_msgs std_msgs trajectory_msgs"
             ),
-            "nrp_core.world.rigid.pose": "Pose",
+            "nrp_core.world.rigid": "Pose",
             "nrp_core.world.scene.model": "Model Scene",
             "nrp_core.world.scene.sdf": "read_model read_scene",
         },

@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from nrp_core.world.drives.drive import Drive as Drive
     from nrp_core.world.drives.flight import Flight as Flight
     from nrp_core.world.drives.mecanum import MecanumDrive as MecanumDrive
-    from nrp_core.world.drives.planar_move import PlanarMove as PlanarMove
+    from nrp_core.world.drives.mecanum import PlanarMove as PlanarMove
     from nrp_core.world.drives.wheels import WheelDrive as WheelDrive
     from nrp_core.world.engine import Engine as Engine
-    from nrp_core.world.engine_kit.backend import PhysicsBackend as PhysicsBackend
     from nrp_core.world.engine_kit.jointed import JointedEngine as JointedEngine
-    from nrp_core.world.engine_kit.options import PhysicsOptions as PhysicsOptions
+    from nrp_core.world.engine_kit.jointed import PhysicsBackend as PhysicsBackend
+    from nrp_core.world.engine_kit.jointed import PhysicsOptions as PhysicsOptions
     from nrp_core.world.interface import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
     from nrp_core.world.interface import WorldBackend as WorldBackend
     from nrp_core.world.interface import WorldOptions as WorldOptions
@@ -38,27 +38,28 @@ if TYPE_CHECKING:
     from nrp_core.world.part import PartInPlace as PartInPlace
     from nrp_core.world.render.cameras import DepthArray as DepthArray
     from nrp_core.world.render.cameras import ImageArray as ImageArray
-    from nrp_core.world.render.optics import drawn as drawn
-    from nrp_core.world.rigid.matrices import matrix_of as matrix_of
-    from nrp_core.world.rigid.motion import BodyPath as BodyPath
-    from nrp_core.world.rigid.motion import BodyVelocity as BodyVelocity
-    from nrp_core.world.rigid.motion import JointAim as JointAim
-    from nrp_core.world.rigid.motion import JointStates as JointStates
-    from nrp_core.world.rigid.motion import ModelMotion as ModelMotion
-    from nrp_core.world.rigid.motion import Touch as Touch
-    from nrp_core.world.rigid.motion import Wrench as Wrench
-    from nrp_core.world.rigid.pose import Pose as Pose
-    from nrp_core.world.rigid.pose import Quaternion as Quaternion
-    from nrp_core.world.rigid.pose import Vector as Vector
-    from nrp_core.world.scene.acting import JointController as JointController
-    from nrp_core.world.scene.acting import PairController as PairController
-    from nrp_core.world.scene.acting import Pid as Pid
-    from nrp_core.world.scene.acting import TrajectoryController as TrajectoryController
-    from nrp_core.world.scene.finish import Finish as Finish
+    from nrp_core.world.render.cameras import drawn as drawn
+    from nrp_core.world.rigid import BodyPath as BodyPath
+    from nrp_core.world.rigid import BodyVelocity as BodyVelocity
+    from nrp_core.world.rigid import JointAim as JointAim
+    from nrp_core.world.rigid import JointStates as JointStates
+    from nrp_core.world.rigid import ModelMotion as ModelMotion
+    from nrp_core.world.rigid import Pose as Pose
+    from nrp_core.world.rigid import Quaternion as Quaternion
+    from nrp_core.world.rigid import Touch as Touch
+    from nrp_core.world.rigid import Vector as Vector
+    from nrp_core.world.rigid import Wrench as Wrench
+    from nrp_core.world.rigid import matrix_of as matrix_of
+    from nrp_core.world.scene.devices import JointController as JointController
+    from nrp_core.world.scene.devices import Noise as Noise
+    from nrp_core.world.scene.devices import PairController as PairController
+    from nrp_core.world.scene.devices import Pid as Pid
+    from nrp_core.world.scene.devices import TrajectoryController as TrajectoryController
     from nrp_core.world.scene.model import Box as Box
     from nrp_core.world.scene.model import Capsule as Capsule
     from nrp_core.world.scene.model import Collision as Collision
     from nrp_core.world.scene.model import Cylinder as Cylinder
+    from nrp_core.world.scene.model import Finish as Finish
     from nrp_core.world.scene.model import Geometry as Geometry
     from nrp_core.world.scene.model import Heightmap as Heightmap
     from nrp_core.world.scene.model import Inertial as Inertial
@@ -73,31 +74,30 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.model import Scene as Scene
     from nrp_core.world.scene.model import Sphere as Sphere
     from nrp_core.world.scene.model import Visual as Visual
-    from nrp_core.world.scene.reading.actuators import Actuators as Actuators
+    from nrp_core.world.scene.reading.context import Element as Element
     from nrp_core.world.scene.reading.context import Reading as Reading
-    from nrp_core.world.scene.reading.registered import ModelParts as ModelParts
-    from nrp_core.world.scene.reading.sensor_elements import noise_of as noise_of
-    from nrp_core.world.scene.reading.sensor_elements import rate_of as rate_of
-    from nrp_core.world.scene.reading.sensor_elements import topic_of as topic_of
+    from nrp_core.world.scene.reading.plugins import Actuators as Actuators
+    from nrp_core.world.scene.reading.plugins import ModelParts as ModelParts
     from nrp_core.world.scene.reading.sensors import Mount as Mount
-    from nrp_core.world.scene.reading.xml import Element as Element
+    from nrp_core.world.scene.reading.sensors import noise_of as noise_of
+    from nrp_core.world.scene.reading.sensors import rate_of as rate_of
+    from nrp_core.world.scene.reading.sensors import topic_of as topic_of
     from nrp_core.world.scene.sdf import read_model as read_model
     from nrp_core.world.scene.sdf import read_scene as read_scene
-    from nrp_core.world.scene.sensing import Noise as Noise
     from nrp_core.world.scene.surroundings import Surroundings as Surroundings
     from nrp_core.world.scene.tessellation import triangles_of as triangles_of
-    from nrp_core.world.sensors.air_pressure import AirPressure as AirPressure
     from nrp_core.world.sensors.camera import Camera as Camera
     from nrp_core.world.sensors.contact import ContactSensor as ContactSensor
-    from nrp_core.world.sensors.force_torque import ForceTorque as ForceTorque
+    from nrp_core.world.sensors.contact import ForceTorque as ForceTorque
     from nrp_core.world.sensors.ground_truth import GroundTruth as GroundTruth
-    from nrp_core.world.sensors.imu import Imu as Imu
     from nrp_core.world.sensors.laser import Laser as Laser
-    from nrp_core.world.sensors.magnetometer import Magnetometer as Magnetometer
-    from nrp_core.world.sensors.navsat import NavSat as NavSat
+    from nrp_core.world.sensors.navigation import AirPressure as AirPressure
+    from nrp_core.world.sensors.navigation import Imu as Imu
+    from nrp_core.world.sensors.navigation import Magnetometer as Magnetometer
+    from nrp_core.world.sensors.navigation import NavSat as NavSat
     from nrp_core.world.sensors.sensor import Sensor as Sensor
     from nrp_core.world.sensors.sensor import SensorPart as SensorPart
-    from nrp_core.world.services.service import Service as Service
+    from nrp_core.world.services.part import Service as Service
     from nrp_core.world.topics import Direction as Direction
     from nrp_core.world.topics import Publication as Publication
     from nrp_core.world.topics import Stamped as Stamped
@@ -118,50 +118,36 @@ else:
             "nrp_core.world.drives.ackermann": "Ackermann",
             "nrp_core.world.drives.drive": "Drive",
             "nrp_core.world.drives.flight": "Flight",
-            "nrp_core.world.drives.mecanum": "MecanumDrive",
-            "nrp_core.world.drives.planar_move": "PlanarMove",
+            "nrp_core.world.drives.mecanum": "MecanumDrive PlanarMove",
             "nrp_core.world.drives.wheels": "WheelDrive",
             "nrp_core.world.engine": "Engine",
-            "nrp_core.world.engine_kit.backend": "PhysicsBackend",
-            "nrp_core.world.engine_kit.jointed": "JointedEngine",
-            "nrp_core.world.engine_kit.options": "PhysicsOptions",
+            "nrp_core.world.engine_kit.jointed": "PhysicsBackend JointedEngine PhysicsOptions",
             "nrp_core.world.interface": "WORLD_INTERFACE_VERSION WorldBackend WorldOptions",
             "nrp_core.world.live": "LiveScene",
             "nrp_core.world.part": "Part PartInPlace",
-            "nrp_core.world.render.cameras": "DepthArray ImageArray",
-            "nrp_core.world.render.optics": "drawn",
-            "nrp_core.world.rigid.matrices": "matrix_of",
-            "nrp_core.world.rigid.motion": (
-                "BodyPath BodyVelocity JointAim JointStates ModelMotion Touch Wrench"
+            "nrp_core.world.render.cameras": "DepthArray ImageArray drawn",
+            "nrp_core.world.rigid": (
+                "matrix_of BodyPath BodyVelocity JointAim JointStates ModelMotion Touch Wrench Pose "
+                "Quaternion Vector"
             ),
-            "nrp_core.world.rigid.pose": "Pose Quaternion Vector",
-            "nrp_core.world.scene.acting": "JointController PairController Pid TrajectoryController",
-            "nrp_core.world.scene.finish": "Finish",
+            "nrp_core.world.scene.devices": "JointController PairController Pid TrajectoryController Noise",
             "nrp_core.world.scene.model": (
-                "Box Capsule Collision Cylinder Geometry Heightmap Inertial Joint Light Link Mesh Mimic "
-                "Model Plane Rgba Scene Sphere Visual"
+                "Finish Box Capsule Collision Cylinder Geometry Heightmap Inertial Joint Light Link "
+                "Mesh Mimic Model Plane Rgba Scene Sphere Visual"
             ),
-            "nrp_core.world.scene.reading.context": "Reading",
-            "nrp_core.world.scene.reading.actuators": "Actuators",
-            "nrp_core.world.scene.reading.registered": "ModelParts",
-            "nrp_core.world.scene.reading.sensor_elements": "noise_of rate_of topic_of",
-            "nrp_core.world.scene.reading.sensors": "Mount",
-            "nrp_core.world.scene.reading.xml": "Element",
+            "nrp_core.world.scene.reading.context": "Reading Element",
+            "nrp_core.world.scene.reading.plugins": "Actuators ModelParts",
+            "nrp_core.world.scene.reading.sensors": "noise_of rate_of topic_of Mount",
             "nrp_core.world.scene.sdf": "read_model read_scene",
-            "nrp_core.world.scene.sensing": "Noise",
-            "nrp_core.world.scene.tessellation": "triangles_of",
             "nrp_core.world.scene.surroundings": "Surroundings",
-            "nrp_core.world.sensors.air_pressure": "AirPressure",
+            "nrp_core.world.scene.tessellation": "triangles_of",
             "nrp_core.world.sensors.camera": "Camera",
-            "nrp_core.world.sensors.contact": "ContactSensor",
-            "nrp_core.world.sensors.force_torque": "ForceTorque",
+            "nrp_core.world.sensors.contact": "ContactSensor ForceTorque",
             "nrp_core.world.sensors.ground_truth": "GroundTruth",
-            "nrp_core.world.sensors.imu": "Imu",
             "nrp_core.world.sensors.laser": "Laser",
-            "nrp_core.world.sensors.magnetometer": "Magnetometer",
-            "nrp_core.world.sensors.navsat": "NavSat",
+            "nrp_core.world.sensors.navigation": "AirPressure Imu Magnetometer NavSat",
             "nrp_core.world.sensors.sensor": "Sensor SensorPart",
-            "nrp_core.world.services.service": "Service",
+            "nrp_core.world.services.part": "Service",
             "nrp_core.world.topics": "Direction Publication Stamped Subscription TopicInfo",
             "nrp_core.world.world": "World",
         },

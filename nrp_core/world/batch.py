@@ -24,7 +24,7 @@ from nrp_core.simulation import State
 from nrp_core.world.copies import copies_of
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.render.cameras import SHARED
-from nrp_core.world.rigid.motion import JointStates
+from nrp_core.world.rigid import JointStates
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
 from nrp_core.world.world import World
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.rigid.motion import BodyVelocity
+from nrp_core.world.rigid import BodyVelocity
 
 
 class Copies:

@@ -10,9 +10,8 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.render.optics import drawn
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.render.cameras import drawn
+from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.model import Geometry, Visual
 from nrp_core.world.scene.tessellation import triangles_of
 

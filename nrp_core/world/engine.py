@@ -2,43 +2,136 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
+import numpy as np
+
 from nrp_core._support.arrays import FloatArray
-from nrp_core.errors import DivergedError
+from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
-from nrp_core.findings.refusals import MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS
+from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
 from nrp_core.world.copies import Copies
-from nrp_core.world.joint_commands import JointCommands
 from nrp_core.world.part import Part
-from nrp_core.world.pulls import Pulls
 from nrp_core.world.raycast.beams import Beams
-from nrp_core.world.render.cameras import SHARED, Cameras, DepthArray, ImageArray
-from nrp_core.world.render.eyes import Eyes
-from nrp_core.world.render.optics import CameraPath, Optics, optics_of
-from nrp_core.world.render.segments import SegmentArray
-from nrp_core.world.render.shared import open_shared
-from nrp_core.world.rigid.matrices import rotation_matrix
-from nrp_core.world.rigid.motion import (
+from nrp_core.world.render.cameras import (
+    SHARED,
+    CameraPath,
+    Cameras,
+    DepthArray,
+    ImageArray,
+    Optics,
+    SegmentArray,
+    optics_of,
+)
+from nrp_core.world.render.renderers import Eyes, open_shared
+from nrp_core.world.rigid import (
     BodyPath,
     BodyVelocity,
+    JointAim,
     JointStates,
+    JointTargets,
     ModelMotion,
+    Pose,
+    Quaternion,
     ReadFrames,
     Touch,
     Wrench,
+    rotation_matrix,
 )
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
+from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of, lever_of
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 
 if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace
+
+
+class JointCommands(ABC):
+    """The operations of an :class:`~nrp_core.world.engine.Engine` on joints and actuators."""
+
+    @final
+    def lacks(self, what: str) -> CapabilityError:
+        """Return the error for an operation that the engine does not have."""
+        return refusal(self, what)
+
+    @final
+    def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Set the target of a joint's servo; only joints with a controller have one."""
+        self._do_set_joint_aim(model, joint, aim)
+
+    @final
+    def set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        """Lead a ball joint with a controller to an orientation of its child, or release it."""
+        self._do_set_ball_aim(model, joint, orientation)
+
+    def retarget(self, model: str, targets: JointTargets) -> bool:
+        """Change the targets of firm joints at once, if the engine can, and return whether it did.
+
+        It is faster than as many calls of :meth:`set_joint_aim`, which gave the joints their present targets.
+
+        Args:
+            model: the model.
+            targets: its joints, and their targets.
+        """
+        return False
+
+    @final
+    def set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        """Apply an effort (N m, N) to a joint from now on, in addition to its servo."""
+        self._do_set_joint_effort(model, joint, effort)
+
+    def set_control(self, model: str, actuator: str, value: float) -> None:
+        """Set the control of an actuator; implemented where ``own_actuators`` is declared."""
+        raise self.lacks("has no actuators of its own")
+
+    # -- for backends
+
+    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        """Set the target of the servo of a joint with a controller."""
+        raise self.lacks(JOINT_CONTROL)
+
+    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        """Lead a ball joint with a controller to an orientation, or release it."""
+        raise self.lacks("cannot lead ball joints to orientations")
+
+    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
+        """Apply an effort to a joint from now on, in addition to its servo."""
+        raise self.lacks(JOINT_CONTROL)
+
+
+class Pulls:
+    """The wrenches on the bodies of a scene, each kept until its owner replaces it."""
+
+    def __init__(self) -> None:
+        self._by_body: dict[BodyPath, dict[tuple[str, str], FloatArray]] = {}
+
+    def add(
+        self, path: BodyPath, body: Body, link: str, link_pose: Pose, wrench: Wrench, of: str
+    ) -> tuple[Wrench, bool]:
+        """Set the wrench that an owner applies to a link at its centre of mass.
+
+        Args:
+            path: the model, and the index of the body.
+            body: the body, which the link is part of.
+            link: the link.
+            link_pose: its pose in the world, m.
+            wrench: the wrench in the axes of the world, N and N m.
+            of: the owner.
+
+        Returns:
+            The sum of all wrenches at the body's centre of mass, and whether the lever arm of this one turns
+            with the body, so that it must be set again in each step.
+        """
+        part, lever = lever_of(body, link)
+        turn = rotation_matrix((link_pose @ part.pose.inverse()).orientation)
+        pulls = self._by_body.setdefault(path, {})
+        pulls[link, of] = np.array([wrench.force, np.cross(turn @ lever, wrench.force) + wrench.torque])
+        (fx, fy, fz), (tx, ty, tz) = np.sum([pulls[name] for name in sorted(pulls)], axis=0).tolist()
+        return Wrench((fx, fy, fz), (tx, ty, tz)), bool(np.any(lever) and np.any(wrench.force))
 
 
 class Engine(JointCommands):

@@ -7,7 +7,7 @@ from typing import Any
 
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
-from nrp_core.world.rigid.motion import Wrench
+from nrp_core.world.rigid import Wrench
 
 
 @dataclass(frozen=True, slots=True)

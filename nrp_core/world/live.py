@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import update_wrapper
 from math import isfinite
-from typing import Any
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Findings
@@ -13,14 +15,56 @@ from nrp_core.findings.refusals import SCENE_CHANGES
 from nrp_core.world.engine import Engine
 from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.model_states import ColorPart
 from nrp_core.world.parts import Parts, parts_of
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.rigid import ModelMotion, Vector
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
-from nrp_core.world.scene.starts import start_positions
+from nrp_core.world.scene.posture import start_positions
 from nrp_core.world.switchboard import Switchboard
-from nrp_core.world.visuals import ColorPart
-from nrp_core.world.watched_calls import Changeable, change
+
+P = ParamSpec("P")
+R = TypeVar("R")
+S = TypeVar("S", bound="Changeable")
+
+Watcher = Callable[[str, Sequence[object], Mapping[str, object]], None]
+"""Called with the name of a change and its arguments, once it has been made."""
+
+
+class Changeable:
+    """An object whose methods marked by :func:`change` are watched.
+
+    Attributes:
+        watchers: called with every change; for nested changes only with the outermost one.
+    """
+
+    def __init__(self) -> None:
+        self.watchers: list[Watcher] = []
+        self._changing = False
+
+    @contextmanager
+    def changing(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> Iterator[None]:
+        """Report the changes in a block as one change of that name."""
+        if self._changing or not self.watchers:
+            yield
+            return
+        self._changing = True
+        try:
+            yield
+        finally:
+            self._changing = False
+        for watcher in self.watchers:
+            watcher(name, arguments, named)
+
+
+def change(method: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
+    """Mark a method: each call is reported to the watchers of its object."""
+
+    def watched(self: S, /, *arguments: P.args, **named: P.kwargs) -> R:
+        with self.changing(method.__name__, arguments, named):
+            return method(self, *arguments, **named)
+
+    update_wrapper(watched, method)
+    return watched
 
 
 class LiveScene(Changeable):

@@ -6,21 +6,18 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 
 from nrp_core.errors import SceneError
-from nrp_core.world.controllers.group import GroupPart
-from nrp_core.world.controllers.joint import ControllerPart
-from nrp_core.world.controllers.orientation import OrientationPart
-from nrp_core.world.controllers.pair import PairPart
+from nrp_core.world.controllers.group import GroupPart, PairPart
+from nrp_core.world.controllers.joint import ControllerPart, OrientationPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine
+from nrp_core.world.model_states import ColorPart
 from nrp_core.world.part import Part
-from nrp_core.world.scene.joint_inertia import joint_inertias
-from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.scene.merged_bodies import bodies_of, joint_inertias
 from nrp_core.world.scene.model import Model
-from nrp_core.world.sensors.joint_states import JointStatesPart
+from nrp_core.world.sensors.ground_truth import JointStatesPart
 from nrp_core.world.sensors.sensor import Sensor
 from nrp_core.world.switchboard import Switchboard
-from nrp_core.world.visuals import ColorPart
 
 
 def parts_of(model: Model, engine: Engine) -> Iterator[Part]:

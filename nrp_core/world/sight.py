@@ -14,16 +14,14 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.world.enclosing import Enclosure, Placed, enclosures
 from nrp_core.world.raycast.beams import Beams, directions
 from nrp_core.world.raycast.collisions import CollisionSpace
-from nrp_core.world.render.optics import CameraPath, Optics
+from nrp_core.world.render.cameras import CameraPath, Optics
 from nrp_core.world.render.raster import RasterCameras
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.motion import BodyPath, ReadFrames
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyPath, Pose, ReadFrames, matrix_of
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.devices import MountedSensor, View
 from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
 from nrp_core.world.scene.model import Link, Model, Scene
-from nrp_core.world.scene.sensing import MountedSensor, View
-from nrp_core.world.scene.starts import body_poses
+from nrp_core.world.scene.posture import body_poses
 
 _COLUMNS, _MOST_ROWS = 16, 64
 """Pixels of an image that is only counted."""

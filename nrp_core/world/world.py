@@ -12,17 +12,15 @@ from nrp_core.findings import Findings
 from nrp_core.simulation import Simulation, guarded
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
-from nrp_core.world.live import LiveScene
+from nrp_core.world.live import LiveScene, Watcher
 from nrp_core.world.model_states import StatesPart
 from nrp_core.world.part import Part
-from nrp_core.world.rigid.motion import JointStates, ModelMotion
-from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.rigid import JointStates, ModelMotion, Vector
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 from nrp_core.world.sensors.contact import ContactsPart
 from nrp_core.world.services.part import Services
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
-from nrp_core.world.watched_calls import Watcher
 
 
 class World(Simulation):

@@ -17,8 +17,7 @@ from nrp_core.conformance.run import run_tests
 from nrp_core.world.engine import Engine
 from nrp_core.world.interface import WorldOptions
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.rigid.motion import BodyVelocity, JointAim, JointStates, ModelMotion, Touch
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyVelocity, JointAim, JointStates, ModelMotion, Pose, Touch
 from nrp_core.world.scene.model import Box, Collision, Inertial, Link, Scene
 from nrp_core.world.sensors.camera import Camera
 

@@ -33,8 +33,7 @@ from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.recording.sealing import sealed
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import ModelMotion, Pose
 
 S = 10**9
 FIRST, OTHER = ("event", "mujoco"), ("spinnaker", "pybullet")

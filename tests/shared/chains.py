@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import inf
 
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
 from nrp_core.world.world import World
 

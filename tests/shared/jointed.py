@@ -7,7 +7,7 @@ from pathlib import Path
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Point, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.rigid import Vector
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.world import World

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.errors import CapabilityError
 from nrp_core.world.engine import Engine
-from nrp_core.world.engine_kit.backend import PhysicsBackend
+from nrp_core.world.engine_kit.jointed import PhysicsBackend
 from nrp_core.world.interface import WorldOptions
 from nrp_core.world.scene.model import Scene
-from nrp_world_mujoco import headless
-from nrp_world_mujoco.options import MujocoOptions
+from nrp_world_mujoco.options import MujocoOptions, headless_library
 
 if TYPE_CHECKING:
     from nrp_core.world.engine_kit.jointed import JointedEngine
@@ -31,7 +30,7 @@ class MujocoBackend(PhysicsBackend):
     own_actuators = True
 
     def diagnose(self) -> list[Diagnosis]:
-        library = headless.library()
+        library = headless_library()
         if library is not None:
             meaning = f"cameras of MuJoCo worlds can be drawn by OpenGL ({library}) with renderer: gl"
             return [Diagnosis("OpenGL without a display", True, meaning), *super().diagnose()]
@@ -39,7 +38,7 @@ class MujocoBackend(PhysicsBackend):
         return [Diagnosis("OpenGL without a display", False, meaning, GL_REMEDY), *super().diagnose()]
 
     def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
-        if getattr(options, "renderer", None) == "gl" and headless.library() is None:
+        if getattr(options, "renderer", None) == "gl" and headless_library() is None:
             raise CapabilityError(
                 f"the renderer 'gl' does not work on this machine; use 'raster', or try: {GL_REMEDY}"
             )
@@ -52,7 +51,7 @@ class MujocoBackend(PhysicsBackend):
         return first.copy(seed)
 
     def _own_renderers(self) -> tuple[str, ...]:
-        return ("gl", "rays") if headless.library() else ("rays",)
+        return ("gl", "rays") if headless_library() else ("rays",)
 
     def _engine_class(self) -> Callable[..., JointedEngine]:
         from nrp_world_mujoco.engine import MujocoEngine

@@ -11,25 +11,31 @@ from typing import Any
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Findings
-from nrp_core.world.drives.planar import planar_drives
-from nrp_core.world.engine_kit.firm_servo import FirmJoint, firm_joints
+from nrp_core.world.engine_kit.firm_joints import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
-from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
+from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
-from nrp_core.world.fitting import HELD
-from nrp_core.world.render.optics import CameraPath, Optics, looking
-from nrp_core.world.rigid.motion import BodyPath
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.render.cameras import CameraPath, Optics, looking
+from nrp_core.world.rigid import BodyPath, Pose
+from nrp_core.world.robot_setup import HELD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
-from nrp_world_mujoco.joints import FIRMEST, HARD, SMALLEST, add_joint, shortest
 from nrp_world_mujoco.library import compiled, mujoco
-from nrp_world_mujoco.loops import close_loops, tie_models
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
-from nrp_world_mujoco.native import NativeElements
-from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
-from nrp_world_mujoco.weightless import holders, let_weigh_nothing
+from nrp_world_mujoco.native import NativeElements, holders, let_weigh_nothing
+from nrp_world_mujoco.shapes import (
+    FIRMEST,
+    HARD,
+    SMALLEST,
+    Shapes,
+    add_joint,
+    close_loops,
+    placed,
+    scalar_first,
+    shortest,
+    tie_models,
+)
 
 FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
 SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts

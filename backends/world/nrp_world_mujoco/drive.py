@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
+from nrp_core.world.copies import Copies
 from nrp_core.world.engine_kit.planar_servo import PlanarServo
-from nrp_core.world.rigid.motion import BodyVelocity
-from nrp_world_mujoco.motion import Floating, change_velocities
+from nrp_core.world.engine_kit.simulated import Decay
+from nrp_core.world.rigid import BodyVelocity, Pose
+from nrp_world_mujoco.build import Built
+from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.motion import Floating, change_velocities, read_all
 
 
 class Drive:
@@ -77,3 +83,84 @@ def aim_all(drives: Sequence[Drive], velocities: Sequence[BodyVelocity]) -> None
 def _together(velocities: Sequence[Any]) -> Any:
     """Return velocities as one, whose components are arrays."""
     return BodyVelocity(*np.array([(v.forward, v.left, v.turn) for v in velocities]).T)
+
+
+class MujocoCopies(Copies):
+    """Copies of a scene in MuJoCo."""
+
+    def read_motions(self, model: str, rows: FloatArray) -> None:
+        motions = [engine.motions[model] for engine in self._engines]
+        if all(type(motion) is Floating for motion in motions):
+            read_all(motions, rows)
+        else:
+            super().read_motions(model, rows)
+
+    def set_drives(self, model: str, drive: str, velocities: Sequence[BodyVelocity]) -> None:
+        drives = [engine.drives[model, drive] for engine in self._engines]
+        servo = drives[0].servo
+        if all(one.servo == servo for one in drives):
+            aim_all(drives, velocities)
+        else:  # an event replaced the robot in a copy by another one
+            super().set_drives(model, drive, velocities)
+
+
+class Decays:
+    """The bodies of a scene whose velocities decay.
+
+    Args:
+        built: the scene.
+        data: MuJoCo's state.
+        step_s: the physics step.
+    """
+
+    def __init__(self, built: Built, data: Any, step_s: float) -> None:
+        self._model, self._data = built.model, data
+        places = [each for bodies in built.bodies.values() for each in bodies]
+        found = [(ident, Decay.of(body, step_s)) for body, ident in places]
+        self._decays = [(ident, decay) for ident, decay in found if decay is not None]
+        self._ids = [ident for ident, _ in self._decays]
+        self._velocity = np.empty(6)
+        self._last = data.xfrc_applied[self._ids]
+
+    def __bool__(self) -> bool:
+        return bool(self._decays)
+
+    def advance(self, steps: int, step: Callable[[int], None]) -> None:
+        """Take steps, each with the wrenches of the velocities at its start beside those that are given.
+
+        Args:
+            steps: the number of steps.
+            step: takes a number of steps.
+        """
+        wrenches = self._data.xfrc_applied
+        given = wrenches[self._ids]
+        for _ in range(steps):
+            mujoco.mj_kinematics(self._model, self._data)
+            mujoco.mj_comPos(self._model, self._data)
+            mujoco.mj_comVel(self._model, self._data)
+            wrenches[self._ids] = given
+            for ident, decay in self._decays:
+                self._slow(ident, decay)
+            step(1)
+        self._last = wrenches[self._ids]
+        wrenches[self._ids] = given
+
+    @contextmanager
+    def acting(self) -> Iterator[None]:
+        """Apply the wrenches of the last step again, for what is measured of it."""
+        given = self._data.xfrc_applied[self._ids]
+        self._data.xfrc_applied[self._ids] = self._last
+        try:
+            yield
+        finally:
+            self._data.xfrc_applied[self._ids] = given
+
+    def _slow(self, ident: int, decay: Decay) -> None:
+        kind = mujoco.mjtObj.mjOBJ_BODY  # its centre of mass
+        mujoco.mj_objectVelocity(self._model, self._data, kind, ident, self._velocity, 0)
+        wx, wy, wz, vx, vy, vz = self._velocity.tolist()
+        turn = np.empty(4)
+        mujoco.mju_mat2Quat(turn, self._data.ximat[ident])
+        w, x, y, z = turn.tolist()
+        wrench = decay.wrench(Pose(orientation=(x, y, z, w)), (vx, vy, vz), (wx, wy, wz))
+        self._data.xfrc_applied[ident] += (*wrench.force, *wrench.torque)

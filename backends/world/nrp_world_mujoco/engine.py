@@ -16,19 +16,15 @@ from nrp_core.errors import DivergedError
 from nrp_core.findings import Code
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
-from nrp_core.world.render.cameras import Cameras
-from nrp_core.world.render.optics import optics_of
-from nrp_core.world.render.shared import with_images
-from nrp_core.world.rigid.motion import BodyPath, JointStates, JointTargets, ReadFrames, Wrench
-from nrp_core.world.rigid.pose import Pose, Quaternion
+from nrp_core.world.render.cameras import Cameras, optics_of
+from nrp_core.world.render.renderers import with_images
+from nrp_core.world.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Wrench
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
-from nrp_world_mujoco.copies import MujocoCopies
-from nrp_world_mujoco.decay import Decays
-from nrp_world_mujoco.drive import Drive
+from nrp_world_mujoco.drive import Decays, Drive, MujocoCopies
 from nrp_world_mujoco.library import SAID, mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.options import MujocoOptions

@@ -1,15 +1,18 @@
-"""Images drawn by OpenGL."""
+"""Images drawn by OpenGL.
+
+``python -m nrp_world_mujoco.gl egl`` tries a library, in a separate process because some abort it.
+"""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.render.optics import SKY, Optics
+from nrp_core.world.render.cameras import SKY, ImageArray, Optics
 from nrp_world_mujoco.library import VISUALS, mujoco
 
 _MIRROR = np.diag([1.0, 1.0, -1.0]).ravel()
@@ -84,3 +87,23 @@ class GlRenderer:
         self._window.make_current()
         self._context.free()
         self._window.free()
+
+
+def draws(library: str) -> bool:
+    """Draw a red sphere and return whether it is red."""
+    optics = Optics(16, 12, vertical_fov=0.5, near=0.1, far=10.0)
+    spec = mujoco.MjSpec()
+    spec.worldbody.add_camera()
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1, 0, 0], pos=[0, 0, -3], rgba=[1, 0, 0, 1], group=VISUALS
+    )
+    GlRenderer.prepare(spec, [optics])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    image = GlRenderer(model, library).image(data, 0, optics)
+    return bool((image[6, 8] == (255, 0, 0)).all())
+
+
+if __name__ == "__main__":
+    sys.exit(0 if draws(sys.argv[1]) else 1)

@@ -20,21 +20,20 @@ import numpy as np
 from nrp_core._support.disk_cache import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
-from nrp_core.world.render.optics import looking
-from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
+from nrp_core.world.render.cameras import looking
+from nrp_core.world.rigid import Pose, Quaternion, Vector
 from nrp_core.world.scene.bodies import TINTS
 from nrp_core.world.scene.inertia import LEAST_MOMENT
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
+from nrp_core.world.scene.reading.context import read_xml
 from nrp_core.world.scene.reading.repairs import LEAST_MASS
-from nrp_core.world.scene.reading.xml import read_xml
 from nrp_world_mujoco.actuators import actuators_of
-from nrp_world_mujoco.file_meshes import files_of
 from nrp_world_mujoco.library import compiled, mujoco
-from nrp_world_mujoco.mjcf_images import Images
-from nrp_world_mujoco.mjcf_missing import replace_missing
+from nrp_world_mujoco.mjcf_images import Images, replace_missing
 from nrp_world_mujoco.mjcf_native import Names, NativeElements
 from nrp_world_mujoco.mjcf_slips import warn_of_slips
+from nrp_world_mujoco.native import files_of
 
 _WORLD = 0
 _MESH = "mesh.stl"

@@ -13,8 +13,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from nrp_world_mujoco.actuators import Actuator, actuators_of
-from nrp_world_mujoco.file_meshes import pose_in_file
 from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.native import pose_in_file
 
 _SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
 _GEOM: dict[str, Any] = {

@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
-from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.rigid import ROUNDED_TURN_RAD
+from nrp_core.world.scene.reading.context import Element
 from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.library import mujoco
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.jointed import MotionOf
-from nrp_core.world.rigid.motion import JointStates, ModelMotion
-from nrp_core.world.rigid.pose import Pose, Vector, rotated, rotation_vector
+from nrp_core.world.rigid import JointStates, ModelMotion, Pose, Vector, rotated, rotation_vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.library import mujoco
 

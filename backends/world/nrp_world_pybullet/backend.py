@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from nrp_core._support.diagnosis import Diagnosis
-from nrp_core.world.engine_kit.backend import PhysicsBackend
+from nrp_core.world.engine_kit.jointed import PhysicsBackend
 from nrp_world_pybullet.options import PybulletOptions
 
 if TYPE_CHECKING:

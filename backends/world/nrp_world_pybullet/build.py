@@ -11,24 +11,22 @@ from nrp_core._support.quiet import quiet
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Findings
-from nrp_core.world.drives.planar import planar_drives
-from nrp_core.world.engine_kit.other_engines import report_mechanisms
-from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
-from nrp_core.world.engine_kit.simulated import simulated_bodies
-from nrp_core.world.rigid.motion import BodyPath
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
+from nrp_core.world.engine_kit.simulated import report_mechanisms, simulated_bodies
+from nrp_core.world.rigid import BodyPath, Pose
 from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
 from nrp_world_pybullet.library import bullet
-from nrp_world_pybullet.loops import close_loops, tie_models
-from nrp_world_pybullet.native import set_contacts
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
     Shapes,
     add_collisions,
     add_nothing_to_see,
     add_visuals,
+    close_loops,
+    set_contacts,
     shapes_of,
+    tie_models,
 )
 
 BASE = -1

@@ -8,11 +8,8 @@ from math import degrees
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.render.cameras import Cameras, ImageArray
-from nrp_core.world.render.optics import SKY, CameraPath, Optics, bytes_of, eye_of, flat
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.motion import BodyPath, ReadFrames
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.render.cameras import SKY, CameraPath, Cameras, ImageArray, Optics, bytes_of, eye_of, flat
+from nrp_core.world.rigid import BodyPath, Pose, ReadFrames, matrix_of
 from nrp_core.world.scene.model import Rgba
 from nrp_world_pybullet.build import Built
 from nrp_world_pybullet.library import bullet

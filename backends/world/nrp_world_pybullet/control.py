@@ -4,25 +4,56 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from math import ceil, log
+from typing import Any, Final
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.engine_kit.decay import Decay
-from nrp_core.world.engine_kit.firm_joints import JointPath
-from nrp_core.world.engine_kit.firm_servo import firm_joints
+from nrp_core.world.engine_kit.firm_joints import JointPath, firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
-from nrp_core.world.rigid.motion import BodyPath, JointAim, JointStates, JointTargets, Touch, Wrench
-from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
+from nrp_core.world.engine_kit.simulated import Decay
+from nrp_core.world.rigid import (
+    BodyPath,
+    JointAim,
+    JointStates,
+    JointTargets,
+    Pose,
+    Quaternion,
+    Touch,
+    Vector,
+    Wrench,
+)
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_world_pybullet.build import BodyHandle, Built
-from nrp_world_pybullet.convergence import USUAL, iterations_for
 from nrp_world_pybullet.firm import BulletFirmJoints
-from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
-from nrp_world_pybullet.motion import JointReader, Moving
+from nrp_world_pybullet.motion import Inertia, JointReader, Moving
+
+USUAL: Final = 50
+"""PyBullet's own number of iterations."""
+_MOST: Final = 500
+_LEFT: Final = 1e-6
+"""The share of an error of a velocity that may be left after a step."""
+
+
+def iterations_for(inertia: FloatArray) -> int:
+    """Return the number of iterations for motors of joints.
+
+    Args:
+        inertia: the joint-space inertia that the motors move, ``(n, n)``.
+    """
+    try:
+        coupling = np.linalg.inv(inertia)
+        lower = np.tril(coupling)
+        left = np.abs(np.linalg.eigvals(np.linalg.solve(lower, lower - coupling))).max()
+    except np.linalg.LinAlgError:  # links without inertia
+        return USUAL
+    if not 0.0 < left < 1.0:
+        return USUAL
+    return min(max(USUAL, 2 * ceil(log(_LEFT) / log(left) / 2)), _MOST)
+
 
 STRONG = 0.1
 """The share of a joint's velocity removed in a step above which a damper is strong."""

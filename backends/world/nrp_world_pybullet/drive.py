@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from nrp_core.world.engine_kit.planar_servo import PlanarServo
-from nrp_core.world.rigid.motion import BodyVelocity
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid import BodyVelocity, Pose, Vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_pybullet.build import BASE, BodyHandle
 from nrp_world_pybullet.library import bullet

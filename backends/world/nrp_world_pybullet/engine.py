@@ -14,9 +14,8 @@ from nrp_core.errors import DivergedError
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_core.world.render.cameras import Cameras
-from nrp_core.world.render.shared import with_images
-from nrp_core.world.rigid.motion import BodyPath, JointStates, JointTargets, ReadFrames
-from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
+from nrp_core.world.render.renderers import with_images
+from nrp_core.world.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Model, Scene

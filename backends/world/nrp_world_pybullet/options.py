@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from nrp_core.world.engine_kit.options import PhysicsOptions
+from nrp_core.world.engine_kit.jointed import PhysicsOptions
 
 
 class PybulletOptions(PhysicsOptions):

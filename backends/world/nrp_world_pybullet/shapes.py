@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
+from math import isfinite
 from typing import Any, TypeVar
 
-from nrp_core.world.render.optics import drawn, flat
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.merged_bodies import Body
+from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code, Findings
+from nrp_core.world.render.cameras import drawn, flat
+from nrp_core.world.rigid import Pose, Vector
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.loops import Tie
+from nrp_core.world.scene.merged_bodies import Body, body_of
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -18,11 +23,177 @@ from nrp_core.world.scene.model import (
     Geometry,
     Heightmap,
     Mesh,
+    Model,
     Plane,
+    Scene,
     Sphere,
     Visual,
 )
+from nrp_core.world.scene.origin import Native
 from nrp_world_pybullet.library import bullet
+
+Place = tuple[int, int]
+"""A multi-body and a link of it."""
+Placed = Sequence[tuple[Body, Place]]
+"""The bodies of a model, each with its place in PyBullet."""
+_NOBODY: Place = (-1, -1)
+_ALONG: Vector = (0.0, 0.0, 0.0)
+
+
+def close_loops(model: Model, placed: Placed, client: int) -> None:
+    """Keep the links of loops together at their points, as they are where all joints are at 0.
+
+    Args:
+        model: the model.
+        placed: its bodies.
+        client: the client of PyBullet.
+    """
+    for loop in model.loops:
+        for point in loop.points:
+            child, parent = (_end(model, placed, link, Pose(point)) for link in (loop.child, loop.parent))
+            if child[0] != parent[0]:  # or they are one body already
+                _connect(child, parent, client)
+
+
+def tie_models(scene: Scene, placed: Mapping[str, Placed], client: int, warnings: Findings) -> None:
+    """Hold models together by their ties; the bodies that these connect do not collide.
+
+    Args:
+        scene: the models.
+        placed: the bodies of each.
+        client: the client of PyBullet.
+        warnings: receives what PyBullet does not have of them.
+    """
+    for tie in scene.ties:
+        if lacking := _lacking(tie):
+            message = f"the joint '{tie.name}' between two models is {tie.kind}: PyBullet {lacking}"
+            warnings.add(Code.NRP345, message, subject=tie.name)
+        slides = _slides(tie)
+        if tie.freedoms and not slides:
+            continue
+        points = [(tie.in_parent, tie.in_child)] if slides else _poses(tie)
+        for there, here in points:
+            child, parent = (
+                _end(scene.model(name), placed[name], link, at)
+                for (name, link), at in ((tie.child, here), (tie.parent, there))
+            )
+            if slides:
+                _slide(parent, child, tie.freedoms[0].axis, client)
+            else:
+                _connect(child, parent, client)
+            pair, links = zip(child[0], parent[0], strict=True)
+            bullet.setCollisionFilterPair(*pair, *links, 0, physicsClientId=client)
+
+
+def _poses(tie: Tie) -> list[tuple[Pose, Pose]]:
+    return [(Pose(there), Pose(here)) for there, here in tie.points]
+
+
+def _slides(tie: Tie) -> bool:
+    return [freedom.kind for freedom in tie.freedoms] == ["prismatic"]
+
+
+def _lacking(tie: Tie) -> str:
+    """Return what PyBullet lacks of a tie; empty for nothing."""
+    if tie.freedoms and not _slides(tie):
+        return "leaves them apart"
+    bounded = (isfinite(each.lower) or isfinite(each.upper) for each in tie.freedoms)
+    slowed = (each.damping or each.friction or each.stiffness for each in tie.freedoms)
+    return "lets them slide without limits, damping, friction and springs" if any((*bounded, *slowed)) else ""
+
+
+def _end(model: Model, placed: Placed, link: str, at: Pose) -> tuple[Place, Pose]:
+    """Return a body, and a pose in the frame of the model in that of its centre of mass."""
+    if link == WORLD:
+        return _NOBODY, model.pose @ at
+    body, place = placed[body_of([body for body, _ in placed], link)]
+    centre = Pose() if body.inertial is None else body.inertial.pose
+    return place, (body.in_model @ centre).inverse() @ at
+
+
+def _connect(child: tuple[Place, Pose], parent: tuple[Place, Pose], client: int) -> None:
+    (held, here), (holder, there) = child, parent
+    ends, kind = (here.position, there.position), bullet.JOINT_POINT2POINT
+    bullet.createConstraint(*held, *holder, kind, _ALONG, *ends, physicsClientId=client)
+
+
+def _slide(parent: tuple[Place, Pose], child: tuple[Place, Pose], axis: Vector, client: int) -> None:
+    """Let a body move along an axis of another one, both of which have frames that keep their directions."""
+    (holder, there), (held, here) = parent, child
+    bullet.createConstraint(
+        *holder,
+        *held,
+        bullet.JOINT_PRISMATIC,
+        axis,
+        there.position,
+        here.position,
+        there.orientation,
+        here.orientation,
+        physicsClientId=client,
+    )
+
+
+_ANCHOR = "friction_anchor"
+"""An element without a value."""
+_ARGUMENTS = {
+    "lateral_friction": "lateralFriction",
+    "rolling_friction": "rollingFriction",
+    "spinning_friction": "spinningFriction",
+    "restitution": "restitution",
+    "stiffness": "contactStiffness",
+    "damping": "contactDamping",
+}
+_UNUSED = ("contact_cfm", "contact_erp", "inertia_scaling")
+"""Elements of PyBullet's reader that cannot be set in a world that was not read by it."""
+
+
+def set_contacts(model: Model, links: Mapping[str, tuple[int, int]], client: int, warnings: Findings) -> None:
+    """Set the properties of contacts that a model has for PyBullet.
+
+    Args:
+        model: the model.
+        links: the multi-body and index of each link.
+        client: the physics client.
+        warnings: receives the elements that are valid and not used.
+
+    Raises:
+        SceneError: an element is invalid; the message names its file and line.
+    """
+    for element in model.native:
+        if element.namespace == "pybullet":
+            if element.tag != "contact":
+                hint = did_you_mean(element.tag, ("contact",))
+                raise element.error(f"not an element that is used here{hint}; valid: contact")
+            link = element.attribute("link")
+            if link is None or link not in links:
+                wanted = 'it needs link="..."' if link is None else f"the model has no link '{link}'"
+                raise element.error(f"{wanted}{did_you_mean(link or '', links)}")
+            for each in (each for each in element.children if each.tag in _UNUSED):
+                message = f"<{each.tag}> of the <contact> of '{link}' is not used"
+                warnings.add(Code.NRP263, message, subject=each.tag, path=each.path, line=each.line or None)
+            used = [each for each in element.children if each.tag not in (*_UNUSED, _ANCHOR)]
+            values = dict(map(_value, used))
+            if any(each.tag == _ANCHOR for each in element.children):
+                bullet.changeDynamics(*links[link], frictionAnchor=1, physicsClientId=client)
+            if ("contactStiffness" in values) != ("contactDamping" in values):
+                raise element.error("stiffness and damping only act together; give both")
+            bullet.changeDynamics(*links[link], **values, physicsClientId=client)
+
+
+def _value(element: Native) -> tuple[str, float]:
+    """Return PyBullet's argument and the value for an element such as ``<stiffness value="1000"/>``."""
+    if element.tag not in _ARGUMENTS:
+        hint = did_you_mean(element.tag, _ARGUMENTS)
+        raise element.error(f"not a property that can be set{hint}; valid: {', '.join(_ARGUMENTS)}")
+    text = element.attribute("value") or ""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not (isfinite(value) and value >= 0):
+        raise element.error(f"its value must be a number of 0 or more, not '{text}'")
+    return _ARGUMENTS[element.tag], value
+
 
 MAX_SHAPES = 16
 """PyBullet's limit of shapes in one link; beyond it the process crashes."""

@@ -21,7 +21,7 @@ from nrp_core.checks.shapes import Instance, Known, Shape
 from nrp_core.checks.study import Examined, Study
 from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
+from nrp_core.world.rigid import ROUNDED_TURN_RAD
 
 _OF_ANGLES: Final[tuple[Any, ...]] = (sin, cos, tan, np.sin, np.cos, np.tan)
 _TO_DEGREES: Final = ("degrees", "rad2deg")

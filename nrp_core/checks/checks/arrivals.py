@@ -12,7 +12,7 @@ from nrp_core.errors import NrpError
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
 from nrp_core.experiment.model.event_schema import START, Near
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.raycast.extent import width_m
+from nrp_core.world.raycast.solids import width_m
 from nrp_core.world.scene.model import Scene
 
 

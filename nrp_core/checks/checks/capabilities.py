@@ -12,7 +12,7 @@ from nrp_core.findings.refusals import world_lacks
 from nrp_core.world.capabilities import WorldCapabilities, needs_of
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.sensors.contact import CONTACTS
-from nrp_core.world.services.service import PREFIX
+from nrp_core.world.services.part import PREFIX
 
 _SERVICES = {
     "set_model_state": "changes", "set_link_state": "changes", "set_model_configuration": "changes",

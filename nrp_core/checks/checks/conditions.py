@@ -17,7 +17,7 @@ from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.quantities import time_ns
-from nrp_core.world.raycast.extent import size_m, width_m
+from nrp_core.world.raycast.solids import size_m, width_m
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model
 

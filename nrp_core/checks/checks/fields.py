@@ -20,7 +20,7 @@ from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, Quaternion
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.messages.sensor_msgs import Image, Imu, LaserScan, Range
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.raycast.extent import width_m
+from nrp_core.world.raycast.solids import width_m
 from nrp_core.world.topics import TopicInfo
 
 _SETTINGS: Final = {

@@ -13,7 +13,7 @@ from nrp_core.dsl.functions.function import TIME
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.raycast.extent import inside_m, outside_m
+from nrp_core.world.raycast.solids import inside_m, outside_m
 
 
 @checks_experiment(Code.NRP248)

@@ -16,14 +16,13 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.drives.flight import Flight
 from nrp_core.world.enclosing import Enclosure
 from nrp_core.world.raycast.beams import Beams
-from nrp_core.world.raycast.extent import size_m
-from nrp_core.world.render.optics import Optics
+from nrp_core.world.raycast.solids import size_m
+from nrp_core.world.render.cameras import Optics
 from nrp_core.world.render.scene_mesh import MAX_EXTENT_M
+from nrp_core.world.scene.devices import MountedSensor
 from nrp_core.world.scene.implausible import FASTEST_HZ
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sensing import MountedSensor
-from nrp_core.world.sensors.event_camera import EventCamera
-from nrp_core.world.sensors.intensity import BLACK_TO_WHITE
+from nrp_core.world.sensors.event_camera import BLACK_TO_WHITE, EventCamera
 from nrp_core.world.sight import Sight, enclosed, sights
 
 _COVERED: Final = 2 / 3

@@ -108,7 +108,7 @@ def _is_scene(file: Path) -> bool:
     """Return whether a file is an archive, or XML of a robot or a room; plugins may add formats."""
     from zipfile import is_zipfile
 
-    from nrp_core.world.scene.reading.formats import added_formats
+    from nrp_core.world.scene.reading.context import added_formats
 
     if file.is_dir():
         return False
@@ -142,7 +142,7 @@ def _inspect_scene(
     from functools import partial
 
     from nrp_core.world.scene.outline import outline
-    from nrp_core.world.scene.reading.left_out import read_without
+    from nrp_core.world.scene.reading.context import read_without
     from nrp_core.world.scene.sdf import read_scene
 
     read = partial(read_scene, file, search_path=models, lenient=True, args=args)
@@ -163,8 +163,7 @@ def _inspect_scene(
 
 def _open_joints(scene: Scene, file: Path, models: list[Path], args: dict[str, str]) -> Iterator[str]:
     """Yield the lines to write for each robot whose joints take no commands."""
-    from nrp_core.world.fitting import without_commands
-    from nrp_core.world.robot_section import models_for, section_for, sensors_for
+    from nrp_core.world.robot_setup import models_for, section_for, sensors_for, without_commands
 
     moving = [model for model in scene.models if not model.static]
     count = len(without_commands(moving[0])) if len(moving) == 1 else 0
@@ -194,7 +193,7 @@ def _as_data(scene: Scene) -> dict[str, Any]:
 
 
 def _names(model: Model) -> list[str]:
-    from nrp_core.world.fitting import without_commands
+    from nrp_core.world.robot_setup import without_commands
 
     return [joint.name for joint in without_commands(model)]
 

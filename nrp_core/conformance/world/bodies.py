@@ -11,8 +11,7 @@ from nrp_core.conformance.world.changing import INERTIA, arm
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
 from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, rubbing
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.motion import Wrench
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid import Pose, Vector, Wrench
 from nrp_core.world.scene.model import (
     Box,
     Capsule,

@@ -14,9 +14,9 @@ from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.motion import Wrench as Push
-from nrp_core.world.rigid.pose import Pose as ScenePose
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.rigid import Pose as ScenePose
+from nrp_core.world.rigid import Wrench as Push
+from nrp_core.world.scene.devices import JointController, Pid
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
 from nrp_core.world.world import World
 

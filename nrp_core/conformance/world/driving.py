@@ -9,9 +9,9 @@ import pytest
 
 from nrp_core.conformance.world.kit import WorldKit, twist
 from nrp_core.conformance.world.scenes import DRIVE_TIMEOUT_S, WHEEL_RADIUS, at, floor, prop, robot
-from nrp_core.world.drives.planar_move import PlanarMove
+from nrp_core.world.drives.mecanum import PlanarMove
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box
 from nrp_core.world.world import World
 

@@ -15,9 +15,9 @@ import pytest
 from nrp_core.clock import seconds
 from nrp_core.conformance.world.kit import WorldKit, twist
 from nrp_core.conformance.world.scenes import LENGTH, TRACK, WHEEL_WIDTH, at, floor, prop, robot
-from nrp_core.world.drives.planar_move import PlanarMove
+from nrp_core.world.drives.mecanum import PlanarMove
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box
 
 PENETRATION = 0.01

@@ -12,8 +12,8 @@ from nrp_core.conformance.world.kit import GRAVITY, WorldKit
 from nrp_core.conformance.world.scenes import at
 from nrp_core.errors import CapabilityError
 from nrp_core.world.messages.geometry_msgs import Quaternion
-from nrp_core.world.rigid.pose import Pose, rotation_by
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.rigid import Pose, rotation_by
+from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.model import Inertial, Joint, Link, Mimic, Model
 from nrp_core.world.world import World
 

@@ -14,8 +14,7 @@ from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.interface import WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.rigid import ModelMotion, Vector
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.world import World
 

@@ -20,8 +20,8 @@ from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, robot, 
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.rigid import Pose, Vector
+from nrp_core.world.scene.devices import JointController, Pid
 from nrp_core.world.scene.model import (
     Box,
     Capsule,

@@ -12,7 +12,7 @@ import pytest
 
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit, states
 from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, robot
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.model import Box, Sphere
 
 HALF = sqrt(0.5)

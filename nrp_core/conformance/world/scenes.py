@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import pi
 
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import (
     Box,
     Collision,

@@ -23,7 +23,7 @@ from nrp_core.conformance.world.scenes import (
     robot,
     screen,
 )  # fmt: skip
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Rgba
 from nrp_core.world.sensors.camera import Camera
 

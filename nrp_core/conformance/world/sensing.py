@@ -12,12 +12,11 @@ import pytest
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
 from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, robot
 from nrp_core.errors import CapabilityError
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
-from nrp_core.world.sensors.contact import ContactSensor
-from nrp_core.world.sensors.force_torque import ForceTorque
-from nrp_core.world.sensors.imu import Imu
+from nrp_core.world.sensors.contact import ContactSensor, ForceTorque
 from nrp_core.world.sensors.laser import Laser
+from nrp_core.world.sensors.navigation import Imu
 from nrp_core.world.sensors.sensor import Sensor
 from nrp_core.world.world import World
 

@@ -16,16 +16,16 @@ from nrp_core.clock import NS_PER_MS
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
-from nrp_core.world.rigid.motion import (
+from nrp_core.world.rigid import (
     BodyPath,
     BodyVelocity,
     JointAim,
     JointStates,
     ModelMotion,
+    Quaternion,
     Touch,
     Wrench,
 )
-from nrp_core.world.rigid.pose import Quaternion
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World

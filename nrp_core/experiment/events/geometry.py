@@ -11,7 +11,7 @@ from itertools import pairwise, product
 from math import cos, hypot, pi, sin
 
 from nrp_core.errors import CapabilityError
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Plane, Sphere
 
 GroundPoint = tuple[float, float]

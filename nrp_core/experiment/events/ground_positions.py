@@ -7,7 +7,7 @@ from collections.abc import Callable
 from nrp_core.errors import CapabilityError, SceneError
 from nrp_core.experiment.events.geometry import Footprint, GroundPoint
 from nrp_core.experiment.model.event_schema import Near
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Link, Model, Scene
 from nrp_core.world.world import World
 

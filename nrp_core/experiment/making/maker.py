@@ -22,9 +22,9 @@ from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
 from nrp_core.findings import Code, Level
 from nrp_core.parameters import FUNCTIONS, read_parameters
 from nrp_core.registry import Registry
-from nrp_core.world.fitting import fitted
+from nrp_core.world.robot_setup import fitted
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.reading.left_out import read_without
+from nrp_core.world.scene.reading.context import read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 Loader: TypeAlias = Callable[..., list[TransferFunction]]

@@ -35,17 +35,16 @@ from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
 from nrp_core.world.drives.implausible import implausible_drives, weightless_wheels
-from nrp_core.world.drives.planar import planar_drives
-from nrp_core.world.engine_kit.backend import PhysicsBackend
-from nrp_core.world.engine_kit.planar_servo import servo_of
+from nrp_core.world.engine_kit.jointed import PhysicsBackend
+from nrp_core.world.engine_kit.planar_servo import planar_drives, servo_of
 from nrp_core.world.interface import WorldBackend
-from nrp_core.world.raycast.footing import below_ground, buried
+from nrp_core.world.raycast.solids import below_ground, buried
 from nrp_core.world.scene import implausible as scene_plausibility
+from nrp_core.world.scene.devices import Noise
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.camera import Camera
-from nrp_core.world.sensors.imperfect import with_imperfection
+from nrp_core.world.sensors.sensor import with_imperfection
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 

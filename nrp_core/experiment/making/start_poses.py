@@ -12,8 +12,14 @@ from nrp_core.findings import Code
 from nrp_core.quantities import unit_of
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.drives.flight import Flight
-from nrp_core.world.raycast.footing import can_fall, deepest_overlap, has_ground, height_above_ground_m
-from nrp_core.world.raycast.solids import room_of, solids_of
+from nrp_core.world.raycast.solids import (
+    can_fall,
+    deepest_overlap,
+    has_ground,
+    height_above_ground_m,
+    room_of,
+    solids_of,
+)
 from nrp_core.world.scene.model import Model, Scene
 
 _HIGH_M: Final = 3.0

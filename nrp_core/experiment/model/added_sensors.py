@@ -8,8 +8,8 @@ from pydantic import ConfigDict, Field, JsonValue
 
 from nrp_core.experiment.model.section import PoseList, Section
 from nrp_core.quantities import RateHz
-from nrp_core.world.added_sensors import AddedSensor
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
+from nrp_core.world.robot_setup import AddedSensor
 
 
 class AddedSensorSection(Section):

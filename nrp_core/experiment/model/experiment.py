@@ -41,9 +41,9 @@ from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
 from nrp_core.seeds import require_seed
-from nrp_core.world.fitting import Fitting, JointControl
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import Pid
+from nrp_core.world.rigid import Pose
+from nrp_core.world.robot_setup import Fitting, JointControl
+from nrp_core.world.scene.devices import Pid
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.world import World
 

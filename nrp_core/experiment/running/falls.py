@@ -9,9 +9,8 @@ from nrp_core.clock import seconds
 from nrp_core.experiment.making.start_poses import things_fall
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.raycast.footing import can_fall
-from nrp_core.world.raycast.solids import room_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.raycast.solids import can_fall, room_of
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Scene
 
 DEPTH_M = 2.0

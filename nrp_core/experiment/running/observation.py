@@ -10,7 +10,7 @@ from typing import Any
 from nrp_core.cle import ClosedLoop
 from nrp_core.experiment.making.watch import Watch
 from nrp_core.experiment.running.falls import FallWatch
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 
 
 class Observation:

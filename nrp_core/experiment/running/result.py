@@ -11,7 +11,7 @@ from nrp_core.clock import seconds
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.running.judgement import Judgement
 from nrp_core.findings import Finding
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 
 _KINDS: Final = {
     "criteria": "criterion", "final_pose": "robot", "spikes": "population or view", "events": "event",

@@ -19,8 +19,8 @@ from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recorded, Recording
 from nrp_core.recording.reading.shapes import RecordedScene
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.pose_messages import pose_of, transform_pose
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.model_states import pose_of, transform_pose
+from nrp_core.world.rigid import Pose
 
 Rgb = tuple[float, float, float]
 

@@ -13,8 +13,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.story import Coloured, Story
 from nrp_core.recording.layout import WORLD_FRAME
 from nrp_core.recording.reading.shapes import Shape, ShapeKind
-from nrp_core.world.rigid.matrices import rotation_matrix
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose, rotation_matrix
 from nrp_core.world.scene.meshes.stl import parse_stl
 
 _OVERHEAD_M = 2.2

@@ -11,8 +11,8 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.recording.writing.frames import SceneFrames
+from nrp_core.world.scene.devices import View
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sensing import View
 from nrp_core.world.sensors.laser import Laser
 from nrp_core.world.world import World
 

@@ -13,9 +13,9 @@ import numpy.typing as npt
 from nrp_core.recording.layout import TEXTURED_TYPE
 from nrp_core.world.messages.foxglove_msgs import ModelPrimitive, SceneEntity, SceneUpdate
 from nrp_core.world.messages.visualization_msgs import CYLINDER, MESH_RESOURCE, SPHERE, MarkerArray
-from nrp_core.world.pose_messages import pose_of, vector_of
-from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.meshes.glb import contents_of
+from nrp_core.world.model_states import pose_of, vector_of
+from nrp_core.world.rigid import Pose, Vector
+from nrp_core.world.scene.meshes.gltf import contents_of
 from nrp_core.world.scene.meshes.stl import stl_bytes
 from nrp_core.world.scene.meshes.triangles import Coordinates
 

@@ -22,8 +22,7 @@ from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.part import Part, PartInPlace
-from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Wrench
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Pose, Wrench
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.topics import TopicInfo
 

@@ -20,9 +20,9 @@ from nrp_core.recording.reading.shapes import RecordedScene, Shape
 from nrp_core.recording.video import VideoOptions, View
 from nrp_core.recording.video.stage import Stage
 from nrp_core.recording.video.views import FIELD_OF_VIEW, Follower, Viewpoint, free, from_above
-from nrp_core.world.pose_messages import pose_of, transform_pose
-from nrp_core.world.render.shaded import ShadedView
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.model_states import pose_of, transform_pose
+from nrp_core.world.render.portrait import ShadedView
+from nrp_core.world.rigid import Pose
 
 _SAMPLES = 2
 

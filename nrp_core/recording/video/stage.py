@@ -13,8 +13,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.layout import WORLD_FRAME
 from nrp_core.recording.reading.shapes import Shape, ShapeKind
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.meshes.stl import write_coordinates
 from nrp_core.world.scene.model import (

@@ -11,7 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.view import Bounds
 from nrp_core.recording.video import Vector
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 
 FIELD_OF_VIEW = radians(45)
 _DISTANCE, _LEAST_M, _SMALL_M = 3.5, 0.5, 0.05

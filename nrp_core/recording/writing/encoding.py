@@ -15,7 +15,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import NS_PER_S
 from nrp_core.recording.writing.packing import Packed
 from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid import ModelMotion
 
 Parts = tuple[bytes | memoryview | Packed, ...]
 """The bytes of a message as several pieces, to avoid copies."""

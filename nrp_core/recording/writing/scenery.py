@@ -22,11 +22,11 @@ from nrp_core.world.messages.foxglove_msgs import (
     SpherePrimitive,
 )
 from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.pose_messages import pose_message
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.meshes.glb import glb
-from nrp_core.world.scene.meshes.mapped import mapped_triangles
+from nrp_core.world.model_states import pose_message
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.meshes.gltf import glb
 from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
+from nrp_core.world.scene.meshes.triangles import mapped_triangles
 from nrp_core.world.scene.model import (
     Box,
     Capsule,

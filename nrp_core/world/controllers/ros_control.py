@@ -14,11 +14,11 @@ from typing import Any, get_args
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.controllers.trajectory_plugins import led_joints
+from nrp_core.world.controllers.plugins import led_joints
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.mecanum import MecanumDrive
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.scene.acting import (
+from nrp_core.world.scene.devices import (
     ControllerKind,
     GroupController,
     JointController,
@@ -26,11 +26,8 @@ from nrp_core.world.scene.acting import (
     TrajectoryController,
 )
 from nrp_core.world.scene.model import Joint
-from nrp_core.world.scene.reading.actuators import Actuators
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import remapped, ros_namespace
-from nrp_core.world.scene.reading.registered import ModelParts
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Reading
+from nrp_core.world.scene.reading.plugins import Actuators, ModelParts, remapped, ros_namespace
 from nrp_core.world.topics import resolve_name
 
 _LEVELS = ("ros__parameters", "controller_manager", "/**")

@@ -9,16 +9,12 @@ from typing import ClassVar
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.wheels import WheelDrivePart, wheels_in
 from nrp_core.world.engine import Engine
-from nrp_core.world.rigid.motion import BodyVelocity, JointAim
-from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.acting import Rename
-from nrp_core.world.scene.joint_inertia import joint_inertias, stiff_gains
-from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.rigid import BodyVelocity, JointAim, Vector
+from nrp_core.world.scene.devices import Rename
+from nrp_core.world.scene.merged_bodies import bodies_of, joint_inertias, stiff_gains
 from nrp_core.world.scene.model import Cylinder, Model, Sphere
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import plugin_name, ros_topic
-from nrp_core.world.scene.reading.registered import ModelParts
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Reading
+from nrp_core.world.scene.reading.plugins import ModelParts, plugin_name, ros_topic
 from nrp_core.world.topics import resolve_name
 
 

@@ -6,8 +6,9 @@ A drive is found by entry points in the group ``nrp_core.drives``, named after t
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
-from math import isfinite
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import inf, isfinite
 from operator import attrgetter
 from typing import Any, ClassVar, Final, Protocol
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import from_seconds
+from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.copies import copies_of
 from nrp_core.world.engine import Engine
@@ -22,16 +24,16 @@ from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
 from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance
 from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.std_msgs import Header
+from nrp_core.world.messages.std_msgs import Float64, Header
+from nrp_core.world.model_states import pose_message, twist_message
 from nrp_core.world.part import Part
-from nrp_core.world.pose_messages import pose_message, twist_message
-from nrp_core.world.rigid.motion import BodyVelocity
-from nrp_core.world.scene.acting import MountedDrive
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.registered import ModelParts
-from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.topics import Direction, TopicInfo
+from nrp_core.world.rigid import BodyVelocity
+from nrp_core.world.scene.devices import MountedDrive, Rename
+from nrp_core.world.scene.merged_bodies import Body, body_of, tree_of
+from nrp_core.world.scene.model import Inertial, Model, Scene
+from nrp_core.world.scene.reading.context import Element, Reading
+from nrp_core.world.scene.reading.plugins import ModelParts
+from nrp_core.world.topics import Direction, TopicInfo, resolve_name
 
 _FAST_M_S: Final = 100.0
 _FAST_RAD_S: Final = 50.0
@@ -220,3 +222,94 @@ def commanded_components(scene: Scene) -> dict[str, tuple[str, tuple[str, ...]]]
         for drive in model.drives
         if isinstance(drive, Drive) and drive.components and hasattr(drive, "command_topic")
     }
+
+
+@dataclass(frozen=True, slots=True)
+class Actuator(Drive):
+    """An actuator among the elements for one engine; its control is commanded (``std_msgs/Float64``).
+
+    Args:
+        lowest, highest: the range of its control; the engine clips it.
+    """
+
+    tag: ClassVar[str] = "actuator"
+
+    lowest: float = -inf
+    highest: float = inf
+
+    def renamed(self, named: Rename) -> Actuator:
+        """Return the same actuator for a model whose parts are renamed."""
+        return replace(self, name=named(self.name))
+
+    @classmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Actuator:
+        """Read ``<actuator>`` (its name), ``<topic>``, ``<lowest>`` and ``<highest>``."""
+        name = plugin.require("actuator").text
+        topic = resolve_name(plugin.word("topic", f"{name}/cmd"), reading.robot)
+        return cls(name, topic, plugin.number("lowest", -inf), plugin.number("highest", inf))
+
+    def part(self, model: Model, engine: Engine) -> ActuatorPart:
+        return ActuatorPart(self, model.name, engine)
+
+
+class ActuatorPart(Part):
+    """Commands one actuator; in an engine without it commands have no effect, which is reported."""
+
+    def __init__(self, actuator: Actuator, model: str, engine: Engine) -> None:
+        self._actuator, self._model, self._engine = actuator, model, engine
+        self._works, self._reported = engine.capabilities.own_actuators, False
+        what = f"control of the actuator {actuator.name} of {model}"
+        self.topics = (TopicInfo(actuator.command_topic, Float64, Direction.IN, what=what),)
+        if not self._works:
+            message = f"{type(engine).__name__} does not have the actuator '{actuator.name}' of '{model}'"
+            engine.warnings.add(Code.NRP345, message, subject=actuator.name)
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        actuator, value = self._actuator, message.data
+        if self._works:
+            self._engine.set_control(self._model, actuator.name, value)
+        if not (actuator.lowest <= value <= actuator.highest or self._reported):
+            self._reported = True
+            limits = f"from {actuator.lowest:g} to {actuator.highest:g}"
+            text = (
+                f"the actuator '{actuator.name}' of '{self._model}' is commanded {value:g}; it goes {limits}"
+            )
+            self._engine.warnings.add(Code.NRP299, text, subject=topic)
+
+
+def driven_root(
+    model: Model, drive: MountedDrive, bodies: Sequence[Body], wheels: Sequence[Body] = ()
+) -> int:
+    """Return the root that holds all wheels; for a drive without wheels, the base of its model.
+
+    Links that move may be between: those that steer, rockers, and suspensions.
+
+    Raises:
+        SceneError: the wheels are not held by one freely floating body.
+    """
+    names = [wheel.name for wheel in wheels] or [model.links[0].name]
+    chains = [list(_chain(body_of(bodies, name), bodies)) for name in names]
+    held_by_wheels = {bodies[above].name for chain in chains for above in chain[1:]} & set(names)
+    if len({chain[-1] for chain in chains}) != 1 or held_by_wheels:
+        raise SceneError(f"the wheels of the drive '{drive.name}' of '{model.name}' are not held by one body")
+    base = chains[0][-1]
+    if not bodies[base].floats:
+        raise SceneError(
+            f"the drive '{drive.name}' cannot move '{model.name}', whose base does not float freely"
+        )
+    return base
+
+
+def _chain(index: int, bodies: Sequence[Body]) -> Iterator[int]:
+    """Yield a body and those that hold it, up to the root."""
+    above: int | None = index
+    while above is not None:
+        yield above
+        above = bodies[above].parent
+
+
+def masses_in(root: int, bodies: Sequence[Body]) -> list[Inertial]:
+    """Return the inertials of a root and its descendants, in its frame, which is the model's."""
+    tree = tree_of(root, bodies)
+    parts = [(bodies[index].in_model, bodies[index].inertial) for index in tree]
+    return [replace(mass, pose=place @ mass.pose) for place, mass in parts if mass is not None]

@@ -11,23 +11,18 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.findings import Code
-from nrp_core.world.drives.drive import Drive
-from nrp_core.world.drives.driven import driven_root, masses_in
+from nrp_core.world.drives.drive import Drive, driven_root, masses_in
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import Twist
+from nrp_core.world.model_states import vector_of
 from nrp_core.world.part import Part
-from nrp_core.world.pose_messages import vector_of
-from nrp_core.world.rigid.matrices import rotation_matrix
-from nrp_core.world.rigid.motion import Wrench
-from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.acting import Rename
-from nrp_core.world.scene.mass import combined, turned
+from nrp_core.world.rigid import Vector, Wrench, rotation_matrix
+from nrp_core.world.scene.devices import Rename
+from nrp_core.world.scene.inertia import combined, turned
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import plugin_name, vector_in
-from nrp_core.world.scene.reading.registered import ModelParts
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Reading
+from nrp_core.world.scene.reading.plugins import ModelParts, plugin_name, vector_in
 from nrp_core.world.topics import Direction, TopicInfo, resolve_name
 
 MAX_ACCELERATION = 20.0

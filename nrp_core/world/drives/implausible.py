@@ -9,9 +9,8 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.acting import MountedDrive
+from nrp_core.world.rigid import Vector, matrix_of
+from nrp_core.world.scene.devices import MountedDrive
 from nrp_core.world.scene.implausible_shapes import box_around
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Collision, Cylinder, Joint, Link, Model, Sphere

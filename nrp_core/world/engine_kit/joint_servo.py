@@ -15,7 +15,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.drives.ackermann import Ackermann
-from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.rigid import JointAim
 from nrp_core.world.scene.model import Model
 
 

@@ -3,16 +3,127 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import atan, tan
 from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from nrp_core.errors import CapabilityError
-from nrp_core.world.render.optics import CameraPath
-from nrp_core.world.render.segments import SegmentArray
-from nrp_core.world.scene.model import Light, Rgba
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import View
+from nrp_core.world.scene.merged_bodies import Body, body_of
+from nrp_core.world.scene.model import Box, Geometry, Light, Plane, Rgba, Scene
+
+SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
+"""Colour of the background: SDF's default grey."""
+
+CameraPath = tuple[str, str, str]
+"""Names of a camera's model, link and view, which is named after its sensor."""
+
+
+@dataclass(frozen=True, slots=True)
+class Optics:
+    """The optics of a camera for a renderer.
+
+    Args:
+        width, height: size of the image, pixels.
+        vertical_fov: vertical field of view, rad.
+        near, far: clip distances along the line of sight, m.
+
+    Attributes:
+        focal: focal length, in pixels.
+    """
+
+    width: int
+    height: int
+    vertical_fov: float
+    near: float
+    far: float
+    focal: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "focal", self.height / 2 / tan(self.vertical_fov / 2))
+
+    @classmethod
+    def of(cls, view: View, scale: float) -> Optics:
+        """Return the optics of a view at a lower resolution, with square pixels and the same width of field.
+
+        Args:
+            view: the view in the robot's file.
+            scale: factor of width and height, at most 1.
+        """
+        width = max(1, round(view.width * scale))
+        height = max(1, round(view.height * scale))
+        vertical_fov = 2 * atan(tan(view.horizontal_fov / 2) * height / width)
+        return cls(width, height, vertical_fov, view.near, view.far)
+
+
+def optics_of(scene: Scene, scale: float) -> Mapping[CameraPath, Optics]:
+    """Return the optics of every camera of a scene."""
+    return {
+        (model.name, link.name, name): Optics.of(view, scale)
+        for model, link in scene.links()
+        for sensor in link.sensors
+        for name, view in sensor.views.items()
+    }
+
+
+def eye_of(bodies: Sequence[Body], path: CameraPath) -> tuple[int, Pose]:
+    """Return the index of the body that holds a camera, and the pose of the camera's graphics frame in it."""
+    _, link_name, view_name = path
+    index = body_of(bodies, link_name)
+    link = next(link for link in bodies[index].links if link.name == link_name)
+    view = next(sensor.views[view_name] for sensor in link.sensors if view_name in sensor.views)
+    return index, looking(link.pose @ view.pose)
+
+
+def looking(pose: Pose) -> Pose:
+    """Turn a camera's pose (looks along x, z up) to that of graphics (looks along -z, y up)."""
+    return pose @ Pose(orientation=(0.5, -0.5, -0.5, 0.5))
+
+
+def flat(rgba: Rgba) -> Rgba:
+    """Return a colour of 8 bits a channel, which every renderer rounds to the same bytes; alpha is 0 or 1."""
+    red, green, blue = (round(255 * min(1.0, max(0.0, channel))) / 255 for channel in rgba[:3])
+    return red, green, blue, 1.0 if rgba[3] > 0 else 0.0
+
+
+def bytes_of(rgba: Rgba) -> tuple[int, int, int]:
+    """Return red, green and blue of a flat colour as in images, 0..255."""
+    red, green, blue = (round(255 * channel) for channel in rgba[:3])
+    return red, green, blue
+
+
+def drawn(geometry: Geometry, pose: Pose) -> tuple[Geometry, Pose]:
+    """Return the geometry to draw for a visual: for a plane, a thin plate with its top in the plane."""
+    if not isinstance(geometry, Plane):
+        return geometry, pose
+    thickness = 0.002
+    return Box((*geometry.size, thickness)), pose @ Pose((0.0, 0.0, -thickness / 2))
+
+
+SegmentArray = npt.NDArray[np.uint16]
+"""Labels and numbers of instances, shape ``(height, width, 2)``; 0 and 0 where nothing has a label."""
+
+
+def segments_of(bodies: Mapping[str, Sequence[Body]]) -> SegmentArray:
+    """Return label and instance of every visual in the order of a scene's mesh, and last of the background.
+
+    The models with visuals of a label are its instances, numbered from 1 in the order of the scene.
+    """
+    rows = []
+    seen: dict[int, list[str]] = {}
+    for model, parts in bodies.items():
+        for visual in (each for body in parts for link in body.links for each in link.visuals):
+            models = seen.setdefault(visual.label, [])
+            if model not in models:
+                models.append(model)
+            rows.append((visual.label, len(models) if visual.label else 0))
+    return np.array([*rows, (0, 0)], np.uint16)
+
 
 ImageArray = npt.NDArray[np.uint8]
 DepthArray = npt.NDArray[np.float32]

@@ -11,16 +11,65 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.world.render.cameras import Cameras, DepthArray, ImageArray
-from nrp_core.world.render.faces import FaceView
-from nrp_core.world.render.optics import CameraPath, Optics, eye_of
-from nrp_core.world.render.pixels import NOTHING, draw, paint, to_camera
+from nrp_core.world.render.cameras import (
+    CameraPath,
+    Cameras,
+    DepthArray,
+    ImageArray,
+    Optics,
+    SegmentArray,
+    eye_of,
+    segments_of,
+)
+from nrp_core.world.render.pixels import NOTHING, NearnessArray, draw, paint, to_camera
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
-from nrp_core.world.render.segments import SegmentArray, segments_of
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.rigid import BodyPath, ReadFrames, matrix_of
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.world.scene.model import Rgba
+
+_WORLD_POSES = np.eye(3, 4)[np.newaxis]
+
+
+class FaceView:
+    """Draws the triangles of a mesh, each as a separate surface.
+
+    Args:
+        mesh: the visuals.
+    """
+
+    def __init__(self, mesh: SceneMesh) -> None:
+        self._mesh = mesh
+        self._numbers = np.arange(len(mesh.faces), dtype=np.int32)
+        self._frames = np.full(len(mesh.vertices), WORLD_FRAME, np.int32)
+        self._seen: dict[tuple[int, ...], npt.NDArray[np.int32]] = {}
+
+    def draw(
+        self,
+        points: FloatArray,
+        eye: FloatArray,
+        focal: float,
+        near: float,
+        far: float,
+        nearness: NearnessArray,
+    ) -> npt.NDArray[np.int32]:
+        """Return the number of the face at each pixel, -1 for none; valid until the next call.
+
+        Args:
+            points: the vertices in the world, shape ``(n, 3)``.
+            eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
+            focal: focal length, in pixels.
+            near: distance in front of which nothing is seen.
+            far: distance beyond which nothing is seen.
+            nearness: filled with the reciprocals of the depths; its shape is the image's.
+        """
+        mesh = self._mesh
+        if nearness.shape not in self._seen:
+            self._seen[nearness.shape] = np.empty(nearness.shape, np.int32)
+        seen = self._seen[nearness.shape]
+        scene = (points, self._frames, mesh.faces, self._numbers, mesh.shown[mesh.surfaces], _WORLD_POSES)
+        draw(*scene, WORLD_FRAME, eye, focal, near, far, nearness, seen)
+        return seen
+
 
 _WORLD = np.eye(3, 4)
 
@@ -134,3 +183,27 @@ class RasterCameras(Cameras):
         index, pose = eye_of(bodies, path)
         frame = numbers.get((path[0], index), WORLD_FRAME)
         return frame, matrix_of(place_in_frame(bodies[index]) @ pose)
+
+
+class ImagedCameras(Cameras):
+    """An engine's own renderer, with images on surfaces.
+
+    Args:
+        own: the engine's renderer, which draws flat colours.
+        images: draws the images, and is not closed: it holds nothing.
+    """
+
+    def __init__(self, own: Cameras, images: RasterCameras) -> None:
+        self._own, self._images = own, images
+
+    def image(self, path: CameraPath) -> ImageArray:
+        image = self._own.image(path)
+        self._images.lay_images(path, image)
+        return image
+
+    def set_color(self, visual: str, rgba: Rgba) -> None:
+        self._own.set_color(visual, rgba)
+        self._images.set_color(visual, rgba)
+
+    def close(self) -> None:
+        self._own.close()

@@ -1,7 +1,7 @@
 """Images with light and shadows, drawn on the CPU and the same for every engine, like the flat ones.
 
 Surfaces are matt (Lambert's law), or glossy by their finish
-(:mod:`nrp_core.world.render.microfacets`); their edges are sharp and their curves smooth. Shadows come from
+(:mod:`nrp_core.world.render.gloss`); their edges are sharp and their curves smooth. Shadows come from
 shadow maps (Williams, Casting curved shadows on curved surfaces, SIGGRAPH 1978). Light is added to SDF's
 default ambient light, which comes from all directions; metals reflect it and not other objects. Glowing
 surfaces do not light others. Images on surfaces are their colours; maps of their finish are averaged.
@@ -19,14 +19,11 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.render.cameras import ImageArray
+from nrp_core.world.render.cameras import CameraPath, ImageArray, Optics
 from nrp_core.world.render.gloss import Gloss
-from nrp_core.world.render.lamps import Lamps
-from nrp_core.world.render.normals import corner_normals
-from nrp_core.world.render.optics import CameraPath, Optics
 from nrp_core.world.render.raster import RasterCameras
-from nrp_core.world.render.shading import shade
-from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.render.shading import Lamps, corner_normals, shade
+from nrp_core.world.rigid import BodyPath, ReadFrames
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Light
 

@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.render.optics import SKY, bytes_of, drawn, flat
+from nrp_core.world.render.cameras import SKY, bytes_of, drawn, flat
 from nrp_core.world.render.textures import Textures
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.motion import BodyPath as BodyPath
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyPath as BodyPath
+from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.world.scene.meshes.triangles import Coordinates
 from nrp_core.world.scene.model import Rgba, Visual

@@ -11,7 +11,8 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, count
 
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import MountedSensor
 from nrp_core.world.scene.model import (
     DEFAULT_RGBA,
     Collision,
@@ -24,7 +25,6 @@ from nrp_core.world.scene.model import (
     Texture,
     Visual,
 )
-from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.scene.stand_in import Missing
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from nrp_core._support.numbers import is_number
 from nrp_core.errors import SceneError, did_you_mean
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 
 WORLD = "world"
 """The name of the parent of a joint that fixes a link to the world."""

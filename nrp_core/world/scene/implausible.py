@@ -11,15 +11,14 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError, did_you_mean
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid import Pose, Vector, matrix_of
+from nrp_core.world.scene.devices import MountedSensor, Noise, View
 from nrp_core.world.scene.implausible_joints import of_joints, of_slides
 from nrp_core.world.scene.implausible_links import has_dense_link, of_links
 from nrp_core.world.scene.implausible_looks import of_looks
 from nrp_core.world.scene.implausible_shapes import box_around, of_radii, solid_or_seen, without_strays
 from nrp_core.world.scene.implausible_twins import of_twins
 from nrp_core.world.scene.model import Geometry, Light, Link, Model, Plane, Scene
-from nrp_core.world.scene.sensing import MountedSensor, Noise, View
 
 _DENSEST: Final = 22_590.0
 """Density of osmium, kg/m^3: CRC Handbook of Chemistry and Physics, the densest of all elements."""

@@ -8,11 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.scene.acting import ControllerKind, JointController, Pid
+from nrp_core.world.rigid import matrix_of
+from nrp_core.world.scene.devices import ControllerKind, JointController, Pid
 from nrp_core.world.scene.model import Joint, Model
-from nrp_core.world.scene.posture import Posture
-from nrp_core.world.scene.starts import start_positions
+from nrp_core.world.scene.posture import Posture, start_positions
 
 _TURNS_RAD: Final = 4 * pi
 """Two turns: joints of robots with limits turn less."""

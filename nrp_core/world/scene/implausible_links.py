@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.implausible_shapes import box_around, solid_or_seen
-from nrp_core.world.scene.mass import turned
+from nrp_core.world.scene.inertia import turned
 from nrp_core.world.scene.model import UNIT_INERTIA, Inertial, Model
 
 _DENSEST: Final = 1e5

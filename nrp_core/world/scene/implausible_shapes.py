@@ -10,8 +10,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.model import (
     Box,
     Capsule,

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import ClassVar, Final
 
-from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.digest import LATER
+from nrp_core.world.rigid import Pose, Vector
+from nrp_core.world.scene.devices import LATER
 
 LOOP_KINDS: Final = ("ball", "revolute", "continuous", "fixed")
 """The kinds of joints that can close a loop."""

@@ -16,22 +16,43 @@ from typing import ClassVar, TypeVar
 from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Finding
-from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.acting import (
+from nrp_core.world.rigid import Pose, Vector
+from nrp_core.world.scene.checks import WORLD, check_pose, check_tree, check_unique, require
+from nrp_core.world.scene.devices import (
+    LATER,
     GroupController,
     JointController,
     MountedDrive,
+    MountedSensor,
     PairController,
     TrajectoryController,
+    digest_of,
 )
-from nrp_core.world.scene.checks import WORLD, check_pose, check_tree, check_unique, require
-from nrp_core.world.scene.digest import LATER, digest_of
-from nrp_core.world.scene.finish import Finish as Finish
 from nrp_core.world.scene.loops import Loop as Loop
 from nrp_core.world.scene.loops import Tie as Tie
 from nrp_core.world.scene.origin import Native, Source
-from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.scene.surroundings import Surroundings
+
+PLASTIC = (0.04, 0.04, 0.04)
+"""Reflectance of glass, plastics and paint at normal incidence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """How a surface shines in realistic images; a surface without a finish is matt.
+
+    Args:
+        roughness: 0 (smooth as a mirror) to 1; its square is the width of the distribution of the slopes of
+            the facets that the surface consists of.
+        metalness: from 0 for a dielectric, whose colour is diffuse, to 1 for a metal, whose colour is that of
+            its reflection.
+        reflectance: the share of red, green and blue that a dielectric reflects at normal incidence.
+    """
+
+    roughness: float = 0.5
+    metalness: float = 0.0
+    reflectance: tuple[float, float, float] = PLASTIC
+
 
 Named = TypeVar("Named", "Link", "Joint", "Model")
 
@@ -119,7 +140,7 @@ class Texture:
     """An image on a visual.
 
     Meshes have texture coordinates of their own (:func:`nrp_core.world.scene.meshes.stl.read_coordinates`);
-    those of other shapes are in :mod:`nrp_core.world.scene.meshes.mapped`.
+    those of other shapes are in :mod:`nrp_core.world.scene.meshes.triangles`.
 
     Args:
         image: a file, which is read when someone looks.

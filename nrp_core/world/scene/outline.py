@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from itertools import groupby
 from math import degrees, isfinite
 
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import (
     Box,

@@ -17,8 +17,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.findings import Code
-from nrp_core.world.rigid.matrices import rotation_matrix
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid import Pose, Vector, rotation_matrix
 from nrp_core.world.scene.inertia import WATER, equivalent_box
 from nrp_core.world.scene.model import Box, Geometry, Joint, Link, Model, Plane
 from nrp_core.world.scene.tessellation import triangles_of

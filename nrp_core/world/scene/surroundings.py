@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import atan2, cos, degrees, hypot, radians, sin, sqrt
 
-from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.rigid import Vector
 
 _GRAVITY, _MOLAR_MASS, _GAS = 9.80665, 0.0289644, 8.31446
 """m/s^2, kg/mol and J/(mol K): U.S. Standard Atmosphere, 1976."""

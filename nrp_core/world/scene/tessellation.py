@@ -7,11 +7,9 @@ from math import pi
 
 import numpy as np
 
-from nrp_core.world.scene.meshes.mapped import mapped_triangles
 from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
-from nrp_core.world.scene.meshes.triangles import Coordinates, Faces, welded
+from nrp_core.world.scene.meshes.triangles import Coordinates, Faces, arc, mapped_triangles, turned, welded
 from nrp_core.world.scene.meshes.triangles import Points as Vertices
-from nrp_core.world.scene.meshes.turned import arc, turned
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
 
 _BOX_FACES = np.array([

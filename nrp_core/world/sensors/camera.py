@@ -8,24 +8,47 @@ from posixpath import basename, dirname, join
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
+from nrp_core.world.messages.point_cloud2 import create_cloud
 from nrp_core.world.messages.sensor_msgs import CameraInfo, Image, PointCloud2
 from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.render.cameras import DepthArray, ImageArray
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.digest import LATER
+from nrp_core.world.render.cameras import DepthArray, ImageArray, SegmentArray
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import LATER, View
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
-from nrp_core.world.scene.reading.sensor_elements import field_of_view, noise_of, rate_of
-from nrp_core.world.scene.reading.sensors import Mount
-from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.sensing import View
-from nrp_core.world.sensors.depth_points import cloud_of
+from nrp_core.world.scene.reading.sensors import Mount, field_of_view, noise_of, rate_of
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 from nrp_core.world.topics import resolve_name
+
+POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4")])
+"""A point in the frame of the images, and its colour, whose bytes are those of the number 0xRRGGBB."""
+
+
+def cloud_of(header: Header, depth: DepthArray, image: ImageArray, focal: float) -> PointCloud2:
+    """Return a row of points for each row of an image; NaN where there is nothing to see.
+
+    Args:
+        header: their time and frame.
+        depth: shape ``(height, width)``, m.
+        image: of the same size.
+        focal: focal length, pixels.
+    """
+    height, width = depth.shape
+    points = np.zeros(depth.shape, POINT)
+    ahead = np.where(np.isfinite(depth), depth, np.nan)
+    points["x"] = (np.arange(width) + 0.5 - width / 2) / focal * ahead
+    points["y"] = ((np.arange(height) + 0.5 - height / 2) / focal)[:, None] * ahead
+    points["z"] = ahead
+    red, green, blue = (image[..., channel].astype("<u4") for channel in range(3))
+    points["rgb"] = (red << 16 | green << 8 | blue).view("<f4")
+    return create_cloud(header, points)
+
 
 _SLACK = 0.01
 """How much pixels may differ from squares without a warning."""
@@ -264,3 +287,121 @@ def _topics(sensor: Element, mount: Mount, reading: Reading) -> _Topics:
             warn_of_plugin(plugin, reading)
     further = (resolve_name(each, reading.robot) if each else None for each in (depth, info, points))
     return _Topics(resolve_name(image, reading.robot), *further)
+
+
+@dataclass(frozen=True, slots=True)
+class Eye(Sensor):
+    """A sensor behind a lens.
+
+    Args:
+        optics: the camera that sees the images.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ("renderers",)
+
+    frame_suffix: ClassVar[str] = Camera.frame_suffix
+
+    optics: Camera
+
+    @property
+    def view(self) -> View | None:
+        """The images that it consists of; None: several views."""
+        return self.optics.view
+
+    @property
+    def offset(self) -> Pose:
+        return self.optics.offset
+
+
+def topic_of(sensor: Element, mount: Mount, reading: Reading, last: str) -> str:
+    """Return the absolute topic of a sensor: its ``<topic>``, or its place and name, and a last part."""
+    default = reading.topic_of(mount.name, f"{sensor.attribute('name')}/{last}")
+    return resolve_name(sensor.word("topic", default), reading.robot)
+
+
+_SEMANTIC = "semantic"
+_PANOPTIC = ("panoptic", "instance")
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentationCamera(Eye):
+    """A camera of labels, which gz-sim's ``Label`` plugin gives to visuals and models.
+
+    Args:
+        topic: absolute topic of the labels (``rgb8``): the label in all channels; of a panoptic one the label
+            in the last channel, and the number of the instance in the first (low) and the second byte.
+        colored_topic: that of the same as colours, a colour for each label (and instance).
+        info_topic: that of its optics.
+        panoptic: whether instances are told apart.
+    """
+
+    tag: ClassVar[str] = "segmentation"
+
+    colored_topic: str
+    info_topic: str
+    panoptic: bool = False
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> SegmentationCamera:
+        optics = Camera.read(sensor, mount, reading)
+        kind = sensor.section("camera").word("segmentation_type", _SEMANTIC).lower()
+        if kind not in (_SEMANTIC, *_PANOPTIC):
+            given = sensor.require("camera").require("segmentation_type")
+            hint = did_you_mean(kind, (_SEMANTIC, *_PANOPTIC))
+            raise given.error(f"'{given.text}' is not a <segmentation_type>{hint}")
+        base = sensor.word("topic", reading.topic_of(mount.name, f"{optics.name}/segmentation"))
+        labels, colored, info = (
+            resolve_name(join(base, end), reading.robot)
+            for end in ("labels_map", "colored_map", "camera_info")
+        )
+        return cls(optics.name, labels, optics.rate_hz, optics, colored, info, kind in _PANOPTIC)
+
+    def part(self, model: Model, link: str, engine: Engine) -> SegmentationPart:
+        return SegmentationPart(self, model.name, link, engine)
+
+
+class SegmentationPart(SensorPart):
+    """Publishes the labels of one camera."""
+
+    def __init__(self, sensor: SegmentationCamera, model: str, link: str, engine: Engine) -> None:
+        super().__init__(sensor, model, link, engine)
+        self._sensor, self._path = sensor, (model, link, sensor.name)
+        what = f"seen by {sensor.name}"
+        self.topics = (
+            self._served(sensor.topic, Image, f"labels {what}"),
+            self._served(sensor.colored_topic, Image, f"labels {what}, as colours"),
+            self._served(sensor.info_topic, CameraInfo, f"optics of {sensor.name}"),
+        )
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        header = self._header(now_ns)
+        if topic == self._sensor.info_topic:
+            return info_of(self._sensor.optics, header, self._engine.image_size(*self._path))
+        segments = self._engine.segments(*self._path)
+        painted = colors_of if topic == self._sensor.colored_topic else bytes_of
+        image = painted(segments, panoptic=self._sensor.panoptic)
+        height, width, channels = image.shape
+        return Image(header, height, width, "rgb8", 0, width * channels, image)
+
+
+def bytes_of(segments: SegmentArray, *, panoptic: bool) -> npt.NDArray[np.uint8]:
+    """Return segments as gz-sim's map of labels, shape ``(height, width, 3)``."""
+    labels, instances = segments[..., 0], segments[..., 1]
+    channels = (instances & 255, instances >> 8, labels) if panoptic else (labels, labels, labels)
+    return np.stack(channels, axis=-1).astype(np.uint8)
+
+
+def colors_of(segments: SegmentArray, *, panoptic: bool) -> npt.NDArray[np.uint8]:
+    """Return a colour for each label (and instance), black for none, shape ``(height, width, 3)``.
+
+    They are those of the PASCAL VOC data sets: the bits of the number are dealt out to red, green and blue,
+    the highest bits first.
+    """
+    numbers = segments[..., 0].astype(np.uint32)
+    if panoptic:
+        numbers |= (segments[..., 1].astype(np.uint32) & 0xFFFF) << 8
+    image = np.zeros((*numbers.shape, 3), np.uint8)
+    for bit in range(8):
+        for channel in range(3):
+            image[..., channel] |= ((numbers >> (3 * bit + channel) & 1) << (7 - bit)).astype(np.uint8)
+    return image

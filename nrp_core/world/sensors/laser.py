@@ -4,28 +4,72 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
-from math import pi
-from typing import ClassVar, Final
+from math import atan, pi
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.point_cloud2 import create_cloud
 from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2, Range
 from nrp_core.world.raycast.beams import Beams, directions
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.digest import LATER
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import LATER, Noise
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
-from nrp_core.world.scene.reading.sensor_elements import noise_of, plugin_topic, rate_of
-from nrp_core.world.scene.reading.sensors import Mount
-from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.sensors.range_plugin import RANGE, RANGE_PLUGIN, range_plugin
+from nrp_core.world.scene.reading.sensors import Mount, noise_of, plugin_topic, rate_of, topic_of
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 from nrp_core.world.topics import resolve_name
+
+RANGE: Final = "sensor_msgs/Range"
+RANGE_PLUGIN: Final = "gazebo_ros_range"
+_RADIATIONS: Final = ("ultrasound", "infrared")
+
+
+class RangePlugin(NamedTuple):
+    """What such a plugin says.
+
+    Args:
+        topic: the absolute topic of distances, None for none.
+        infrared: whether it is not ultrasound.
+        cone: the angle of its cone, rad.
+        noise: noise on the distances.
+    """
+
+    topic: str | None = None
+    infrared: bool = False
+    cone: float = 0.0
+    noise: Noise = Noise()
+
+
+def range_plugin(sensor: Element, reading: Reading) -> RangePlugin:
+    """Return what the plugins of a ``<sensor>`` with rays say of its distance.
+
+    Raises:
+        SceneError: its kind of radiation is unknown.
+    """
+    for plugin in sensor.all("plugin"):
+        if plugin_name(plugin) != RANGE_PLUGIN and plugin.word("output_type") != RANGE:
+            continue
+        tag = "radiation" if plugin.find("radiation") else "radiation_type"
+        radiation = plugin.word(tag, _RADIATIONS[0]).lower()
+        if radiation not in _RADIATIONS:
+            hint = did_you_mean(radiation, _RADIATIONS)
+            raise plugin.require(tag).error(f"'{radiation}' is not a kind of radiation{hint}")
+        default = reading.topic_of(sensor.attribute("name"), "range")
+        topic = resolve_name(plugin_topic(plugin, "topicName", default), reading.robot)
+        deviation = plugin.number("gaussianNoise", 0.0)
+        if deviation < 0:
+            given = plugin.require("gaussianNoise")
+            raise given.error(f"a standard deviation must be 0 or more, not {deviation:g}")
+        cone = plugin.positive("fov", 0.05)
+        return RangePlugin(topic, radiation == _RADIATIONS[1], cone, Noise(0.0, deviation))
+    return RangePlugin()
+
 
 _SCANS, _POINTS = "sensor_msgs/LaserScan", "sensor_msgs/PointCloud2"
 _OUTPUTS = {
@@ -237,3 +281,42 @@ def _constants(laser: Laser) -> list[float]:
     step = (laser.angle_max - laser.angle_min) / max(1, laser.samples - 1)
     numbers = laser.angle_min, laser.angle_max, step, laser.range_min, laser.range_max
     return [float(np.float32(number)) for number in numbers]
+
+
+_RAYS = 9
+"""Rays across the cone, and up and down."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sonar(Laser):
+    """Measures along x of its pose; its rays fill the square pyramid around its cone."""
+
+    tag: ClassVar[str] = "sonar"
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Sonar:
+        sonar, name = sensor.section("sonar"), sensor.attribute("name")
+        low, high = sonar.number("min", 0.0), sonar.positive("max", 1.0)
+        if not 0 <= low < high:
+            raise sonar.error(f"the <min> range must be from 0 to below <max>, {high:g} m, not {low:g}")
+        if sonar.word("geometry", "cone") != "cone":
+            shape = sonar.require("geometry")
+            message = f"a sonar measures in a cone here, not in a '{shape.text}'"
+            reading.notes.warn(shape, Code.NRP262, message)
+        topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/sonar"), {}, reading)
+        half = atan(sonar.positive("radius", 0.5) / high)
+        return cls(
+            name, topic, rate_of(sensor, reading), _RAYS, -half, half, low, high, mount.place(sensor),
+            _RAYS, -half, half, range_topic=topic, cone=2 * half,
+        )  # fmt: skip
+
+    def part(self, model: Model, link: str, engine: Engine) -> SonarPart:
+        return SonarPart(self, model.name, link, engine)
+
+
+class SonarPart(LaserPart):
+    """Publishes the distance of one sonar."""
+
+    def __init__(self, sonar: Sonar, model: str, link: str, engine: Engine) -> None:
+        super().__init__(sonar, model, link, engine)
+        self.topics = (self._served(sonar.topic, Range, f"nearest thing to {sonar.name}"),)

@@ -9,24 +9,69 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.seeds import Seeds
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.part import Part
-from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.rigid import Vector
+from nrp_core.world.scene.devices import MountedSensor, Noise
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.reading.context import Element, Reading
+from nrp_core.world.scene.reading.plugins import ModelParts
 from nrp_core.world.scene.reading.sensors import Mount
-from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.sensing import MountedSensor, Noise
 from nrp_core.world.topics import Direction, TopicInfo
+
+
+def with_imperfection(
+    scene: Scene,
+    topic: str,
+    *,
+    noise: Noise | None = None,
+    delay: float | None = None,
+    drop_out: float | None = None,
+) -> Scene:
+    """Return a scene with changed properties of the sensor on a topic; None keeps the value of the file.
+
+    Args:
+        scene: the scene.
+        topic: its absolute topic.
+        noise: noise on every number of the sensor.
+        delay: delay of messages, s.
+        drop_out: share of lost messages.
+
+    Raises:
+        TopicError: no sensor publishes on that topic.
+    """
+    given: dict[str, Any] = {"noise": noise, "delay": delay, "drop_out": drop_out}
+    changes = {name: value for name, value in given.items() if value is not None}
+    served = [each for _, link in scene.links() for sensor in link.sensors for each in sensor.topics]
+    if topic not in served:
+        raise TopicError(f"no sensor publishes '{topic}'{did_you_mean(topic, served)}")
+
+    def changed(model: Model) -> Model:
+        if all(topic not in sensor.topics for link in model.links for sensor in link.sensors):
+            return model
+        links = []
+        for link in model.links:
+            sensors = [_with(each, changes) if topic in each.topics else each for each in link.sensors]
+            links.append(replace(link, sensors=tuple(sensors)))
+        return replace(model, links=tuple(links))
+
+    return replace(scene, models=tuple(map(changed, scene.models)))
+
+
+def _with(sensor: MountedSensor, changes: dict[str, Any]) -> MountedSensor:
+    """Return a sensor with other properties; noise on every number replaces that of some of them."""
+    own: dict[str, Any] = dict.fromkeys(sensor.noises) if "noise" in changes else {}
+    return replace(sensor, **changes, **own)
 
 
 class Sensor(MountedSensor, ABC):

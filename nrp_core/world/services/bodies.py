@@ -13,11 +13,10 @@ from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.base import Time, ns_of
 from nrp_core.world.messages.gazebo_msgs import LinkState
 from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.pose_messages import pose_of, seen_from, seen_in_world, state_messages, vector_of
-from nrp_core.world.rigid.motion import ModelMotion, Wrench
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.model_states import pose_of, seen_from, seen_in_world, state_messages, vector_of
+from nrp_core.world.rigid import ModelMotion, Pose, Wrench
 from nrp_core.world.scene.model import Model
-from nrp_core.world.services.service import PREFIX, Service
+from nrp_core.world.services.part import PREFIX, Service
 
 _WORLD = ("", "world", "map", "/world", "/map")
 

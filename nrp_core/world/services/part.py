@@ -6,17 +6,50 @@ same name is answered as well, so that events and recordings can call services, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias
 
 from nrp_core.errors import NrpError, TopicError, did_you_mean
 from nrp_core.findings import Code
+from nrp_core.registry import Registry
 from nrp_core.world.live import LiveScene
+from nrp_core.world.messages import base
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.part import Part
-from nrp_core.world.services.service import SERVICES, Service
 from nrp_core.world.topics import Direction, TopicInfo
+
+PREFIX = "/gazebo/"
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    """A service of a world.
+
+    Args:
+        name: its name, which is also the topic that takes its requests.
+        request: the class of its requests; the class of its answers has the same name with ``Response``
+            instead of ``Request``.
+        answer: handles a request and returns the answer; an :class:`~nrp_core.errors.NrpError` becomes an
+            answer without success if the answer has a field for the reason.
+    """
+
+    name: str
+    request: type
+    answer: Callable[[Any], Any]
+
+    @property
+    def response(self) -> type:
+        """The class of its answers."""
+        found = base.type_of(type_name(self.request).removesuffix("Request") + "Response")
+        assert found is not None
+        return found
+
+
+Provider: TypeAlias = Callable[[LiveScene], Iterable[Service]]
+
+SERVICES: Registry[Provider] = Registry("nrp_core.services", "provider of services")
+"""Functions that return the services of a world, by any name."""
 
 
 class Services(Part):

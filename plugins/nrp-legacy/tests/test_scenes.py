@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.reading.left_out import read_without
+from nrp_core.world.scene.reading.context import read_without
 from nrp_core.world.scene.sdf import read_scene
 
 ROOM = """<sdf version="1.6"><world name="w">

@@ -28,7 +28,7 @@ from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Findings
 from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Vector3
-from nrp_core.world.pose_messages import pose_of
+from nrp_core.world.model_states import pose_of
 from tests.shared.profiled import is_profilable
 
 ANGLES = st.floats(-1.5, 1.5)

@@ -22,8 +22,8 @@ from nrp_core.world import (
     Sphere,
     read_model,
 )
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.scene.mass import turned
+from nrp_core.world.rigid import matrix_of
+from nrp_core.world.scene.inertia import turned
 from nrp_core.world.scene.merged_bodies import bodies_of
 
 LENGTHS = st.floats(0.01, 3.0)

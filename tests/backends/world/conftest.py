@@ -19,7 +19,7 @@ from nrp_core.world.backends import worlds
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.interface import WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import (
     Box,
     Collision,

@@ -6,9 +6,8 @@ import pytest
 from jointed import axis, joint, limit, link
 
 from nrp_core.errors import SceneError
-from nrp_core.world.added_sensors import AddedSensor, with_added_sensors
-from nrp_core.world.fitting import Fitting, JointControl, fitted
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
+from nrp_core.world.robot_setup import AddedSensor, Fitting, JointControl, fitted, with_added_sensors
 
 ARM = (
     link("base", at=(0, 0, 1))

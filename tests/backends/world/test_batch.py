@@ -13,10 +13,9 @@ from nrp_core.simulation import State
 from nrp_core.world.batch import layout_of, publish_numbers, publish_rows
 from nrp_core.world.copies import copies_of
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose
+from nrp_core.world.scene.devices import Noise
 from nrp_core.world.scene.model import Box, Scene
-from nrp_core.world.scene.sensing import Noise
 
 STEP_NS = 20_000_000
 SEEDS = (3, 1, 4, 1, 5)

@@ -14,8 +14,8 @@ import pytest
 
 from nrp_core.errors import CapabilityError
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.render.optics import SKY, bytes_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.render.cameras import SKY, bytes_of
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import (
     Box,

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Scene
 
 

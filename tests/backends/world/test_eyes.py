@@ -7,9 +7,9 @@ from math import exp, log
 import numpy as np
 import pytest
 
-from nrp_core.world.added_sensors import AddedSensor, with_added_sensors
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
+from nrp_core.world.robot_setup import AddedSensor, with_added_sensors
 from nrp_core.world.scene.model import Box, Scene
 
 LENS = {"camera": {"horizontal_fov": 0.9, "image": {"width": 16, "height": 12}}}

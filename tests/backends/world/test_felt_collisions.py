@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.implausible import implausible
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model

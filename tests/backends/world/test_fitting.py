@@ -6,9 +6,9 @@ import pytest
 from jointed import MOMENT, axis, command, joint, limit, link
 
 from nrp_core.world import parts
-from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.messages.std_msgs import Float64MultiArray
-from nrp_core.world.scene.joint_inertia import joint_inertias
+from nrp_core.world.robot_setup import Fitting, JointControl, fitted
+from nrp_core.world.scene.merged_bodies import joint_inertias
 
 ARM = (
     link("base", at=(0, 0, 1))

@@ -9,7 +9,7 @@ from nrp_core.errors import SceneError
 from nrp_core.world.drives.flight import Flight
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3, Wrench
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Model
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.world.messages import point_cloud2
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Model, Scene
 
 WALL_X, EDGE_Y = 2.5, 0.3

@@ -10,10 +10,10 @@ from chains import GRAVITY, chain
 
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Mimic, Model, Scene
-from nrp_core.world.sensors.force_torque import ForceTorque
+from nrp_core.world.sensors.contact import ForceTorque
 
 MASS = 2.0
 MOMENTS = (1e-4, 1e-4, 1e-4, 0.0, 0.0, 0.0)

@@ -10,7 +10,7 @@ import pytest
 from nrp_core.errors import TopicError
 from nrp_core.world.engine_kit.jointed import JointedEngine
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.sdf import read_model
 
 LINK = """<link name="l{0}"><inertial><mass value="1"/><origin xyz="0.2 0 0"/>

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.acting import JointController, PairController, Pid
+from nrp_core.world.scene.devices import JointController, PairController, Pid
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
 
 EYES = ("left", "right")

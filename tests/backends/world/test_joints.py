@@ -11,8 +11,8 @@ import pytest
 from nrp_core.world.messages.base import Duration, Time
 from nrp_core.world.messages.geometry_msgs import Point, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import JointController, Pid
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene, Sphere
 
 MASS, ARM, MOMENT = 2.0, 0.5, 0.02

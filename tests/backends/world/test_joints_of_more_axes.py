@@ -28,7 +28,7 @@ from jointed import (
 
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Scene
 
 # -- two axes

@@ -12,7 +12,7 @@ from nrp_core import worlds
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.scene.devices import JointController, Pid
 from nrp_core.world.scene.implausible_joints import of_joints
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Box, Capsule, Mesh, Scene

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from nrp_core import worlds
-from nrp_core.world.fitting import Fitting, fitted
+from nrp_core.world.robot_setup import Fitting, fitted
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sdf import read_scene
 

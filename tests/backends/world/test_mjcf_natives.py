@@ -229,7 +229,7 @@ def damped_servos(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def damped_springs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nrp_core.world.engine_kit.springs.STIFF", 0.0)
+    monkeypatch.setattr("nrp_core.world.engine_kit.simulated.STIFF", 0.0)
 
 
 def coarse_meshes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,11 +9,11 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.sensor_msgs import Range
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import Noise
 from nrp_core.world.scene.model import Box, Collision, Inertial, Link, Model, Scene, Sphere
-from nrp_core.world.scene.sensing import Noise
-from nrp_core.world.sensors.altimeter import Altimeter
-from nrp_core.world.sensors.logical_camera import LogicalCamera
+from nrp_core.world.sensors.ground_truth import LogicalCamera
+from nrp_core.world.sensors.navigation import Altimeter
 
 
 def carrier(sensor, pose: Pose, *, static: bool = True) -> Model:

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import ModelMotion, Pose
 from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Model, Scene, Sphere
 
 

@@ -20,20 +20,20 @@ from nrp_core._support.jit import jit
 from nrp_core._support.memory import address_at, call, integer_at, number_at, put_number
 from nrp_core.errors import SceneError, SimulationError
 from nrp_core.world.backends import worlds
-from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.messages.geometry_msgs import Quaternion
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.pose import rotation_by
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.rigid import rotation_by
+from nrp_core.world.robot_setup import Fitting, JointControl, fitted
+from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.world import World
 
 pytest.importorskip("nrp_world_mujoco")
 from nrp_world_mujoco import build as building
-from nrp_world_mujoco import state_layout
+from nrp_world_mujoco import firm_steps
+from nrp_world_mujoco.firm_steps import ARRAYS, Constraints
 from nrp_world_mujoco.library import structures
-from nrp_world_mujoco.state_layout import ARRAYS, Constraints
 
 
 def opened(model: Model | None = None) -> World:
@@ -115,8 +115,8 @@ def test_steps_are_the_same_where_the_layout_of_the_state_is_unknown(
 ) -> None:
     with opened() as world:
         expected = swing(world, range(1, 11))
-    monkeypatch.setattr(state_layout, "structures", described)
-    monkeypatch.setattr(state_layout, "layout", state_layout.layout.__wrapped__)
+    monkeypatch.setattr(firm_steps, "structures", described)
+    monkeypatch.setattr(firm_steps, "layout", firm_steps.layout.__wrapped__)
     with opened() as world:
         assert swing(world, range(1, 11)) == expected
         assert not world.engine._control.firm._constraints.direct  # type: ignore[attr-defined]

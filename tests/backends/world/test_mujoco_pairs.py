@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from nrp_core.world.backends import worlds
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 pytest.importorskip("nrp_world_mujoco")

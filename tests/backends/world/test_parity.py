@@ -16,8 +16,8 @@ from nrp_core.dsl.tf_lib import detect_red
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.render.cameras import REALISTIC
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import JointController, Pid
 from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Model, Scene, Sphere
 from nrp_core.world.scene.sdf import read_model, read_scene
 

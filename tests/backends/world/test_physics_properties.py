@@ -8,7 +8,7 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.gazebo_srvs import SetPhysicsPropertiesRequest
 from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Scene, Sphere
 
 SET, GET = "/gazebo/set_physics_properties", "/gazebo/get_physics_properties"

@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
 
 INERTIA = 0.2 + 2 * 0.25  # of the pair about its centre of mass

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("pybullet")
 
-from nrp_world_pybullet.convergence import USUAL, iterations_for
+from nrp_world_pybullet.control import USUAL, iterations_for
 
 
 @pytest.mark.parametrize(("light", "heavy"), [(0.1, 1.0), (0.11, 1.0), (0.12, 1.0), (0.05, 1.0), (1.0, 1.0)])

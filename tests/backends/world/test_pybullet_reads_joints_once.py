@@ -9,7 +9,7 @@ import pytest
 from chains import chain, command
 
 from nrp_core.world.backends import worlds
-from nrp_core.world.rigid.motion import JointStates
+from nrp_core.world.rigid import JointStates
 from nrp_core.world.scene.model import Scene
 
 pytest.importorskip("nrp_world_pybullet")

@@ -8,7 +8,7 @@ import pytest
 from nrp_core.world.messages.gazebo_srvs import DeleteLightRequest, SetLightPropertiesRequest
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.render.realistic import AMBIENT
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Finish, Light, Link, Model, Scene, Sphere, Visual
 from nrp_core.world.sensors.camera import Camera
 

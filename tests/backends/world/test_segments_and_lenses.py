@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.render.optics import SKY, bytes_of
+from nrp_core.world.render.cameras import SKY, bytes_of
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sdf import read_scene
 

@@ -12,7 +12,8 @@ import pytest
 from nrp_core.clock import SampleSchedule
 from nrp_core.world.messages import point_cloud2
 from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import Noise
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -25,14 +26,12 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.camera import Camera
-from nrp_core.world.sensors.contact import ContactSensor
-from nrp_core.world.sensors.force_torque import ForceTorque
+from nrp_core.world.sensors.contact import ContactSensor, ForceTorque
 from nrp_core.world.sensors.ground_truth import GroundTruth
-from nrp_core.world.sensors.imperfect import with_imperfection
-from nrp_core.world.sensors.imu import Imu
 from nrp_core.world.sensors.laser import Laser
+from nrp_core.world.sensors.navigation import Imu
+from nrp_core.world.sensors.sensor import with_imperfection
 
 GRAVITY = 9.8
 

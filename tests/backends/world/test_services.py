@@ -13,8 +13,8 @@ from nrp_core.world.messages.gazebo_msgs import LinkState, ModelState
 from nrp_core.world.messages.gazebo_srvs import DeleteModelRequest, GetModelStateRequest
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Pose as ScenePose
+from nrp_core.world.rigid import ModelMotion
+from nrp_core.world.rigid import Pose as ScenePose
 from nrp_core.world.scene.model import Box, Light, Scene, Sphere
 from nrp_core.world.sensors.laser import Laser
 
@@ -365,7 +365,7 @@ def test_motions_seen_from_a_moving_frame_come_back_as_they_were():
     from hypothesis import given
     from hypothesis import strategies as st
 
-    from nrp_core.world.pose_messages import seen_from, seen_in_world
+    from nrp_core.world.model_states import seen_from, seen_in_world
 
     numbers = st.tuples(*[st.floats(-3, 3)] * 3)
     poses = st.builds(lambda p, a: ScenePose.from_rpy(p, *a), numbers, numbers)

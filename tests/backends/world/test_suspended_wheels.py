@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Collision, Cylinder, Inertial, Joint, Link, Mimic, Model, Sphere
 
 RADIUS, TRACK = 0.1, 0.6

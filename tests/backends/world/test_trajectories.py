@@ -11,8 +11,8 @@ from nrp_core.errors import TopicError
 from nrp_core.world.messages.base import Duration, Time
 from nrp_core.world.messages.std_msgs import Float64, Header
 from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import JointController, Pid, TrajectoryController
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
 
 NAMES = ("turn", "lift")

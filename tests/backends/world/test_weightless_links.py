@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
 
 GRAVITY = 9.8

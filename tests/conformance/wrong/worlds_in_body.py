@@ -12,8 +12,17 @@ from nrp_world_mujoco.engine import MujocoEngine
 from one_bug import ChangesTheScene, Opens, with_links, with_sensors
 from registry import Found, register
 
-from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointStates, ModelMotion, Touch, Wrench
-from nrp_core.world.rigid.pose import Pose, Quaternion, rotation_by
+from nrp_core.world.rigid import (
+    BodyPath,
+    BodyVelocity,
+    JointStates,
+    ModelMotion,
+    Pose,
+    Quaternion,
+    Touch,
+    Wrench,
+    rotation_by,
+)
 from nrp_core.world.scene.model import Capsule, Cylinder, Joint, Link, Scene
 
 FOUND_BY: Found = {}

@@ -12,7 +12,7 @@ from registry import Found, register
 
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.interface import WorldOptions
-from nrp_core.world.rigid.motion import BodyPath, JointAim, ModelMotion, ReadFrames, Touch, Wrench
+from nrp_core.world.rigid import BodyPath, JointAim, ModelMotion, ReadFrames, Touch, Wrench
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, Opens, "world")

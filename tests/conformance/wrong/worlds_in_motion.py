@@ -10,8 +10,7 @@ from nrp_world_mujoco.engine import MujocoEngine
 from one_bug import ChangesTheScene, Opens, with_links
 from registry import Found, register
 
-from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyVelocity, JointStates, ModelMotion, Pose
 from nrp_core.world.scene.model import Scene
 
 FOUND_BY: Found = {}

@@ -13,7 +13,7 @@ from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
 from nrp_core.world.interface import WorldOptions
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Rgba, Scene
 
 FOUND_BY: Found = {}

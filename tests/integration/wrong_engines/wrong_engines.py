@@ -11,12 +11,11 @@ from nrp_brain_event import EventBackend
 from nrp_world_mujoco import MujocoBackend
 from nrp_world_mujoco.engine import MujocoEngine
 
-from nrp_core.world.rigid.motion import BodyVelocity
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyVelocity, Pose
+from nrp_core.world.scene.devices import Noise
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sensing import Noise
-from nrp_core.world.sensors.imperfect import with_imperfection
-from nrp_core.world.sensors.imu import Imu
+from nrp_core.world.sensors.navigation import Imu
+from nrp_core.world.sensors.sensor import with_imperfection
 
 
 class _Opens(MujocoBackend):

@@ -12,7 +12,7 @@ from nrp_core.experiment.events.ground_positions import GroundPositions, Proximi
 from nrp_core.experiment.model.event_schema import Criterion, Near
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_core.world.world import World
 

@@ -14,7 +14,7 @@ from nrp_core.errors import SceneError
 from nrp_core.experiment.making.maker import Maker
 from nrp_core.experiment.model.experiment import RobotSection
 from nrp_core.experiment.model.tree import Place
-from nrp_core.world.scene.acting import Pid
+from nrp_core.world.scene.devices import Pid
 from nrp_core.world.scene.model import Model
 
 LINK = '<link name="{}"><inertial><mass value="{}"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>'

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.events.geometry import Footprint, convex_hull
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
 
 coordinates = st.floats(-10, 10)

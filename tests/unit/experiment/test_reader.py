@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.findings import Finding, InvalidExperimentError
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 
 pytestmark = pytest.mark.usefixtures("fakes")
 

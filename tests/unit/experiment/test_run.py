@@ -24,8 +24,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, InvalidExperimentError
 from nrp_core.simulation import State
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import ModelMotion, Pose
 
 pytestmark = pytest.mark.usefixtures("fakes")
 

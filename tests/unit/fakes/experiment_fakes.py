@@ -15,8 +15,7 @@ from nrp_core.quantities import DurationNs
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
 from nrp_core.world.interface import WorldBackend, WorldOptions
-from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose
 from nrp_core.world.scene.model import Scene
 
 

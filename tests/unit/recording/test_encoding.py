@@ -18,8 +18,7 @@ from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Bool, ColorRGBA, Float64, Header, Int32
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import ModelMotion, Pose
 
 CODEC = Codec()
 ROS = get_typestore(Stores.ROS2_JAZZY)

@@ -41,7 +41,7 @@ from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.messages.foxglove_msgs import SceneUpdate
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Link, Model, Scene, Visual
 
 GLASS = "/wall/body/glass/color"

@@ -19,9 +19,8 @@ from nrp_core.recording.reading.shapes import RecordedScene, ShapeKind
 from nrp_core.recording.writing.frames import SceneFrames, to_poses
 from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
-from nrp_core.world.pose_messages import transform_pose
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.model_states import transform_pose
+from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.model import Capsule, Inertial, Joint, Link, Mesh, Model, Scene, Visual
 from nrp_core.world.sensors.laser import Laser
 

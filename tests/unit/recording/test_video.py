@@ -25,7 +25,7 @@ from nrp_core.recording.video.timing import times_of
 from nrp_core.recording.video.views import FIELD_OF_VIEW, Follower, from_above, look_at
 from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Link, Model, Scene, Texture, Visual
 
 NOTHING = np.empty((0, 2, 3))

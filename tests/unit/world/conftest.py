@@ -13,8 +13,7 @@ import pytest
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.engine import Engine
-from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyVelocity, JointStates, ModelMotion, Pose
 from nrp_core.world.scene.model import Box, Joint, Light, Link, Model, Rgba, Scene, Sphere, Visual
 from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.world import World

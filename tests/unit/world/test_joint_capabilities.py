@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.errors import CapabilityError, SceneError
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.model import Joint, Link, Mimic, Model, Scene
 
 TURNS = Joint("first", "continuous", "base", "one")

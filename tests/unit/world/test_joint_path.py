@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.controllers.joint_path import JointPath, Knot
+from nrp_core.world.controllers.trajectory import JointPath, Knot
 
 S = 1_000_000_000
 NUMBERS = st.floats(-10.0, 10.0)

@@ -9,7 +9,7 @@ import pytest
 
 import nrp_core
 from nrp_core.experiment.making.maker import maker_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Collision, Link, Model, Scene, Visual
 from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.sight import enclosed, sights

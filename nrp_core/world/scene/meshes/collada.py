@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nrp_core._support.xml_text import strict_xml
-from nrp_core.world.scene.meshes.images import mean_color
+from nrp_core.world.scene.meshes.stl import mean_color
 from nrp_core.world.scene.meshes.triangles import Coordinates, Surface
 
 if TYPE_CHECKING:

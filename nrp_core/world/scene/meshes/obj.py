@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.scene.meshes.images import mean_color
+from nrp_core.world.scene.meshes.stl import mean_color
 from nrp_core.world.scene.meshes.triangles import Coordinates, Surface
 from nrp_core.world.scene.model import Rgba
 

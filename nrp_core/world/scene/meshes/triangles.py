@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import cos, pi, sin
 
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.scene.model import Rgba
+from nrp_core._support.arrays import FloatArray
+from nrp_core.world.scene.model import Box, Cylinder, Geometry, Plane, Rgba, Sphere
 
 Triangles = npt.NDArray[np.float64]
 """Corners of triangles, counter-clockwise as seen from outside; shape ``(m, 3, 3)``, in m."""
@@ -76,3 +79,100 @@ def welded(triangles: Triangles) -> tuple[Points, Faces]:
     if not np.array_equal(corners[inverse], points):
         corners, inverse = np.unique(points, axis=0, return_inverse=True)
     return corners, inverse.reshape(-1, 3).astype(np.int32)
+
+
+SLICES = 32
+"""Number of corners around the axis; the polygon deviates from its circle by up to 0.5 % of the radius."""
+STACKS = 8
+"""Number of steps from the equator of a sphere to a pole."""
+
+Profile = Sequence[tuple[float, float]]
+"""A profile: distances from the axis and heights, from below."""
+
+
+def arc(radius: float, start: float, end: float) -> list[tuple[float, float]]:
+    """Return the profile of a sphere between two angles above the equator."""
+    angles = [start + (end - start) * i / STACKS for i in range(STACKS + 1)]
+    return [(radius * cos(angle), radius * sin(angle)) for angle in angles]
+
+
+def turned(profile: Profile) -> tuple[Points, Faces]:
+    """Return the surface of a profile rotated about z, counter-clockwise as seen from outside."""
+    around = np.arange(SLICES) * 2 * pi / SLICES
+    rings = [
+        np.stack([r * np.cos(around), r * np.sin(around), np.full(SLICES, z)], axis=1) for r, z in profile
+    ]
+    here = np.arange(SLICES)
+    there = (here + 1) % SLICES
+    faces = []
+    for number, ((r, _), (next_r, _)) in enumerate(pairwise(profile)):
+        low, high = number * SLICES, (number + 1) * SLICES
+        if r > 0:
+            faces.append(np.stack([low + here, low + there, high + there], axis=1))
+        if next_r > 0:
+            faces.append(np.stack([low + here, high + there, high + here], axis=1))
+    return np.concatenate(rings), np.concatenate(faces).astype(np.int32)
+
+
+Mapped = tuple[Triangles, Coordinates]
+
+_QUAD = np.array([(0, 1, 2), (0, 2, 3)])
+_IMAGE = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)[_QUAD]
+_SIDES = np.array([
+    [(1, -1, -1), (1, 1, -1), (1, 1, 1), (1, -1, 1)],
+    [(-1, 1, -1), (-1, -1, -1), (-1, -1, 1), (-1, 1, 1)],
+    [(1, 1, -1), (-1, 1, -1), (-1, 1, 1), (1, 1, 1)],
+    [(-1, -1, -1), (1, -1, -1), (1, -1, 1), (-1, -1, 1)],
+    [(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)],
+    [(-1, 1, -1), (1, 1, -1), (1, -1, -1), (-1, -1, -1)],
+]) / 2  # fmt: skip
+"""Sides of a box: x, -x, y, -y, top and bottom, each from its lower left corner as seen from outside."""
+
+
+def mapped_triangles(geometry: Geometry) -> Mapped | None:
+    """Return the triangles of a shape with their texture coordinates; None for kinds without any."""
+    match geometry:
+        case Box(size):
+            return (_SIDES[:, _QUAD] * size).reshape(-1, 3, 3), np.tile(_IMAGE, (6, 1, 1))
+        case Plane((width, depth)):
+            return _SIDES[4][_QUAD] * (width, depth, 0.0), _IMAGE
+        case Sphere(radius):
+            angles = [pi * (i / (2 * STACKS) - 0.5) for i in range(2 * STACKS + 1)]
+            return _around([(radius * np.cos(angle), radius * np.sin(angle)) for angle in angles])
+        case Cylinder(radius, length):
+            side = _around([(radius, -length / 2), (radius, length / 2)])
+            ends = [_end(radius, z) for z in (-length / 2, length / 2)]
+            return np.concatenate([side[0], *(end[0] for end in ends)]), np.concatenate(
+                [side[1], *(end[1] for end in ends)]
+            )
+    return None
+
+
+def _around(profile: list[tuple[float, float]]) -> Mapped:
+    """Return a profile rotated about z, with the image once around it."""
+    turns = np.linspace(0, 1, SLICES + 1)
+    heights = np.linspace(0, 1, len(profile))
+    rings = [
+        np.stack([r * np.cos(2 * pi * turns), r * np.sin(2 * pi * turns), np.full(SLICES + 1, z)], axis=1)
+        for r, z in profile
+    ]
+    maps = [np.stack([turns, np.full(SLICES + 1, height)], axis=1) for height in heights]
+    return _bands(rings), _bands(maps).astype(np.float32)
+
+
+def _bands(rings: list[FloatArray]) -> FloatArray:
+    """Return the triangles between lines of points, which run to the right as seen from outside."""
+    quads = [np.stack([low[:-1], low[1:], high[1:], high[:-1]], axis=1) for low, high in pairwise(rings)]
+    corners: FloatArray = np.concatenate(quads)[:, _QUAD]
+    return corners.reshape(-1, 3, corners.shape[-1])
+
+
+def _end(radius: float, z: float) -> Mapped:
+    """Return an end of a cylinder, with the image across it."""
+    turns = np.linspace(0, 2 * pi, SLICES + 1)
+    rim = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    here, there = (rim[:-1], rim[1:]) if z > 0 else (rim[1:], rim[:-1])
+    flat = np.stack([np.zeros_like(here), here, there], axis=1)
+    heights = np.full((*flat.shape[:2], 1), z)
+    seen = flat * (1, 1 if z > 0 else -1)
+    return np.concatenate([flat * radius, heights], axis=2), (0.5 + seen / 2).astype(np.float32)

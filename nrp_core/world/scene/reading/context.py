@@ -2,13 +2,279 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import TypeAlias, TypeVar
 
-from nrp_core.findings import Code, Finding, Level, merged
-from nrp_core.world.scene.reading.left_out import Places
-from nrp_core.world.scene.reading.resources import Resources
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core._support import xml as xml_tree
+from nrp_core._support.xml import Element as Element
+from nrp_core.errors import BackendError, SceneError
+from nrp_core.findings import Code, Finding, Findings, Level, merged
+from nrp_core.registry import Registry
+
+
+def read_xml(path: Path) -> Element:
+    """Read a file.
+
+    Raises:
+        SceneError: it cannot be read, is not well-formed, or has a document type.
+    """
+    return xml_tree.read_xml(path, SceneError)
+
+
+def parse_xml(text: bytes, path: Path) -> Element:
+    """Parse XML; ``path`` is for messages.
+
+    Raises:
+        SceneError: it is not well-formed, or has a document type.
+    """
+    return xml_tree.parse_xml(text, path, SceneError)
+
+
+def without_lines(element: Element) -> Element:
+    """Return a generated element, with all lines 1 because it is not in a file of the user."""
+    element.line = 1
+    for child in element.children:
+        without_lines(child)
+    return element
+
+
+Places: TypeAlias = Mapping[tuple[Path, int], int]
+"""Number of elements to leave out by file and line, the innermost first."""
+Read = TypeVar("Read")
+
+_PARTS = frozenset(
+    {"include", "model", "light", "actor", "plugin", "sensor", "visual", "collision", "joint", "link",
+     "controller", "material", "inertial", "state", "physics", "scene", "gazebo", "transmission", "limit",
+     "dynamics", "surface", "texture", "frame"}
+)  # fmt: skip
+_MOST = 300
+
+
+def read_without(read: Callable[[Places], Read]) -> tuple[Read, list[Finding]]:
+    """Return the contents of a file, and the findings for which elements are left out, each once.
+
+    Args:
+        read: reads the file without the elements at some places.
+
+    Raises:
+        SceneError: the error is not in an element that can be left out.
+    """
+    without: Counter[tuple[Path, int]] = Counter()
+    reasons: list[Finding] = []
+    last: SceneError | None = None
+    while True:
+        try:
+            return read(without), list(
+                dict.fromkeys(reasons)
+            )  # a line may hold other elements that went first
+        except SceneError as error:
+            if error.path is None or error.line is None or len(reasons) >= _MOST:
+                raise last or error from None
+            last = error
+            without[error.path, error.line] += 1
+            reasons.append(
+                Finding(Code.NRP260, f"{error.message}: left out", Level.WARNING, error.path, error.line)
+            )
+
+
+def leave_out(root: Element, without: Places) -> None:
+    """Remove the elements at some places from a file."""
+    for (path, line), count in without.items():
+        if path != root.path:
+            continue
+        for _ in range(count):
+            holder, part = _innermost(root, line)
+            if holder is None:
+                raise SceneError(f"{path}:{line}: no element around this line can be left out")
+            holder.children = [child for child in holder.children if child is not part]
+
+
+def _innermost(holder: Element, line: int) -> tuple[Element | None, Element | None]:
+    """Return the innermost element around a line that can be left out, with its parent."""
+    around = [child for child in reversed(holder.children) if child.line <= line <= child.end_line]
+    for within in sorted(around, key=lambda child: child.line != line):
+        found = _innermost(within, line)
+        if found[1] is not None:
+            return found
+        if within.tag in _PARTS:
+            return holder, within
+    return None, None
+
+
+MANIFEST = "package.xml"
+_SOURCES = "src"
+_DEPTH = 4
+"""Folders between a workspace's ``src`` and a package."""
+
+
+def in_workspace(name: str, user: Path) -> Iterator[Path]:
+    """Yield the folders of a package in the workspace of a file, sources first.
+
+    Args:
+        name: the name of the package.
+        user: the file that refers to it.
+    """
+    above = user.absolute().parents
+    own = next((folder for folder in above if (folder / MANIFEST).is_file()), None)
+    if own is None:
+        return
+    if package_name(own) == name:
+        yield own
+    sources = next((folder for folder in own.parents if folder.name == _SOURCES), own.parent)
+    if name in (found := _packages(sources)):
+        yield found[name]
+    if own.parent.name == "share":
+        prefix = own.parent.parent
+        yield from (prefix / "share" / name, prefix.parent / name / "share" / name)
+
+
+def package_name(folder: Path) -> str:
+    """Return the name in the manifest of a package; empty without a manifest that can be read."""
+    try:
+        manifest = folder / MANIFEST
+        return read_xml(manifest).word("name") if manifest.is_file() else ""
+    except SceneError:
+        return ""
+
+
+@lru_cache(maxsize=8)
+def _packages(sources: Path) -> Mapping[str, Path]:
+    """Return the packages below a folder; of several with one name the least deep, the first by name."""
+    found: dict[str, Path] = {}
+    for depth in range(1, _DEPTH + 1):
+        for manifest in sorted(sources.glob("*/" * depth + MANIFEST)):
+            found.setdefault(package_name(manifest.parent), manifest.parent)
+    return found
+
+
+ENVIRONMENT = (
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "GAZEBO_MODEL_PATH",
+    "GAZEBO_RESOURCE_PATH",
+    "ROS_PACKAGE_PATH",
+)
+INSTALLED = "AMENT_PREFIX_PATH"
+"""Variable of ROS 2: folders with installed packages in ``share``."""
+SHIPPED = Path(__file__).parents[1] / "models"
+
+_SCHEMES = ("model", "package", "file")
+_MAIN_FILES = (".sdf", ".world", ".urdf", ".xacro")
+
+
+class Resources:
+    """The places where files are searched.
+
+    Args:
+        search_path: folders given by the user, in order.
+    """
+
+    def __init__(self, search_path: Iterable[Path | str] = ()) -> None:
+        variables = [folder for name in ENVIRONMENT for folder in _folders_in(name)]
+        installed = [folder / "share" for folder in _folders_in(INSTALLED)]
+        self._of_user = list(map(Path, search_path))
+        self._folders = [*self._of_user, *variables, *installed, SHIPPED]
+
+    def find(self, uri: Element) -> Path | None:
+        """Return the file that a ``<uri>`` refers to, None if it does not exist."""
+        return next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
+
+    def media(self) -> list[Path]:
+        """Return the folders of the user in which scripts of materials and their textures are looked for."""
+        inner = ("", "materials/scripts", "materials/textures")
+        return [place for folder in self._of_user for each in inner if (place := folder / each).is_dir()]
+
+    def locate(self, uri: Element) -> Path | None:
+        """Return the file or folder that a ``<uri>`` refers to, None if it does not exist."""
+        return next((path for path in self._candidates(uri.text, uri.path) if path.exists()), None)
+
+    def model_file(self, uri: Element) -> Path:
+        """Return the model file that a ``<uri>`` refers to, directly or by the folder of the model.
+
+        Raises:
+            SceneError: it does not exist.
+        """
+        if not uri.text:
+            raise uri.error(f"the <{uri.tag}> is empty")
+        candidates = list(self._candidates(uri.text, uri.path))
+        path = next((path for path in candidates if path.exists()), None)
+        if path is None:
+            folders = dict.fromkeys(str(path.parent) for path in candidates)
+            looked = f"looked in {', '.join(folders)}" if folders else "only files of this machine are read"
+            raise uri.error(f"there is no '{uri.text}'; {looked}")
+        if not path.is_dir():
+            return path
+        found = listed_file(path)
+        if found is None:
+            raise uri.error(f"the folder {path} holds neither a model.config nor a model.sdf")
+        return found
+
+    def package(self, name: str, user: Path) -> Path:
+        """Return the folder of a ROS package that a file refers to.
+
+        Raises:
+            SceneError: it does not exist.
+        """
+        for folder in self._candidates(f"package://{name}", user):
+            if folder.is_dir():
+                return folder
+        for folder in user.absolute().parents:
+            if folder.name == name or package_name(folder) == name:
+                return folder
+        raise SceneError(f"there is no package '{name}' in the search path", path=user)
+
+    def _candidates(self, uri: str, user: Path) -> Iterator[Path]:
+        scheme, separator, rest = uri.partition("://")
+        if separator and scheme not in _SCHEMES:
+            return
+        beside = user.absolute().parent
+        for folder in (user.parent, beside.parent, *self._folders):
+            yield folder / (rest if separator else uri)
+        if scheme in ("model", "package") and separator:
+            name, _, inner = rest.partition("/")
+            yield from (folder / inner for folder in (beside, *beside.parents) if folder.name == name)
+            yield from (folder / inner for folder in (beside, beside.parent) if inner)  # another name
+            if name:
+                yield from (folder / inner for folder in in_workspace(name, user))
+            else:  # package:///meshes/a.stl is in the package of the file
+                yield from (folder / inner for folder in beside.parents)
+
+
+def main_file(folder: Path) -> Path | None:
+    """Return the file of the model or room in a folder: the one it lists, else the least deep one."""
+    configs = sorted(folder.rglob("model.config"), key=_depth)
+    if configs:
+        return listed_file(configs[0].parent)
+    named = (sorted(folder.rglob(f"*{suffix}"), key=_depth) for suffix in _MAIN_FILES)
+    return next((files[0] for files in named if files), None)
+
+
+def listed_file(folder: Path) -> Path | None:
+    """Return the SDF file with the newest version in a model's folder, None if it has none."""
+    config = folder / "model.config"
+    if config.exists():
+        files = [(_version(sdf), folder / sdf.text) for sdf in read_xml(config).all("sdf")]
+        if files:
+            return max(files)[1]
+    plain = folder / "model.sdf"
+    return plain if plain.exists() else None
+
+
+def _folders_in(variable: str) -> list[Path]:
+    return [Path(folder) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
+
+
+def _depth(path: Path) -> tuple[int, str]:
+    return len(path.parts), str(path)
+
+
+def _version(sdf: Element) -> tuple[int, ...]:
+    return tuple(int(part) for part in sdf.attributes.get("version", "0").split(".") if part.isdigit())
 
 
 class Notes:
@@ -57,3 +323,32 @@ class Reading:
     def topic_of(self, part: str, name: str) -> str:
         """Return the default topic of a part of the model (a link, a joint)."""
         return f"{self.scope}{part}/{name}".replace("::", "/")
+
+
+Reader = Callable[[Path], tuple[str, Sequence[Finding | str]]]
+
+READERS: Registry[Reader] = Registry("nrp_core.scene_readers", "scene reader")
+
+
+def added_formats() -> set[str]:
+    """Return the root elements of the formats that installed packages add."""
+    return set(READERS.names())
+
+
+def read_added(root: Element, notes: Notes) -> Element | None:
+    """Return the equivalent ``<sdf>`` of a file in another format, None without a reader of its root element.
+
+    Raises:
+        SceneError: the file cannot be used, or its reader does not import or exists twice.
+    """
+    if root.tag not in READERS.names():
+        return None
+    try:
+        read = READERS.load(root.tag)
+    except BackendError as error:
+        raise root.error(str(error)) from error
+    text, warnings = read(root.path)
+    for warning in Findings(warnings):
+        place = replace(root, path=warning.path or root.path, line=warning.line or root.line)
+        notes.warn(place, warning.code, warning.message, subject=warning.subject)
+    return without_lines(parse_xml(text.encode(), root.path))

@@ -2,33 +2,100 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.bodies import Shape
+from nrp_core.world.scene.checks import rigid_groups
+from nrp_core.world.scene.devices import MountedSensor
 from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE, Piece, digest, mesh_pieces
 from nrp_core.world.scene.meshes.convert import Form, Wanted
-from nrp_core.world.scene.meshes.extruded import extruded
-from nrp_core.world.scene.meshes.solids import kept_meshes, unit_solid
-from nrp_core.world.scene.meshes.terrain import Heights, heights_in, terrain
+from nrp_core.world.scene.meshes.shapes import Heights, extruded, heights_in, kept_meshes, terrain, unit_solid
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
     Cylinder,
     Geometry,
     Heightmap,
+    Joint,
+    Link,
     Mesh,
     Plane,
     Sphere,
+    Texture,
 )
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.textures import texture_of
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Reading
+
+_LUMP: Final = "_fixed_joint_lump__"
+"""What Gazebo Classic writes into the name of a collision of a link that is fixed to another one."""
+_ADDED: Final = re.compile(r"(_collision)?(_\d+)?$")
+"""What it adds at the end of such a name."""
+
+
+def with_felt_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
+    """Return links whose contact sensors name collisions as they are here.
+
+    A sensor has them in a field ``collisions``. One of another link is ``link::collision``, and the name of
+    one that does not exist stays as it is.
+    """
+    fixed = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
+    groups = rigid_groups({each for ends in fixed for each in ends} | {link.name for link in links}, fixed)
+    owned = {link.name: [each.name for each in link.collisions] for link in links}
+
+    def felt(sensor: MountedSensor, link: str) -> MountedSensor:
+        names: Sequence[str] = getattr(sensor, "collisions", ())
+        kept: dict[str, Any] = {
+            "collisions": tuple(_found(name, link, groups[link], owned) or name for name in names)
+        }
+        return replace(sensor, **kept) if names and kept["collisions"] != names else sensor
+
+    return tuple(
+        replace(link, sensors=tuple(felt(each, link.name) for each in link.sensors)) for link in links
+    )
+
+
+def _found(name: str, link: str, fixed: set[str], owned: Mapping[str, Sequence[str]]) -> str:
+    """Return the name of a collision from the link of its sensor; empty if there is none."""
+    if name in owned[link]:
+        return name
+    for candidate in _candidates(name):
+        for owner in (link, *sorted(fixed - {link})):
+            if candidate in owned.get(owner, ()):
+                return candidate if owner == link else f"{owner}::{candidate}"
+    return ""
+
+
+def _candidates(name: str) -> Iterator[str]:
+    """Yield the names in a file that may stand behind one of Gazebo Classic."""
+    inner = name.rpartition(_LUMP)[2]
+    yield inner
+    yield re.sub(r"_\d+$", "", inner)
+    yield _ADDED.sub("", inner)
+
+
+def texture_of(image: Path | None, tint: Vector = (1.0, 1.0, 1.0)) -> Texture | None:
+    """Return the texture of an image file; None for none."""
+    if image is None:
+        return None
+    try:
+        return Texture(image, tint, _digest(image, image.stat().st_mtime_ns))
+    except OSError:
+        return Texture(image, tint)
+
+
+@lru_cache(maxsize=256)
+def _digest(image: Path, _changed_ns: int) -> str:
+    return digest(image.read_bytes())
+
 
 _SHAPES = (
     "box", "cylinder", "capsule", "cone", "ellipsoid", "sphere", "plane", "mesh", "polyline", "heightmap",

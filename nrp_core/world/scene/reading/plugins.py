@@ -3,13 +3,28 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from functools import cache
+from math import isfinite
 from posixpath import join
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
-from nrp_core.errors import slip_of
+from nrp_core.errors import BackendError, did_you_mean, slip_of
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.registry import Registry
+from nrp_core.world.rigid import Vector
+from nrp_core.world.scene.devices import (
+    GroupController,
+    JointController,
+    MountedDrive,
+    PairController,
+    Rename,
+    TrajectoryController,
+)
+from nrp_core.world.scene.model import Joint, Link
+from nrp_core.world.scene.reading.context import Element, Notes, Reading
 from nrp_core.world.topics import resolve_name
 
 # plugins that Gazebo needs and every backend replaces
@@ -113,3 +128,248 @@ def warn_of_plugin(plugin: Element, reading: Reading) -> None:
     if name not in _INFRASTRUCTURE:
         message = f"the plugin '{name}' is unknown and has no effect"
         reading.notes.warn(plugin, Code.NRP261, message, subject=name)
+
+
+_ALIKE: Final = 0.8
+"""How alike a tag and a parameter are, from 0 to 1, if one is a misspelling of the other."""
+_SAME: Final = 0.88
+"""The same where the parameter itself is set too: two letters exchanged or one changed."""
+_FLAG: Final = re.compile(
+    r"(?!.*(?i:frame|joint|link|name|rate|topic)$)(always|broadcast|enable|initial|is|legacy|publish|use)"
+    r"(_|(?=[A-Z]))\w+"
+)
+_NUMBER: Final = re.compile(r"\w*([a-z]Rate|_rate|Noise|_noise|Frequency|_frequency)")
+_TRUTH: Final = ("true", "false")
+_FALSE_FRIENDS: Final = ("yes", "no", "on", "off")
+_OTHERS: Final = frozenset(
+    {
+        "body_name", "child_frame_id", "depthImageInfoTopicName", "frameId", "frame_id", "frame_name",
+        "max_range", "max_velocity", "min_range", "min_velocity", "odometryFrame", "publishOdomTF",
+        "publish_odom_tf", "publish_tf", "rateGaussianNoise", "robot_namespace", "rpy_offset", "updateRateHZ",
+        "velocityGain", "velocity_topic_name", "xyz_offset",
+    }
+)  # fmt: skip
+"""Parameters of Gazebo's plugins that have no effect here and resemble one that has."""
+
+
+def check_parameters(plugin: Element, reading: Reading) -> None:
+    """Warn of parameters of a plugin, which has been read, that have no effect by mistake."""
+    warn_of_parameters(plugin, reading.notes)
+
+
+def warn_of_parameters(plugin: Element, notes: Notes) -> None:
+    """Do the same where there is no reading yet."""
+    for child, problem in _problems(plugin, f"the plugin '{plugin_name(plugin)}'"):
+        notes.warn(child, Code.NRP263, problem, subject=child.tag)
+
+
+def _problems(holder: Element, plugin: str) -> Iterator[tuple[Element, str]]:
+    """Yield the parameters in an element with a problem, and the problem."""
+    first: dict[str, Element] = {}
+    for child in holder.children:
+        earlier = first.setdefault(child.tag, child)
+        problem = (
+            _misspelt(child, holder, plugin) or _no_value(child) or _repeated(child, earlier, holder, plugin)
+        )
+        if problem:
+            yield child, problem
+        elif child.tag in holder.asked or child.text:
+            for inner in child.children:
+                if inner.tag in holder.asked and inner.tag not in child.asked:
+                    yield inner, f"<{inner.tag}> in <{child.tag}> is ignored; in {plugin} it stands beside it"
+        if child.asked:
+            yield from _problems(child, plugin)
+
+
+def _misspelt(child: Element, holder: Element, plugin: str) -> str:
+    if child.tag in holder.asked or child.tag in _OTHERS:
+        return ""
+    free = holder.asked.keys() - {each.tag for each in holder.children}
+    near = [tag for tag in sorted(free) if sorted(tag) == sorted(child.tag)]  # letters exchanged
+    near = near or get_close_matches(child.tag, free, n=1, cutoff=_ALIKE)
+    near = near or get_close_matches(child.tag, holder.asked, n=1, cutoff=_SAME)
+    return f"<{child.tag}> is not a parameter of {plugin}: ignored; did you mean <{near[0]}>?" if near else ""
+
+
+def _no_value(child: Element) -> str:
+    """Report flags and numbers with a slip in their value; most of Gazebo's no reader looks for."""
+    text = child.text.lower()
+    if child.children or not text:
+        return ""
+    if _NUMBER.fullmatch(child.tag) and not _is_number(text, several="oise" in child.tag):
+        return f"<{child.tag}> is '{child.text}', which is not a number: ignored"
+    if text in _TRUTH or not _FLAG.fullmatch(child.tag):
+        return ""
+    slip = text in _FALSE_FRIENDS or get_close_matches(text, _TRUTH, n=1, cutoff=0.75)
+    return without_truth_value(child) if slip else ""
+
+
+def without_truth_value(flag: Element) -> str:
+    """Return the message about a flag with another value."""
+    return f"<{flag.tag}> is '{flag.text}', which is neither true nor false: ignored"
+
+
+def _is_number(text: str, *, several: bool) -> bool:
+    """Return whether a text is a number, or several numbers where there may be several."""
+    words = text.split()
+    try:
+        return all(isfinite(float(word)) for word in words) and (several or len(words) == 1)
+    except ValueError:
+        return False
+
+
+def _repeated(child: Element, earlier: Element, holder: Element, plugin: str) -> str:
+    """Report parameters that the reader takes once and that are given again with another value."""
+    if earlier is child or holder.asked.get(child.tag, True) or child.text == earlier.text:
+        return ""
+    return f"a second <{child.tag}> in {plugin} is ignored: the one of line {earlier.line} is used"
+
+
+Plugin = TypeVar("Plugin")
+Part = TypeVar("Part", Link, Joint)
+
+
+@dataclass(frozen=True, slots=True)
+class ModelParts:
+    """The links and joints of the model with a ``<plugin>``."""
+
+    links: Sequence[Link]
+    joints: Sequence[Joint]
+
+    def link(self, named: Element) -> Link:
+        """Return the link that an element names."""
+        return part_named(named, named.text, self.links, "link")
+
+    def joint(self, named: Element, name: str | None = None) -> Joint:
+        """Return the joint that an element names, by its text or else by a name."""
+        return part_named(named, named.text if name is None else name, self.joints, "joint")
+
+
+def registered(registry: Registry[Plugin], name: str, element: Element) -> Plugin | None:
+    """Return the plugin with a name, imported at its first use; None if there is none.
+
+    Raises:
+        SceneError: it does not import, or two distributions provide it.
+    """
+    if name not in registry.names():
+        return None
+    try:
+        found: Plugin = _load(registry, name)
+    except BackendError as error:
+        raise element.error(str(error)) from error
+    return found
+
+
+@cache
+def _load(registry: Registry[Any], name: str) -> Any:
+    return registry.load(name)
+
+
+def part_named(element: Element, name: str, parts: Sequence[Part], kind: str) -> Part:
+    """Return the link or joint with a name; an error at the element if the model does not have it."""
+    for part in parts:
+        if part.name == name:
+            return part
+    hint = did_you_mean(name, [part.name for part in parts])
+    raise element.error(f"the model has no {kind} '{name}'{hint}")
+
+
+class Actuators(NamedTuple):
+    """The drives and controllers that a ``<plugin>`` of a model declares."""
+
+    drives: tuple[MountedDrive, ...] = ()
+    controllers: tuple[JointController, ...] = ()
+    trajectory_controllers: tuple[TrajectoryController, ...] = ()
+    pair_controllers: tuple[PairController, ...] = ()
+    group_controllers: tuple[GroupController, ...] = ()
+
+    def with_others(self, others: Actuators) -> Actuators:
+        """Return these and others; equal controllers of a joint are merged into the first one."""
+        return Actuators(
+            (*self.drives, *others.drives),
+            _once((*self.controllers, *others.controllers)),
+            (*self.trajectory_controllers, *others.trajectory_controllers),
+            (*self.pair_controllers, *others.pair_controllers),
+            (*self.group_controllers, *others.group_controllers),
+        )
+
+    def renamed(self, named: Rename) -> Actuators:
+        """Return the same actuators for a model whose parts are renamed."""
+        return Actuators(
+            tuple(drive.renamed(named) for drive in self.drives),
+            tuple(controller.renamed(named) for controller in self.controllers),
+            tuple(follower.renamed(named) for follower in self.trajectory_controllers),
+            tuple(pair.renamed(named) for pair in self.pair_controllers),
+            tuple(group.renamed(named) for group in self.group_controllers),
+        )
+
+
+def _once(controllers: Sequence[JointController]) -> tuple[JointController, ...]:
+    """Return controllers without duplicates, which have the same joint, kind and topic."""
+    found: dict[tuple[str, str, str], JointController] = {}
+    for each in controllers:
+        first = found.setdefault((each.joint, each.kind, each.topic), each)
+        if first.initial is None and each.initial is not None:
+            found[each.joint, each.kind, each.topic] = replace(first, initial=each.initial)
+    return tuple(found.values())
+
+
+class DriveReader(Protocol):
+    """The class of a drive for readers, a :class:`nrp_core.world.drives.drive.Drive`."""
+
+    def read_plugin(self, plugin: Element, model: ModelParts, reading: Reading) -> MountedDrive:
+        """Read a ``<plugin>`` of a model."""
+
+
+ControllerReader = Callable[[Element, ModelParts, Reading], Actuators | None]
+"""Reads a ``<plugin>`` of a model; None if the plugin does nothing."""
+
+DRIVES: Registry[DriveReader] = Registry("nrp_core.drives", "drive")
+"""Drives by the names of the plugins that they read."""
+CONTROLLERS: Registry[ControllerReader] = Registry("nrp_core.controllers", "reader of controllers")
+"""Readers of controllers by the names of plugins."""
+
+
+def read_actuators(plugin: Element, model: ModelParts, reading: Reading) -> Actuators | None:
+    """Return the drives and controllers that a ``<plugin>`` declares; None if it declares neither."""
+    drive = registered(DRIVES, plugin_name(plugin), plugin)
+    if drive is not None:
+        return Actuators((drive.read_plugin(plugin, model, reading),))
+    controllers = registered(CONTROLLERS, plugin_name(plugin), plugin)
+    return None if controllers is None else controllers(plugin, model, reading)
+
+
+LABEL = "Label"
+"""The plugin, of a visual or of a whole model."""
+_HIGHEST = 255
+"""The labels of an image have 8 bits."""
+
+
+def label_in(plugin: Element) -> int:
+    """Return the label that a plugin gives.
+
+    Raises:
+        SceneError: it is not a whole number from 0 to 255.
+    """
+    given = plugin.require("label")
+    (label,) = given.numbers(1)
+    if label != int(label) or not 0 <= label <= _HIGHEST:
+        raise given.error(f"a <label> is a whole number from 0 to {_HIGHEST}, not {given.text}")
+    return int(label)
+
+
+def label_of(visual: Element) -> int:
+    """Return the label of a ``<visual>``, 0 for none."""
+    plugins = [each for each in visual.all("plugin") if plugin_name(each) == LABEL]
+    return label_in(plugins[0]) if plugins else 0
+
+
+def labelled(links: Iterable[Link], label: int) -> list[Link]:
+    """Return links; visuals without a label get one."""
+    return [
+        replace(
+            link,
+            visuals=tuple(replace(each, label=each.label or label) for each in link.visuals),
+        )
+        for link in links
+    ]

@@ -9,8 +9,7 @@ from nrp_core.findings import Code
 from nrp_core.world.scene.checks import WORLD, rigid_groups
 from nrp_core.world.scene.inertia import like_shape, repaired
 from nrp_core.world.scene.model import Inertial, Joint, Link
-from nrp_core.world.scene.reading.context import Notes
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Notes
 
 MAX_FRICTION = 10.0
 DEFAULT_FRICTION = 1.0

@@ -19,15 +19,12 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.paths import path_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.reading.context import Notes, Reading
-from nrp_core.world.scene.reading.left_out import Places
-from nrp_core.world.scene.reading.resources import Resources
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Notes, Places, Reading, Resources
+from nrp_core.world.scene.sdf.frames import read_placed, without_surroundings
 from nrp_core.world.scene.sdf.model import build_model, read_parts
-from nrp_core.world.scene.sdf.placed import read_placed, without_surroundings
 from nrp_core.world.scene.sdf.source import Source
 from nrp_core.world.scene.sdf.world import read_world
 from nrp_core.world.scene.stand_in import with_static_shapes
@@ -57,7 +54,7 @@ def read_model(
             topics of the file resolve below it.
         pose: its pose in the world; by default the pose in the file.
         search_path: folders in which ``model://`` and relative paths are searched.
-        without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.left_out`.
+        without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.context`.
         args: arguments of a xacro file; others have their defaults.
 
     Raises:
@@ -105,7 +102,7 @@ def read_scene(
     Args:
         path: the file.
         search_path: folders in which ``model://`` and relative paths are searched.
-        without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.left_out`.
+        without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.context`.
         lenient: whether a missing included model is left out with a warning instead of an error.
         args: arguments of a xacro file; others have their defaults.
 

@@ -6,21 +6,74 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from math import log1p
+from typing import Final
 
 from nrp_core.findings import Code
 from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link, free_name
 from nrp_core.world.scene.inertia import WATER, of_collisions
 from nrp_core.world.scene.meshes.convert import Form
 from nrp_core.world.scene.model import Inertial, Link
-from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.geometry import is_empty, is_point, read_geometry
-from nrp_core.world.scene.reading.labels import label_of
-from nrp_core.world.scene.reading.repairs import MASSLESS, usable_inertial
+from nrp_core.world.scene.reading.plugins import label_of
+from nrp_core.world.scene.reading.repairs import DEFAULT_FRICTION, MASSLESS, usable_friction, usable_inertial
 from nrp_core.world.scene.reading.sensors import Mount, link_sensors
-from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.appearance import read_look
 from nrp_core.world.scene.sdf.frames import Frames
-from nrp_core.world.scene.sdf.surface import read_friction, touches
+
+_ALL: Final = 0xFFFF
+"""The bits of a collision that touches everything."""
+_MASKS: Final = ("collide_bitmask", "category_bitmask")
+
+
+def read_friction(collision: Element, reading: Reading) -> float:
+    """Return the coefficient of friction, of ``<ode>`` or else of ``<bullet>``."""
+    friction = collision.section("surface").section("friction")
+    default = friction.section("bullet").number("friction", DEFAULT_FRICTION)
+    ode = friction.section("ode")
+    mu = usable_friction(ode.number("mu", default), friction, reading.notes)
+    mu2 = usable_friction(ode.number("mu2", mu), friction, reading.notes)
+    if mu != mu2:
+        message = f"friction is the same in all directions: mu = {mu:g}, not mu2 = {mu2:g}"
+        reading.notes.warn(friction, Code.NRP263, message)
+    return mu
+
+
+def touches(collision: Element, reading: Reading) -> bool:
+    """Return whether anything touches a collision; other limits of its contacts cause a warning.
+
+    Raises:
+        SceneError: the bits are not a whole number.
+    """
+    surface = collision.section("surface")
+    bounce = surface.section("bounce")
+    if bounce.number("restitution_coefficient", 0.0) > 0:
+        message = "the <restitution_coefficient> of a <bounce> is not simulated: nothing bounces"
+        reading.notes.warn(bounce, Code.NRP263, message, subject="bounce")
+    contact = surface.section("contact")
+    if contact.flag("collide_without_contact", False):
+        message = "<collide_without_contact> is not simulated: whatever touches the collision is stopped"
+        reading.notes.warn(contact, Code.NRP263, message, subject="collide_without_contact")
+    masks = {tag: _bits(contact, tag) for tag in _MASKS}
+    if masks["collide_bitmask"] == 0:
+        return False
+    for tag, bits in masks.items():
+        if bits & _ALL != _ALL:
+            message = f"the <{tag}> {contact.word(tag)} is not simulated: everything touches the collision"
+            reading.notes.warn(contact, Code.NRP263, message, subject=tag)
+    return True
+
+
+def _bits(contact: Element, tag: str) -> int:
+    element = contact.find(tag)
+    if element is None or not element.text:
+        return _ALL
+    try:
+        return int(element.text, 0)
+    except ValueError:
+        message = f"<{tag}> must be a whole number, such as 1 or 0x01, not '{element.text}'"
+        raise element.error(message) from None
+
 
 _STEP_S = 0.001  # of Gazebo
 

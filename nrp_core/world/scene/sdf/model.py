@@ -6,30 +6,42 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
+from typing import Any
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import MountedDrive
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.bodies import free_name
 from nrp_core.world.scene.checks import MODEL, WORLD
+from nrp_core.world.scene.devices import MountedDrive, MountedSensor
 from nrp_core.world.scene.model import Joint, Link, Model
-from nrp_core.world.scene.origin import Source
-from nrp_core.world.scene.reading.actuators import Actuators, read_actuators
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.felt import with_felt_collisions
-from nrp_core.world.scene.reading.frame_names import Misplaced, with_frames
-from nrp_core.world.scene.reading.labels import LABEL, label_in, labelled
-from nrp_core.world.scene.reading.native import native_of
-from nrp_core.world.scene.reading.own_topics import with_own_topics
-from nrp_core.world.scene.reading.parameters import check_parameters
-from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
-from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.origin import Native, Source
+from nrp_core.world.scene.posture import outside, start_positions
+from nrp_core.world.scene.reading.context import Element, Notes, Reading
+from nrp_core.world.scene.reading.geometry import with_felt_collisions
+from nrp_core.world.scene.reading.plugins import (
+    LABEL,
+    Actuators,
+    ModelParts,
+    check_parameters,
+    label_in,
+    labelled,
+    plugin_name,
+    read_actuators,
+    warn_of_plugin,
+)
 from nrp_core.world.scene.reading.repairs import with_default_masses
-from nrp_core.world.scene.reading.sensors import Mount, joint_sensors, with_plugin_sensor, with_sensors
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.sensors import (
+    Misplaced,
+    Mount,
+    joint_sensors,
+    with_frames,
+    with_plugin_sensor,
+    with_sensors,
+)
 from nrp_core.world.scene.sdf.compound import Row, in_a_row
-from nrp_core.world.scene.sdf.frames import Frames, model_scope
-from nrp_core.world.scene.sdf.gearboxes import with_gears
+from nrp_core.world.scene.sdf.couplings import couples, with_coupled, with_gears
+from nrp_core.world.scene.sdf.frames import Frames, Placed, model_scope, read_placed
 from nrp_core.world.scene.sdf.joints import (
     WITHOUT_ONE_WAY,
     read_joints,
@@ -38,11 +50,55 @@ from nrp_core.world.scene.sdf.joints import (
     with_leaders,
 )
 from nrp_core.world.scene.sdf.links import read_link
-from nrp_core.world.scene.sdf.mimic_plugins import couples, with_coupled
-from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.stand_in import with_sizes
-from nrp_core.world.scene.starts import outside, start_positions
 from nrp_core.world.topics import resolve_name
+
+_OF_SDF = ("gz", "ignition", "experimental", "xacro")
+"""Namespaces that do not belong to an engine."""
+
+
+def native_of(element: Element) -> tuple[Native, ...]:
+    """Return the children of an element with the namespace of an engine."""
+    spaced = [child for child in element.children if ":" in child.tag]
+    return tuple(_native(child) for child in spaced if child.tag.partition(":")[0] not in _OF_SDF)
+
+
+def _native(element: Element) -> Native:
+    namespace, _, tag = element.tag.rpartition(":")
+    children = tuple(map(_native, element.children))
+    attributes = tuple(element.attributes.items())
+    return Native(namespace, tag, attributes, element.text, children, element.path, element.line)
+
+
+def with_own_topics(links: Iterable[Link], model: Element, notes: Notes) -> tuple[Link, ...]:
+    """Return links of a model in which no two sensors have a topic in common; each new name is a warning.
+
+    Two topics of one sensor may be the same: a sonar has its ranges instead of its scans.
+    """
+    owners: dict[str, str] = {}
+    taken = {topic for link in links for sensor in link.sensors for topic in sensor.topics}
+
+    def own(sensor: MountedSensor, link: str) -> MountedSensor:
+        topics = sensor.topics_by_field
+        others: dict[str, str] = {}
+        for topic in dict.fromkeys(topics.values()):
+            if topic in owners:
+                others[topic] = free_name(topic, taken)
+                taken.add(others[topic])
+                message = (
+                    f"the sensors {owners[topic]} and '{sensor.name}' of '{link}' have the topic '{topic}': "
+                    f"that of the second is '{others[topic]}'"
+                )
+                notes.warn(model, Code.NRP266, message, subject=sensor.name)
+            else:
+                owners[topic] = f"'{sensor.name}' of '{link}'"
+        renamed: dict[str, Any] = {name: others[topic] for name, topic in topics.items() if topic in others}
+        return replace(sensor, **renamed) if renamed else sensor
+
+    return tuple(
+        replace(link, sensors=tuple(own(each, link.name) for each in link.sensors)) for link in links
+    )
+
 
 _NAMES_SHARED = (1, 6)
 """The last version in which a link and a joint of a model may have one name."""

@@ -3,23 +3,215 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 from nrp_core._support.archives import unpacked
-from nrp_core.errors import SceneError
+from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.formats import read_added
-from nrp_core.world.scene.reading.left_out import leave_out
-from nrp_core.world.scene.reading.repeated import check_repeated
-from nrp_core.world.scene.reading.resources import main_file
-from nrp_core.world.scene.reading.xml import Element, read_xml
-from nrp_core.world.scene.sdf.params import change_included
+from nrp_core.world.scene.reading.context import (
+    Element,
+    Notes,
+    Reading,
+    leave_out,
+    main_file,
+    read_added,
+    read_xml,
+)
 from nrp_core.world.scene.sdf.vocabulary import check_names, check_vocabulary
 from nrp_core.world.scene.urdf import to_sdf
 from nrp_core.world.scene.urdf.expand import expanded, is_xacro
+
+PARAMS: Final = "experimental:params"
+_ID, _ACTION = "element_id", "action"
+
+
+def change_included(included: Element, include: Element) -> None:
+    """Change the first model in a file as the ``<include>`` of it says.
+
+    Args:
+        included: the root of the file, or its world.
+        include: the ``<include>``.
+
+    Raises:
+        SceneError: a change has no place, or is none.
+    """
+    for params in include.all(PARAMS):
+        model = included.find("model")
+        if model is None:
+            raise params.error(f"<{PARAMS}> changes a model, and the included file has none")
+        for change in params.children:
+            _apply(change, model)
+
+
+def _apply(change: Element, model: Element) -> None:
+    named = change.attributes.get(_ID)
+    if named is None:
+        raise change.error(f'<{change.tag}> in <{PARAMS}> needs an attribute {_ID}="..."')
+    action = change.attributes.get(_ACTION)
+    if action is None:
+        _, found = _by_id(named, change, model)
+        for child in change.children:
+            parts = child.attributes.get(_ACTION)
+            if parts is None:
+                raise child.error(f'<{child.tag}> needs an action="...", since <{change.tag}> has none')
+            _act(parts, child, found)
+    elif action == "add":
+        change.attribute("name")
+        holder = _by_id(named, change, model, any_tag=True)[1] if named else model
+        _act(action, change, holder)
+    else:
+        holder, found = _by_id(named, change, model)
+        _ACTIONS[_valid(action, change)](change, found, holder)
+
+
+def _act(action: str, change: Element, holder: Element) -> None:
+    """Apply a change to the child of an element with its tag and name."""
+    found = _child(change, holder)
+    if _valid(action, change) == "add":
+        if found is not None and "name" in change.attributes:
+            name = change.attributes["name"]
+            raise change.error(f"the included model has a <{change.tag}> '{name}' there already")
+        holder.children.append(_copy(change))
+        return
+    if found is None:
+        raise change.error(f"the included model has no <{change.tag}> to {action} in its <{holder.tag}>")
+    _ACTIONS[action](change, found, holder)
+
+
+def _valid(action: str, change: Element) -> str:
+    if action != "add" and action not in _ACTIONS:
+        hint = did_you_mean(action, ("add", *_ACTIONS))
+        raise change.error(f"<{change.tag}> has no action '{action}'{hint}")
+    return action
+
+
+def _modify(change: Element, found: Element, _: Element) -> None:
+    """Give an element, and those in it, other values."""
+    found.attributes.update(
+        {key: value for key, value in change.attributes.items() if key not in (_ID, _ACTION)}
+    )
+    if change.text:
+        found.text, found.raw_text, found.path, found.line = (
+            change.text, change.raw_text, change.path, change.line,
+        )  # fmt: skip
+    for child in change.children:
+        inner = _child(child, found)
+        if inner is None:
+            raise child.error(f"the included model has no <{child.tag}> to modify in its <{found.tag}>")
+        _modify(child, inner, found)
+
+
+def _remove(change: Element, found: Element, holder: Element) -> None:
+    """Remove an element, or only those in it that the change names."""
+    if not change.children:
+        holder.children.remove(found)
+    for child in change.children:
+        inner = _child(child, found)
+        if inner is None:
+            raise child.error(f"the included model has no <{child.tag}> to remove in its <{found.tag}>")
+        found.children.remove(inner)
+
+
+def _replace(change: Element, found: Element, holder: Element) -> None:
+    """Put another element in the place of one; it keeps the name if it has none of its own."""
+    new = _copy(change)
+    if "name" in found.attributes:
+        new.attributes.setdefault("name", found.attributes["name"])
+    holder.children[holder.children.index(found)] = new
+
+
+_ACTIONS: Final[dict[str, Callable[[Element, Element, Element], None]]] = {
+    "modify": _modify, "remove": _remove, "replace": _replace,
+}  # fmt: skip
+
+
+def _copy(change: Element) -> Element:
+    attributes = {key: value for key, value in change.attributes.items() if key not in (_ID, _ACTION)}
+    return replace(change, attributes=attributes, children=list(change.children))
+
+
+def _child(wanted: Element, holder: Element) -> Element | None:
+    """Return the child with a tag, and with the name if one is given."""
+    name = wanted.attributes.get("name")
+    return next(
+        (each for each in holder.all(wanted.tag) if name in (None, each.attributes.get("name"))), None
+    )
+
+
+def _by_id(named: str, change: Element, model: Element, *, any_tag: bool = False) -> tuple[Element, Element]:
+    """Return an element below the model and the one that holds it, by the names on the way."""
+    ways = [(model, named)]
+    while ways:
+        holder, rest = ways.pop()
+        for child in holder.children:
+            name = child.attributes.get("name", "")
+            if name == rest and (any_tag or child.tag == change.tag):
+                return holder, child
+            if name and rest.startswith(f"{name}::"):
+                ways.append((child, rest.removeprefix(f"{name}::")))
+    what = "element" if any_tag else f"<{change.tag}>"
+    raise change.error(f"the included model has no {what} '{named}'")
+
+
+_ONCE: Final = {
+    "link": "inertial pose gravity self_collide",
+    "inertial": "mass inertia pose origin density",
+    "inertia": "ixx iyy izz",
+    "joint": "parent child axis axis2 origin limit dynamics mimic safety_controller pose",
+    "axis": "xyz limit dynamics initial_position",
+    "axis2": "xyz limit dynamics initial_position",
+    "limit": "lower upper effort velocity",
+    "dynamics": "damping friction spring_reference spring_stiffness",
+    "visual": "pose origin geometry material",
+    "collision": "pose origin geometry surface",
+    "model": "pose static",
+    "box": "size",
+    "sphere": "radius",
+    "cylinder": "radius length",
+    "material": "ambient diffuse specular emissive color",
+    "ode": "mu mu2",
+    "sensor": "update_rate topic pose ray lidar imu contact",
+    "camera": "horizontal_fov image clip",
+    "image": "width height",
+    "clip": "near far",
+    "ray": "scan range noise",
+    "lidar": "scan range noise",
+    "scan": "horizontal vertical",
+    "range": "min max",
+    "horizontal": "samples min_angle max_angle",
+    "noise": "type mean stddev",
+    "world": "gravity",
+    "gazebo": "mu1 mu2 turnGravityOff dampingFactor selfCollide springStiffness springReference",
+}
+"""The elements of SDF and URDF that occur once in an element, by that element."""
+_BY_PARENT: Final = {parent: frozenset(children.split()) for parent, children in _ONCE.items()}
+
+
+def check_repeated(element: Element, notes: Notes) -> None:
+    """Warn of elements that contradict an earlier one in the same element: only the first is read."""
+    first: dict[str, Element] = {}
+    once = _BY_PARENT.get(element.tag, frozenset())
+    for child in element.children:
+        check_repeated(child, notes)
+        if child.tag not in once:
+            continue
+        earlier = first.setdefault(child.tag, child)
+        if earlier is not child and _contents(earlier) != _contents(child):
+            name = element.attributes.get("name")
+            owner = f"<{element.tag}>" + (f" '{name}'" if name else "")
+            message = (
+                f"a second <{child.tag}> in the {owner} is ignored: the one of line {earlier.line} is used"
+            )
+            notes.warn(child, Code.NRP263, message, subject=f"{owner}/{child.tag}")
+
+
+def _contents(element: Element) -> object:
+    return element.text, element.attributes, [(one.tag, _contents(one)) for one in element.children]
+
 
 OLDEST, NEWEST = (1, 4), (1, 12)
 _SCOPES_RESERVED = (1, 8)

@@ -2,26 +2,193 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
+from math import atan2, hypot, pi, radians, remainder
+from typing import Final
 
+from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Model, Scene, Tie
-from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.model import Joint, Model, Scene, Tie
+from nrp_core.world.scene.reading.context import Element, Notes, Reading
 from nrp_core.world.scene.reading.plugins import warn_of_plugin
-from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.sdf.frames import Frames
-from nrp_core.world.scene.sdf.lights import read_light
+from nrp_core.world.scene.sdf.appearance import read_light
+from nrp_core.world.scene.sdf.frames import Frames, Placed, read_placed, read_pose
+from nrp_core.world.scene.sdf.joints import add_joint_frames, in_model, read_world_joints, tie_of
 from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
-from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
-from nrp_core.world.scene.sdf.states import State
-from nrp_core.world.scene.sdf.surroundings import read_surroundings
-from nrp_core.world.scene.sdf.world_joints import add_joint_frames, in_model, read_world_joints, tie_of
 from nrp_core.world.scene.stand_in import with_static_shapes
+from nrp_core.world.scene.surroundings import Surroundings
+
+_STRONGEST_T: Final = 1e-3
+"""More than ten times the field at the magnetic poles of the Earth (World Magnetic Model)."""
+_ORIENTATION, _SURFACE = "ENU", "EARTH_WGS84"
+
+
+def read_surroundings(world: Element, notes: Notes) -> Surroundings:
+    """Read the surroundings of a ``<world>``; other planets and axes cause a warning."""
+    usual = Surroundings()
+    field, air, earth = (
+        world.section(tag) for tag in ("magnetic_field", "atmosphere", "spherical_coordinates")
+    )
+    x, y, z = field.numbers(3) if field.text else usual.magnetic_field
+    for tag, supported in (("world_frame_orientation", _ORIENTATION), ("surface_model", _SURFACE)):
+        if earth.word(tag, supported) != supported:
+            message = f"the <{tag}> {earth.word(tag)} is not simulated: {supported} is used"
+            notes.warn(earth, Code.NRP263, message, subject=tag)
+    if hypot(x, y, z) > _STRONGEST_T:
+        message = (
+            f"the <magnetic_field> has {hypot(x, y, z):g} T, and that of the Earth at most 7e-05 T; "
+            "is it meant in uT?"
+        )
+        notes.warn(field, Code.NRP264, message)
+    for tag, most in (("latitude_deg", 90.0), ("longitude_deg", 360.0)):
+        if abs(given := earth.number(tag, 0.0)) > most:
+            raise earth.require(tag).error(f"<{tag}> must be from {-most:g} to {most:g}, not {given:g}")
+    gradient = air.number("temperature_gradient", usual.temperature_gradient)
+    if not gradient:
+        raise air.error("the <temperature_gradient> must not be 0")
+    return Surroundings(
+        (x, y, z),
+        air.positive("temperature", usual.temperature),
+        gradient,
+        air.positive("pressure", usual.pressure),
+        earth.number("latitude_deg", 0.0),
+        earth.number("longitude_deg", 0.0),
+        earth.number("elevation", 0.0),
+        earth.number("heading_deg", 0.0),
+    )
+
+
+_ROUNDING = 1e-4
+"""The largest position (rad, m) of a joint that the rounding of poses in a file explains."""
+_AXES = {"axis_state": "", "axis2_state": "_axis2"}
+"""The states of the axes of a joint from SDF 1.12, and what follows the name of the joint of each."""
+
+
+@dataclass(slots=True)
+class State:
+    """The changes in the states of a world: poses, positions, and added and removed elements.
+
+    Args:
+        poses: the poses of models and lights, by kind and name.
+        links: the poses of links in the world, by model and link.
+        joints: the positions of joints (rad, m), by model and joint.
+        inserted: elements whose children are added.
+        deleted: the names of what is removed.
+        named: the models and lights that have a state.
+    """
+
+    poses: dict[tuple[str, str], Pose] = field(default_factory=dict)
+    links: dict[str, dict[str, Pose]] = field(default_factory=dict)
+    joints: dict[str, dict[str, float]] = field(default_factory=dict)
+    inserted: list[Element] = field(default_factory=list)
+    deleted: set[str] = field(default_factory=set)
+    named: dict[str, Element] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, states: Iterable[Element], notes: Notes) -> State:
+        """Read the states of a world; SDF 1.12 has ``<model_state>`` where earlier versions have ``<model>``.
+
+        Raises:
+            SceneError: a pose or a position is not one.
+        """
+        result = cls()
+        for state in states:
+            for thing in _of(state, "model", "light"):
+                kind, name = thing.tag.removesuffix("_state"), thing.attribute("name")
+                if thing.find("pose") is not None:
+                    result.poses[kind, name] = read_pose(thing, WORLD)[0]
+                result.named[name] = thing
+                _warn_of_scale(thing, kind, notes)
+                result.links[name] = dict(_links(thing, ""))
+                result.joints[name] = dict(_joints(thing, ""))
+            result.inserted += state.all("insertions")
+            result.deleted |= {
+                name.text for deletions in state.all("deletions") for name in deletions.all("name")
+            }
+        return result
+
+    def warn_of_misspelt(self, names: Iterable[str], notes: Notes) -> None:
+        """Report each state of nothing in the world whose name is nearly that of a thing without a state."""
+        others = [name for name in names if name not in self.named]
+        for name in self.named.keys() - set(names) - self.deleted:
+            hint = did_you_mean(name, others)
+            if hint.instead is not None:
+                message = f"the <state> of '{name}' has no effect: the world has no such model or light{hint}"
+                notes.warn(self.named[name], Code.NRP263, message, subject=name)
+
+    def of(self, model: Model) -> Model:
+        """Return a model where it was last, with its joints where they were."""
+        placed = replace(model, pose=self.poses.get(("model", model.name), model.pose))
+        links, told = self.links.get(model.name, {}), self.joints.get(model.name, {})
+        starts = dict(placed.starts)
+        for joint in placed.joints:
+            if not joint.takes_commands or joint.mimic is not None:
+                continue
+            position = told.get(joint.name)
+            if position is None:
+                position = _between(placed, joint, links)
+            if position is not None:
+                starts[joint.name] = min(max(position, joint.lower), joint.upper)
+        return replace(placed, starts=tuple(starts.items()))
+
+
+def _of(parent: Element, *kinds: str) -> Iterable[Element]:
+    return parent.all(*kinds, *(f"{kind}_state" for kind in kinds))
+
+
+def _warn_of_scale(thing: Element, kind: str, notes: Notes) -> None:
+    scale = thing.section("scale")
+    if scale.text and any(part != 1 for part in scale.numbers(3)):
+        notes.warn(scale, Code.NRP263, f"the <scale> {scale.text} of a <{kind}> is not supported")
+
+
+def _links(model: Element, prefix: str) -> Iterator[tuple[str, Pose]]:
+    for link in _of(model, "link"):
+        if link.find("pose") is not None:
+            yield prefix + link.attribute("name"), read_pose(link, WORLD)[0]
+    for inner in _of(model, "model"):
+        yield from _links(inner, f"{prefix}{inner.attribute('name')}::")
+
+
+def _joints(model: Element, prefix: str) -> Iterator[tuple[str, float]]:
+    for joint in _of(model, "joint"):
+        name = prefix + joint.attribute("name")
+        for angle in joint.all("angle"):
+            suffix = "_axis2" if angle.attributes.get("axis", "0") == "1" else ""
+            yield name + suffix, angle.numbers(1)[0]
+        for tag, suffix in _AXES.items():
+            position = joint.find(tag, "position")
+            if position is not None:
+                (value,) = position.numbers(1)
+                yield name + suffix, radians(value) if position.is_set("degrees") else value
+    for inner in _of(model, "model"):
+        yield from _joints(inner, f"{prefix}{inner.attribute('name')}::")
+
+
+def _between(model: Model, joint: Joint, links: Mapping[str, Pose]) -> float | None:
+    """Return the position of a joint that is between the poses of two links, None if it cannot be known."""
+    at_0 = {link.name: link.pose for link in model.links}
+    here, child = model.pose if joint.parent == WORLD else links.get(joint.parent), links.get(joint.child)
+    if here is None or child is None:
+        return None
+    holder = here @ at_0.get(joint.parent, Pose()).inverse() @ joint.pose
+    moved = holder.inverse() @ child @ at_0[joint.child].inverse() @ joint.pose
+    if joint.kind == "prismatic":
+        position = _along(moved.position, joint.axis)
+    else:
+        *turn, w = moved.orientation
+        position = remainder(2 * atan2(_along(turn, joint.axis), w), 2 * pi)
+    return position if abs(position) > _ROUNDING else 0.0
+
+
+def _along(vector: Iterable[float], axis: Vector) -> float:
+    return sum(part * share for part, share in zip(vector, axis, strict=True))
+
 
 _GRAVITY: Vector = (0.0, 0.0, -9.8)
 

@@ -8,8 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.reading.context import Notes
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Notes
 
 _QUATERNION: Final = "quat_xyzw"
 _LISTS: Final = ("xyz", "rpy", _QUATERNION, "size", "scale", "rgba", "normal")

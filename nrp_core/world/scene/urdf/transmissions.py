@@ -11,8 +11,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from nrp_core.errors import did_you_mean, slip_of
 from nrp_core.findings import Code
-from nrp_core.world.scene.reading.context import Notes
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Notes
 from nrp_core.world.scene.urdf.elements import new
 
 START = "initial_position"

@@ -12,8 +12,7 @@ from typing import Final
 
 from nrp_core.errors import SceneError, did_you_mean, slip_of
 from nrp_core.findings import Code
-from nrp_core.world.scene.reading.context import Notes
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Notes
 
 _SHAPES: Final = "box cylinder sphere mesh capsule plane"
 _TOUCH: Final = (

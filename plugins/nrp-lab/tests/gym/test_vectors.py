@@ -12,8 +12,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from nrp_lab.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 
 from nrp_core.errors import NrpError
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import ModelMotion, Pose
 
 assert nrp_lab.gym, "importing it registers the shipped experiments"
 COPIES = 2

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.drives.driven import driven_root
-from nrp_core.world.drives.planar_move import PlanarMove
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.drives.drive import driven_root
+from nrp_core.world.drives.mecanum import PlanarMove
+from nrp_core.world.scene.devices import JointController, Pid
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Joint, Link, Model
 

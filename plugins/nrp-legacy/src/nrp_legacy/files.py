@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 
 from nrp_core._support.archives import unpacked
-from nrp_core.world.scene.reading.resources import main_file
+from nrp_core.world.scene.reading.context import main_file
 from nrp_legacy.documents import FileNamed
 
 _STAND_INS = Path(__file__).with_name("stand_ins")

@@ -11,12 +11,10 @@ from dataclasses import replace
 from typing import Literal
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.acting import JointController, PairController, Pid
+from nrp_core.world.scene.devices import JointController, PairController, Pid
 from nrp_core.world.scene.model import Joint
-from nrp_core.world.scene.reading.actuators import Actuators
-from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.registered import ModelParts
-from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.reading.context import Element, Reading
+from nrp_core.world.scene.reading.plugins import Actuators, ModelParts
 from nrp_core.world.topics import resolve_name
 
 Kind = Literal["position", "velocity"]

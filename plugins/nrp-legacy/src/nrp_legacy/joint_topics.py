@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Literal
 
 from nrp_core.findings import Code, Finding
-from nrp_core.world.scene.acting import JointController, TrajectoryController
+from nrp_core.world.scene.devices import JointController, TrajectoryController
 from nrp_core.world.scene.model import Model
 
 Kind = Literal["position", "velocity", "effort"]

@@ -14,7 +14,7 @@ from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.shapes import hints
 from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.findings import Code
-from nrp_core.world.raycast.extent import width_m
+from nrp_core.world.raycast.solids import width_m
 from nrp_core.world.scene.model import Scene
 
 Callback = ast.Lambda | ast.FunctionDef

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import sqrt
 
 from nrp_core._support.xml import Element
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_legacy.elements import number
 
 PoseNumbers = tuple[float, float, float, float, float, float]

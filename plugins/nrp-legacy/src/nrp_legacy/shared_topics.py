@@ -11,7 +11,7 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 from nrp_core.findings import Code, Findings
-from nrp_core.world.scene.acting import JointController, PairController
+from nrp_core.world.scene.devices import JointController, PairController
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.topics import Stamped
 from nrp_core.world.world import World

@@ -8,8 +8,7 @@ from math import atan, tan
 import numpy as np
 
 from nrp_core.world import Capsule, Light, Model, Pose, Rgba, Visual
-from nrp_core.world.render.cameras import Cameras, ImageArray
-from nrp_core.world.render.optics import CameraPath, Optics, eye_of, looking
+from nrp_core.world.render.cameras import CameraPath, Cameras, ImageArray, Optics, eye_of, looking
 from nrp_world_gazebo.build import Built
 from nrp_world_gazebo.elements import link_name
 from nrp_world_gazebo.lights import direction_of, range_of

@@ -18,12 +18,10 @@ from nrp_core.world import (
     Vector,
     Wrench,
 )
-from nrp_core.world.engine_kit.firm_joints import FirmJoints
+from nrp_core.world.engine_kit.firm_joints import FirmJoints, firm_joints
 from nrp_core.world.engine_kit.firm_kinds import FREE
-from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
-from nrp_core.world.scene.joint_inertia import joint_inertias
-from nrp_core.world.scene.merged_bodies import Body
+from nrp_core.world.scene.merged_bodies import Body, joint_inertias
 from nrp_world_gazebo.build import BodyHandle, Built
 from nrp_world_gazebo.drive import STRONG
 from nrp_world_gazebo.motion import motion_of

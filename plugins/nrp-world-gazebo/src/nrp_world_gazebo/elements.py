@@ -22,7 +22,7 @@ from nrp_core.world import (
     Pose,
     Sphere,
 )
-from nrp_core.world.scene.mass import turned
+from nrp_core.world.scene.inertia import turned
 from nrp_core.world.scene.merged_bodies import Body
 
 FIXED = "nrp_fixed"

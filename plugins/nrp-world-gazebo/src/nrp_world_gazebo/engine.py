@@ -24,8 +24,7 @@ from nrp_core.world import (
 from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import Cameras
-from nrp_core.world.rigid.matrices import rotation_matrix
-from nrp_core.world.rigid.motion import ReadFrames
+from nrp_core.world.rigid import ReadFrames, rotation_matrix
 from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_world_gazebo.build import BodyHandle, Built, Coordinate, build
 from nrp_world_gazebo.cameras import GazeboCameras

@@ -7,7 +7,7 @@ from pathlib import PurePath
 
 from nrp_core.errors import SceneError
 from nrp_core.world import Code, Finding, Level, Model
-from nrp_core.world.drives.planar import PlanarDrive, planar_drives
+from nrp_core.world.engine_kit.planar_servo import PlanarDrive, planar_drives
 from nrp_world_gazebo.elements import Xml
 
 OWN = "libDiffDrivePlugin.so"

@@ -8,7 +8,7 @@ import numpy as np
 
 from nrp_core.world import FloatArray
 from nrp_core.world.raycast.beams import Beams, directions
-from nrp_core.world.rigid.matrices import rotation_matrix
+from nrp_core.world.rigid import rotation_matrix
 from nrp_core.world.scene.merged_bodies import body_of, place_in_frame
 from nrp_world_gazebo.build import NOWHERE, Built
 from nrp_world_gazebo.motion import motion_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of, body_of
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos
-from nrp_core.world.rigid.motion import JointAim
-from nrp_core.world.scene.joint_inertia import stiff_gains
+from nrp_core.world.rigid import JointAim
+from nrp_core.world.scene.merged_bodies import stiff_gains
 
 DT = 0.002
 GAINS = st.floats(0.0, 1e6)

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.engine_kit.firm_servo import BRAKING, RETURN_S, FirmJoint, FirmServos
-from nrp_core.world.rigid.motion import JointAim, JointTargets
-from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S as LAG
+from nrp_core.world.engine_kit.firm_joints import BRAKING, RETURN_S, FirmJoint, FirmServos
+from nrp_core.world.rigid import JointAim, JointTargets
+from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S as LAG
 from nrp_core.world.scene.model import Joint
 
 STEP_S = 0.002

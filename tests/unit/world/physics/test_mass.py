@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.rigid.matrices import rotation_matrix
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.mass import combined, turned
+from nrp_core.world.rigid import Pose, rotation_matrix
+from nrp_core.world.scene.inertia import combined, turned
 from nrp_core.world.scene.model import Inertial
 
 lengths = st.floats(-3, 3)

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.engine_kit.planar_servo import TIME_CONSTANT_S, TRACTION, servo_of, without_wheel_friction
-from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Collision, Inertial, Joint, Link, Model, Sphere
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nrp_core.world.render.optics import looking, optics_of
+from nrp_core.world.render.cameras import looking, optics_of
 from nrp_core.world.render.realistic import RealisticCameras
-from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Link, Model, Scene, Visual
 from nrp_core.world.sensors.camera import Camera

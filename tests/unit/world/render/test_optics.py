@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.render.optics import Optics, bytes_of, drawn, flat, looking
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.render.cameras import Optics, bytes_of, drawn, flat, looking
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Plane
 from nrp_core.world.sensors.camera import Camera
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nrp_core.world.render.portrait import portrait
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Plane, Scene, Sphere, Visual
 
 RED, GREEN = (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0)

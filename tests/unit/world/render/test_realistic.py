@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.render.optics import SKY, bytes_of
+from nrp_core.world.render.cameras import SKY, bytes_of
 from nrp_core.world.render.realistic import AMBIENT
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Light, Plane, Sphere
 
 EYE = (-2.0, 0.3, 2.5)  # where the camera of these images is, as long as they do not say

@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.drive import Drive
-from nrp_core.world.scene.reading.actuators import CONTROLLERS, DRIVES
+from nrp_core.world.scene.reading.plugins import CONTROLLERS, DRIVES
 from nrp_core.world.scene.sdf import read_model
 
 ROBOT = (

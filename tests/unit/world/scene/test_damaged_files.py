@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Scene, Sphere
-from nrp_core.world.scene.reading.left_out import read_without
+from nrp_core.world.scene.reading.context import read_without
 from nrp_core.world.scene.sdf import read_scene
 
 SHIPPED = Path(nrp_experiments.braitenberg_husky.__file__).parent

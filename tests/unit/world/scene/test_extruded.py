@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from nrp_core.world.scene.inertia import solid_of
 from nrp_core.world.scene.meshes.convex import convex_pieces
-from nrp_core.world.scene.meshes.extruded import extruded
-from nrp_core.world.scene.meshes.solid import solid_of
-from nrp_core.world.scene.meshes.terrain import heights_of, terrain
+from nrp_core.world.scene.meshes.shapes import extruded, heights_of, terrain
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Heightmap
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Model, Plane
 from nrp_core.world.scene.sdf import read_model
 

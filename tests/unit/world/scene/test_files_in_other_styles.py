@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.loops import Freedom
 from nrp_core.world.scene.model import Box, Cylinder, Model, Scene, Sphere
 

@@ -9,8 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from nrp_core.world.scene.finish import Finish
-from nrp_core.world.scene.model import Model, Visual
+from nrp_core.world.scene.model import Finish, Model, Visual
 
 RED = "<diffuse>1 0 0 1</diffuse>"
 

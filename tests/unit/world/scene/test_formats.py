@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.scene.reading.formats import added_formats
+from nrp_core.world.scene.reading.context import added_formats
 from nrp_core.world.scene.sdf import read_scene
 
 READER = """

@@ -12,7 +12,7 @@ import pytest
 from nrp_core import Model, Pose, Scene, read_model, read_scene
 from nrp_core.findings import Code
 from nrp_core.world.drives.implausible import implausible_drives, weightless_wheels
-from nrp_core.world.fitting import Fitting, JointControl, fitted
+from nrp_core.world.robot_setup import Fitting, JointControl, fitted
 from nrp_core.world.scene.implausible import implausible
 from nrp_core.world.scene.model import Box, Collision, Joint, Sphere
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.implausible import implausible
 from nrp_core.world.scene.implausible_looks import of_looks
 from nrp_core.world.scene.model import Box, Collision, Link, Model, Rgba, Scene, Visual

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pytest
 
 from nrp_core import Scene
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.implausible import implausible
 from nrp_core.world.scene.model import Box, Collision, Cylinder, Geometry, Link, Model, Sphere, Visual
 

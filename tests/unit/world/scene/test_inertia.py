@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.inertia import equivalent_box, of_collisions, of_shape, repaired
 from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Plane, Sphere
 

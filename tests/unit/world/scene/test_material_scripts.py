@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from nrp_core.world.scene.model import Model, Rgba
-from nrp_core.world.scene.reading.material_scripts import Material, script_material
 from nrp_core.world.scene.sdf import read_model
+from nrp_core.world.scene.sdf.appearance import Material, script_material
 
 SCRIPT = """
 // a comment with material Lab/Fake { diffuse 1 1 1 1 }

@@ -19,10 +19,10 @@ from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
 from nrp_core.world.scene import meshes
+from nrp_core.world.scene.inertia import solid_of
 from nrp_core.world.scene.meshes import Piece, mesh_pieces
 from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
 from nrp_core.world.scene.meshes.convex import MAX_CORNERS, MAX_PIECES, convex_pieces
-from nrp_core.world.scene.meshes.solid import solid_of
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.sdf import read_model

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Link, Model, Scene
 
 metres = st.floats(-10, 10)

@@ -8,7 +8,7 @@ from math import pi
 import pytest
 
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.starts import start_positions
+from nrp_core.world.scene.posture import start_positions
 
 WorldReader = Callable[..., Scene]
 

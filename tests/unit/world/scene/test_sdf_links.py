@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.inertia import of_shape
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Mesh, Plane, Scene

@@ -12,11 +12,11 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.parts import parts_of
+from nrp_core.world.scene.devices import MountedSensor
 from nrp_core.world.scene.model import Link, Model
-from nrp_core.world.scene.reading.actuators import CONTROLLERS, DRIVES
+from nrp_core.world.scene.reading.plugins import CONTROLLERS, DRIVES
 from nrp_core.world.scene.reading.sensors import PLUGIN, SENSORS
 from nrp_core.world.scene.sdf import read_model
-from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.sensors.sensor import Sensor
 
 ROBOT = '<sdf version="1.9"><model name="robot"><link name="body">{}</link></model></sdf>'
@@ -57,10 +57,10 @@ def test_a_file_imports_the_sensors_that_it_has_and_no_others(tmp_path: Path) ->
         "from nrp_core.world.scene.sdf import read_model\n"
         f"read_model({str(file)!r})\n"
         "room = 'nrp_core.world.sensors'\n"
-        "print([name for name in ('imu', 'camera', 'laser') if f'{room}.{name}' in sys.modules])"
+        "print([name for name in ('navigation', 'camera', 'laser') if f'{room}.{name}' in sys.modules])"
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "['imu']"
+    assert found.stdout.strip() == "['navigation']"
 
 
 def test_a_sensor_that_does_not_import_is_one_error_at_its_element(

@@ -10,17 +10,15 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.ackermann import Ackermann
 from nrp_core.world.drives.flight import Flight
-from nrp_core.world.drives.planar_move import PlanarMove
-from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.drives.mecanum import PlanarMove
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import JointController, Noise, Pid
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.camera import Camera
-from nrp_core.world.sensors.contact import ContactSensor
-from nrp_core.world.sensors.force_torque import ForceTorque
+from nrp_core.world.sensors.contact import ContactSensor, ForceTorque
 from nrp_core.world.sensors.ground_truth import GroundTruth
-from nrp_core.world.sensors.imu import Imu
 from nrp_core.world.sensors.laser import Laser
+from nrp_core.world.sensors.navigation import Imu
 
 ModelReader = Callable[..., Model]
 

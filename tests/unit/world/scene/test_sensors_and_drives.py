@@ -8,9 +8,9 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.devices import Noise
 from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.sensors.laser import Laser
 

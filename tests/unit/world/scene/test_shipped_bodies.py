@@ -9,7 +9,7 @@ from nrp_experiments.bodies import FOLDER
 from nrp_experiments.bodies import fly as insect
 from nrp_experiments.bodies.hexapod import JOINTS, Hexapod, sdf
 
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.sensors.camera import Camera

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Cylinder, Inertial, Model, Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.sensors.camera import Camera

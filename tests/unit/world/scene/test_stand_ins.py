@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Link, Model, Plane, Scene
 from nrp_core.world.scene.stand_in import DENSITIES, LARGEST_BOX_M
 

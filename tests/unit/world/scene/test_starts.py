@@ -8,11 +8,10 @@ from math import inf, pi
 import numpy as np
 import pytest
 
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.loops import Loop
 from nrp_core.world.scene.model import Joint, Link, Mimic, Model
-from nrp_core.world.scene.posture import Posture
-from nrp_core.world.scene.starts import start_positions
+from nrp_core.world.scene.posture import Posture, start_positions
 
 LENGTH, APART = 0.5, 0.3
 LEFT, RIGHT = (0.0, 0.0, 0.0), (APART, 0.0, 0.0)

@@ -20,13 +20,13 @@ from nrp_core.recording.video.views import look_at
 from nrp_core.recording.writing.frames import Frames
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
 from nrp_core.world.messages.foxglove_msgs import ModelPrimitive
-from nrp_core.world.render.shaded import ShadedView
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.render.portrait import ShadedView
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.meshes import mesh_pieces
 from nrp_core.world.scene.meshes.convert import Wanted
-from nrp_core.world.scene.meshes.glb import MAX_SIDE_PX, glb
-from nrp_core.world.scene.meshes.mapped import mapped_triangles
+from nrp_core.world.scene.meshes.gltf import MAX_SIDE_PX, glb
 from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
+from nrp_core.world.scene.meshes.triangles import mapped_triangles
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Model, Plane, Scene, Sphere
 from nrp_core.world.scene.sdf import read_model
 

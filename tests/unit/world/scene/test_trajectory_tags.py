@@ -10,7 +10,7 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
+from nrp_core.world.scene.devices import JointController, Pid, TrajectoryController
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.sdf import read_model
 

@@ -12,7 +12,7 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles

@@ -9,8 +9,8 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.model import Mimic
+from nrp_core.world.scene.posture import start_positions
 from nrp_core.world.scene.sdf import read_model
-from nrp_core.world.scene.starts import start_positions
 
 MASS = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 JOINT = """<joint name="{0}" type="revolute"><parent link="base"/><child link="{0}_link"/>

@@ -11,7 +11,7 @@ from lxml import etree
 
 from nrp_core._support.xml_text import strict_xml
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.reading.xml import Element, parse_xml, read_xml
+from nrp_core.world.scene.reading.context import Element, parse_xml, read_xml
 
 FILE = Path("robot.sdf")
 

@@ -9,9 +9,8 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
-from nrp_core.world.raycast.extent import width_m
-from nrp_core.world.rigid.motion import ModelMotion
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.raycast.solids import width_m
+from nrp_core.world.rigid import ModelMotion, Pose
 
 _SHORTEST_S = 1e-6
 """Shorter than the step of any engine."""

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from nrp_core.world.scene.acting import JointController, TrajectoryController
+from nrp_core.world.scene.devices import JointController, TrajectoryController
 from nrp_legacy.files import Library
 
 MODELS = "models"

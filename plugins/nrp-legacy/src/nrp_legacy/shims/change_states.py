@@ -8,7 +8,7 @@ from typing import Any
 from nrp_core.errors import NrpError
 from nrp_core.findings import Code
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
-from nrp_core.world.rigid.pose import Pose as ScenePose
+from nrp_core.world.rigid import Pose as ScenePose
 from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.services import ServiceException
 from nrp_legacy.shims.smach import State

@@ -16,7 +16,7 @@ from nrp_core.clock import seconds
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, Level
-from nrp_core.world.rigid.pose import Vector
+from nrp_core.world.rigid import Vector
 from nrp_core.world.topics import Direction, Stamped, Subscription, check_message
 from nrp_core.world.world import World
 from nrp_legacy.documents import ROBOT

@@ -9,7 +9,7 @@ from typing import Any
 
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Vector3
-from nrp_core.world.rigid.pose import Vector, multiply
+from nrp_core.world.rigid import Vector, multiply
 from nrp_legacy.shims.change_states import ChangeState, Given, numbers_of, posed
 from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.scaling import scaled

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from nrp_core.findings import Code
-from nrp_core.world.pose_messages import pose_of
+from nrp_core.world.model_states import pose_of
 from nrp_core.world.scene.materials import color_of
 from nrp_core.world.scene.model import (
     Box,

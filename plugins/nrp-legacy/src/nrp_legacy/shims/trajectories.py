@@ -10,8 +10,7 @@ import numpy as np
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.findings import Code
-from nrp_core.world.controllers.joint_path import JointPath, Knot
-from nrp_core.world.controllers.trajectory import knots_of
+from nrp_core.world.controllers.trajectory import JointPath, Knot, knots_of
 from nrp_core.world.messages.base import ns_of
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.messages.trajectory_msgs import JointTrajectoryPoint

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.rigid.pose import Pose, multiply
+from nrp_core.world.rigid import Pose, multiply
 from nrp_legacy.shims.modules import module
 
 Array: TypeAlias = npt.NDArray[np.float64]

@@ -11,7 +11,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.recording.export.numbers import Series
 from nrp_core.recording.layout import Role
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid import Pose
 from nrp_lab.comparison.distances import dtw_distance
 from nrp_lab.comparison.metrics.base import DistanceMetric, Margin, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals

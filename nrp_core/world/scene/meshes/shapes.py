@@ -1,14 +1,19 @@
-"""Polygons with holes, extruded upwards: SDF's ``<polyline>``."""
+"""Solids that not all engines have, as cached meshes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, pairwise
+from math import pi
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.scene.meshes.triangles import Triangles
+from nrp_core._support.disk_cache import kept_folder
+from nrp_core.world.scene.meshes.stl import read_stl, write_stl
+from nrp_core.world.scene.meshes.triangles import Profile, Triangles, arc, turned
+from nrp_core.world.scene.model import Heightmap
 
 Ring = npt.NDArray[np.float64]
 """The corners of a closed line in the plane, shape ``(n, 2)``, m."""
@@ -134,3 +139,84 @@ def _prism(rings: Sequence[Ring], faces: npt.NDArray[np.int64], height: float) -
     sides = chain.from_iterable(_edges(list(range(*ends))) for ends in pairwise(starts))
     walls = [((low[a], low[b], high[b]), (low[a], high[b], high[a])) for a, b in sides]
     return np.concatenate([high[faces], low[faces[:, ::-1]], np.array(walls).reshape(-1, 3, 3)])
+
+
+Heights = npt.NDArray[np.float64]
+"""Heights, shape ``(rows, columns)``, by increasing y and x."""
+
+MAX_SAMPLES = 129
+"""Maximum number of heights of a side; finer images are averaged."""
+
+
+def heights_in(image: bytes) -> Heights:
+    """Return the heights in an image, 0 for black and 1 for its brightest pixel.
+
+    As in Gazebo, the corners of the image are those of the ground, and its top row is at the highest y.
+
+    Raises:
+        ValueError: it is not an image of at least 2 by 2 pixels.
+    """
+    import cv2
+
+    pixels = cv2.imdecode(np.frombuffer(image, np.uint8), cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE)
+    if pixels is None or min(pixels.shape) < 2:
+        raise ValueError("is not an image of at least 2 by 2 pixels")
+    rows, columns = (min(side, MAX_SAMPLES) for side in pixels.shape)
+    heights = cv2.resize(pixels.astype(np.float64), (columns, rows), interpolation=cv2.INTER_AREA)[::-1]
+    return np.asarray(heights / (heights.max() or 1.0))
+
+
+def terrain(heights: Heights) -> Triangles:
+    """Return the surface of heights on a square of edge 1 about the origin."""
+    rows, columns = heights.shape
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, columns), np.linspace(-0.5, 0.5, rows))
+    corners = np.stack([x, y, heights], axis=2)
+    a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]
+    cells = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)], axis=2)
+    return cells.reshape(-1, 3, 3)
+
+
+def heights_of(ground: Heightmap) -> Heights:
+    """Return the heights in the file of a height map, before they are scaled."""
+    x, y, z = read_stl(ground.path).reshape(-1, 3).T
+    heights = np.empty((ground.rows, ground.columns))
+    heights[_numbers(y, ground.rows), _numbers(x, ground.columns)] = z
+    return heights
+
+
+def _numbers(places: npt.NDArray[np.float64], count: int) -> npt.NDArray[np.int64]:
+    return np.rint((places + 0.5) * (count - 1)).astype(np.int64)
+
+
+_PROFILES: dict[str, Profile] = {
+    "ellipsoid": arc(1.0, -pi / 2, 0.0) + arc(1.0, 0.0, pi / 2)[1:],
+    "cone": [(0.0, -0.5), (1.0, -0.5), (0.0, 0.5)],
+}
+_VERSION = 1
+
+
+def kept_meshes(key: str, make: Callable[[], Sequence[Triangles]]) -> list[Path]:
+    """Return the files of meshes, which are created at the first request.
+
+    Args:
+        key: names them and everything that they depend on.
+        make: creates them.
+    """
+
+    def fill(folder: Path) -> None:
+        for number, triangles in enumerate(make()):
+            write_stl(folder / f"{key}-{number:04}.stl", triangles)
+
+    folder = kept_folder("meshes", key, fill, lambda folder: any(folder.glob("*.stl")))
+    return sorted(folder.glob("*.stl"))
+
+
+def unit_solid(kind: str) -> Path:
+    """Return the file of an ``ellipsoid`` or a ``cone`` about its centre, of radius 1; a cone is 1 m high."""
+
+    def make() -> list[Triangles]:
+        vertices, faces = turned(_PROFILES[kind])
+        return [vertices[faces]]
+
+    (path,) = kept_meshes(f"unit-{kind}-{_VERSION}", make)
+    return path
