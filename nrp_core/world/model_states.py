@@ -1,4 +1,4 @@
-"""Poses and velocities of models and links."""
+"""Poses and velocities of models and links as messages, and the colours of visuals."""
 
 from __future__ import annotations
 

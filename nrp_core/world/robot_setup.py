@@ -1,4 +1,4 @@
-"""The additions of an experiment to a robot: how it stands, and how its joints are commanded."""
+"""The additions of an experiment to a robot: its posture, sensors, and commands of its joints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wheel drives: MuJoCo's actuators act as the servo in each physics step."""
+"""What acts in each physics step: the servos of wheel drives and velocity decay, also for several copies."""
 
 from __future__ import annotations
 

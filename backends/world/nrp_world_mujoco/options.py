@@ -1,4 +1,4 @@
-"""Options of the ``mujoco`` backend."""
+"""Options of the ``mujoco`` backend, and the OpenGL library that draws without a display."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shapes as MuJoCo's geoms."""
+"""Shapes as MuJoCo's geoms; joints, loops of joints and ties of models as its constraints."""
 
 from __future__ import annotations
 

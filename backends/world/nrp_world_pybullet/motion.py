@@ -1,4 +1,4 @@
-"""Poses and velocities of models, and states of their joints."""
+"""Poses and velocities of models, states of their joints, and the joint-space inertia of a model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shapes as PyBullet's shapes."""
+"""Shapes, contact properties and loops of joints in PyBullet."""
 
 from __future__ import annotations
 

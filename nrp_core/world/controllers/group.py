@@ -1,4 +1,4 @@
-"""Joints that one topic leads."""
+"""Controllers of several joints by one topic: groups, and pairs by their mean and difference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Controllers of single joints."""
+"""Controllers of single joints and of ball joints."""
 
 from __future__ import annotations
 

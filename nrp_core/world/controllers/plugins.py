@@ -1,4 +1,4 @@
-"""Joint controllers, from the parameters of Gazebo's plugins."""
+"""Controllers of joints and trajectories, from the parameters of Gazebo's plugins."""
 
 from __future__ import annotations
 

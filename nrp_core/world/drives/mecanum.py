@@ -1,4 +1,4 @@
-"""Bases on four mecanum wheels, whose rollers let them go in any direction."""
+"""Bases that move in any direction: with four mecanum wheels, or without wheels."""
 
 from __future__ import annotations
 

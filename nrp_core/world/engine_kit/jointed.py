@@ -1,4 +1,4 @@
-"""The shared part of engines with joints, servos, contacts and cameras."""
+"""The shared part of physics backends: options, capabilities, and engines with joints, servos and contacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bodies of a model that every engine simulates."""
+"""The bodies of a model that every engine simulates: stable springs, velocity decay, and unsupported mechanisms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The interface of a renderer to a world."""
+"""The interface of a renderer to a world: optics, images, depth and segments."""
 
 from __future__ import annotations
 

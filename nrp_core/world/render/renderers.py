@@ -1,4 +1,4 @@
-"""The renderers of the core, imported when one is opened: their compiled code takes time to load."""
+"""The open renderers of a scene; those of the core are imported at their first use, which takes time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The light from the surface at each pixel to the eye."""
+"""The light from the surface at each pixel to the camera: lamps, shadows and normals."""
 
 from __future__ import annotations
 

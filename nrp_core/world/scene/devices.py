@@ -1,4 +1,4 @@
-"""Drives and controllers of joints in a scene: the data for files and engines.
+"""Sensors, drives and controllers in a scene: the data that files, engines and renderers need of them.
 
 Each drive is a class in :mod:`nrp_core.world.drives` or in another package.
 """

@@ -1,4 +1,4 @@
-"""Combined masses: parallel axes and principal axes."""
+"""Masses and inertias: their sums, those of shapes, and the repair of impossible ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cameras: images, depth, optics."""
+"""Cameras: images, depth, points and segments, and the base of sensors that compute on images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contacts: sensors on links, and all contacts of a world."""
+"""Contacts, and sensors of the force and torque in a joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""True poses of links, as from Gazebo's ``p3d`` plugin."""
+"""Exact states: poses of links, models in front of a logical camera, and joint states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Laser scanners: distances along rays, as scans and as points."""
+"""Laser scanners and sonars: distances along rays, as scans, points or one range."""
 
 from __future__ import annotations
 

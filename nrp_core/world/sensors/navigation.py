@@ -1,4 +1,4 @@
-"""Magnetometers: the magnetic field of the world."""
+"""Sensors of navigation: IMU, magnetometer, barometer, altimeter and satellite navigation."""
 
 from __future__ import annotations
 

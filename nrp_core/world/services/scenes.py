@@ -1,4 +1,4 @@
-"""Requests about the scene: its models and lights, their look, and the pause."""
+"""Requests about the scene and its physics: models, lights, colours, and the pause."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Solids that not all engines have, as cached meshes."""
+"""Shapes as cached meshes: solids that not all engines have, extruded polygons and terrain."""
 
 from __future__ import annotations
 

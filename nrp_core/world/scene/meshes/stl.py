@@ -1,4 +1,4 @@
-"""STL, binary or text; converted meshes are kept in the binary form."""
+"""Formats of the cache: STL for meshes, and the mean colours of images."""
 
 from __future__ import annotations
 

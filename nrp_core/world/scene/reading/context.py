@@ -1,4 +1,4 @@
-"""The context of reading a file: where to look for other files, and the warnings."""
+"""The context of reading a file: its XML, the files that it refers to, its warnings, and parts left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The names of Gazebo's plugins in files."""
+"""Plugins of files: their names, parameters and labels, and the drives and controllers that they describe."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The look of SDF's visuals: colours and finishes."""
+"""The look of SDF's visuals and lights: colours, finishes, textures and material scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gearboxes of SDF: joints that do not hold a link but make one joint follow another."""
+"""Gearboxes and plugins that make one joint follow another."""
 
 from __future__ import annotations
 

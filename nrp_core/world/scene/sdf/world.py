@@ -1,4 +1,4 @@
-"""Worlds of SDF."""
+"""Worlds of SDF: their surroundings, their joints, and the states of saved worlds."""
 
 from __future__ import annotations
 
