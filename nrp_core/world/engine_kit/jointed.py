@@ -1,4 +1,4 @@
-"""The shared part of physics backends: options, capabilities, and engines with joints, servos and contacts."""
+"""The shared part of physics backends: their options, and engines with joints, servos and contacts."""
 
 from __future__ import annotations
 

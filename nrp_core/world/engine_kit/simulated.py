@@ -1,4 +1,4 @@
-"""The bodies of a model that every engine simulates: stable springs, velocity decay, and unsupported mechanisms."""
+"""Bodies as every engine simulates them: stable springs, velocity decay, unsupported mechanisms."""
 
 from __future__ import annotations
 

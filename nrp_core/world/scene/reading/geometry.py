@@ -1,4 +1,4 @@
-"""Shapes in SDF with their textures, the replacement of a missing mesh, and the collisions of contact sensors."""
+"""Shapes in SDF: their textures, replacements of missing meshes, and the collisions of contact sensors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sensors of a file: their common elements and frames; each is read by the class of its type or plugin."""
+"""The sensors of a file: common elements and frames; each is read by the class of its type or plugin."""
 
 from __future__ import annotations
 
