@@ -18,14 +18,11 @@ if TYPE_CHECKING:
     from nrp_core.brain.backends import brains as brains
     from nrp_core.brain.files import read_network as read_network
     from nrp_core.brain.files import save_network as save_network
-    from nrp_core.brain.files.nir import read_nir as read_nir
     from nrp_core.brain.files.script import load_network as load_network
-    from nrp_core.brain.files.sonata import read_sonata as read_sonata
     from nrp_core.brain.interface import Brain as Brain
     from nrp_core.brain.network.data import Network as Network
     from nrp_core.brain.network.data import Population as Population
     from nrp_core.brain.network.data import Projection as Projection
-    from nrp_core.brain.nir.save import save_nir as save_nir
     from nrp_core.checks.validate import validate as validate
     from nrp_core.dsl.functions.function import TransferFunction as TransferFunction
     from nrp_core.dsl.loading.imports import provide_messages as provide_messages
@@ -71,11 +68,8 @@ else:
             "nrp_core.brain.backends": "brains",
             "nrp_core.brain.files": "read_network save_network",
             "nrp_core.brain.files.script": "load_network",
-            "nrp_core.brain.files.nir": "read_nir",
-            "nrp_core.brain.files.sonata": "read_sonata",
             "nrp_core.brain.interface": "Brain",
             "nrp_core.brain.network.data": "Network Population Projection",
-            "nrp_core.brain.nir.save": "save_nir",
             "nrp_core.dsl.functions.function": "TransferFunction",
             "nrp_core.dsl.loading.imports": "provide_messages",
             "nrp_core.dsl.loading.loader": "load_transfer_functions",

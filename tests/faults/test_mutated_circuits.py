@@ -10,8 +10,8 @@ import pytest
 from circuits import write_circuit
 from mutations import Tally, mutated, numbered
 from nrp_brain_event import EventBackend
+from nrp_formats.sonata import read_sonata
 
-from nrp_core.brain.files.sonata import read_sonata
 from nrp_core.errors import ExperimentError, NetworkError, NrpError
 
 FILES = (

@@ -15,12 +15,11 @@ import pytest
 ROOT = Path(__file__).parents[2]
 DOORS = (
     "nrp_core", "nrp_core.brain", "nrp_core.world",
+    "nrp_formats",
     "nrp_lab.comparison", "nrp_lab.sweep", "nrp_lab.evolve", "nrp_lab.benchmark",
 )  # fmt: skip
-IMPORT = re.compile(
-    r"^[ >]*(?:from (nrp_(?:core|lab)[\w.]*) import (\([^)]*\)|[^\n#]*)|import (nrp_(?:core|lab)[\w.]*))",
-    re.MULTILINE,
-)
+MODULE = r"(nrp_(?:core|formats|lab)[\w.]*)"
+IMPORT = re.compile(rf"^[ >]*(?:from {MODULE} import (\([^)]*\)|[^\n#]*)|import {MODULE})", re.MULTILINE)
 
 OWN_FILE = re.compile(r"^```python\n# (?:nrp_core|backends)/.*?^```$", re.MULTILINE | re.DOTALL)
 """A block of a page that becomes a file of the project itself, which does not use the doors."""
@@ -30,7 +29,7 @@ def public_modules() -> frozenset[str]:
     """The modules that the reference names, those with ``*`` at their end with all below them."""
     page = (ROOT / "docs" / "reference" / "python.md").read_text()
     table = page.partition("\n## Modules\n")[2].partition("\n## ")[0]
-    return frozenset(re.findall(r"^\| `(nrp_(?:core|lab)[\w.*]*)`", table, re.MULTILINE))
+    return frozenset(re.findall(r"^\| `(nrp_(?:core|formats|lab)[\w.*]*)`", table, re.MULTILINE))
 
 
 def is_public(module: str) -> bool:
@@ -49,7 +48,9 @@ def outside() -> list[Path]:
         "plugins/nrp-*-minimal/tests/*.py",
     )  # fmt: skip
     found = (path for pattern in patterns for path in ROOT.glob(pattern))
-    return sorted(path for path in found if not {"decisions", "nrp-cockpit", "nrp-lab"} & set(path.parts))
+    return sorted(
+        path for path in found if not {"decisions", "nrp-cockpit", "nrp-formats", "nrp-lab"} & set(path.parts)
+    )
 
 
 def imported(text: str) -> Iterator[tuple[str, str]]:

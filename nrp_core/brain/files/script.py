@@ -39,7 +39,7 @@ _LIBRARY = frozenset(
 _FORMER_SIMULATORS = frozenset({"brian", "moose", "nemo", "pcsim"})
 
 
-_NETWORKS: Final = {".nir": "nrp_core.pynn.load_nir", ".nrpnet": "read_network"}
+_NETWORKS: Final = {".nir": "nrp_formats.load_nir", ".nrpnet": "read_network"}
 """What reads files of networks that are not scripts, by their suffix."""
 
 

@@ -17,8 +17,6 @@ from pyNN.standardmodels import StandardCellType
 from nrp_core._support.numbers import is_number
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.nir.load import load_nir
-from nrp_core.brain.nir.save import save_nir
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.arguments import refuse_misspelt
 from nrp_core.brain.pynn.callbacks import checked
@@ -61,8 +59,7 @@ def programming_interface(
 
     Not part of PyNN: ``network()`` returns a :class:`~nrp_core.brain.network.data.Network`, ``parameter``
     declares a :class:`~nrp_core.parameters.Parameter`, ``EquationCell`` and ``EquationSynapse`` make types of
-    equations, ``nestml_cell`` one of a file of NESTML, ``load_nir`` reads a trained network and ``save_nir``
-    writes one.
+    equations, ``nestml_cell`` one of a file of NESTML.
 
     Args:
         simulator: the simulator that the module belongs to.
@@ -91,8 +88,6 @@ def programming_interface(
         "native_synapse_type": models.native_model("synapse type", [law.pynn for law in LAWS.values()]),
         "list_standard_models": lambda: [*CELLS, *cells_in_equations()],
         "parameter": GivenParameters(parameters).parameter,
-        "load_nir": lambda path, **options: load_nir(api, path, **options),
-        "save_nir": lambda path, **options: save_nir(network_of(simulator.state), path, **options),
         "network": lambda: network_of(simulator.state),
         "get_simulator": lambda *arguments: (api, _defaults(arguments)),
         "get_script_args": _script_arguments,

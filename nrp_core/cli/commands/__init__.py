@@ -16,7 +16,6 @@ COMMANDS = (
     "plot",
     "video",
     "export",
-    "import-connectome",
     "recover",
     "new",
     "backends",

@@ -10,6 +10,7 @@ import h5py
 import nir
 import numpy as np
 import pytest
+from nrp_formats import load_nir
 
 from nrp_core import load_network
 from nrp_core.errors import NetworkError
@@ -25,7 +26,7 @@ def emitted(
     """Return the spikes of each population at the steps of the file, and the populations."""
     sim = new_simulator()
     sim.setup(timestep=1.0, options={"resolution": "1 ms"})
-    populations = sim.load_nir(path, **options)
+    populations = load_nir(sim, path, **options)
     (source,) = [cells for cells in populations.values() if cells.annotations["kind"] == "Input"]
     source.set(spike_times=[np.flatnonzero(train) + 1.0 for train in inputs.T])
     for cells in populations.values():
@@ -315,7 +316,7 @@ def test_a_file_is_a_brain_whose_inputs_devices_drive(tmp_path: Path) -> None:
         network_from(text)
     script = tmp_path / "brain.py"
     script.write_text(
-        "import pyNN.nest as sim\nsim.setup(timestep=1.0)\n"
-        f"net = sim.load_nir({str(NETWORKS / 'leaky.nir')!r}, inputs='cells')\nactors = net['3']\n"
+        "import pyNN.nest as sim\nfrom nrp_formats import load_nir\nsim.setup(timestep=1.0)\n"
+        f"net = load_nir(sim, {str(NETWORKS / 'leaky.nir')!r}, inputs='cells')\nactors = net['3']\n"
     )
     assert load_network(script).views["actors"].size == 3

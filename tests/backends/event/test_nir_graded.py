@@ -9,6 +9,7 @@ from typing import Any
 import nir
 import numpy as np
 import pytest
+from nrp_formats import load_nir
 
 from nrp_core.pynn import new_simulator
 
@@ -38,7 +39,7 @@ def run(path: Path, inputs: Any, method: str) -> Any:
     """Return the populations after a run."""
     sim = new_simulator()
     sim.setup(timestep=1.0, options={"resolution": "1 ms"})
-    cells = sim.load_nir(path, method=method)
+    cells = load_nir(sim, path, method=method)
     cells["input"].set(spike_times=[np.flatnonzero(train) + 1.0 for train in inputs.T])
     for name in ("li", "last"):
         cells[name].record(["v", "spikes"])

@@ -14,6 +14,7 @@ import h5py
 import nir
 import numpy as np
 import pytest
+from nrp_formats import load_nir
 from scipy.signal import correlate
 
 from nrp_core.errors import NetworkError
@@ -26,7 +27,7 @@ def emitted(path: Path, inputs: dict[str, Any], **options: Any) -> dict[str, Any
     """Return the spikes of each population at the steps of the file."""
     sim = new_simulator()
     sim.setup(timestep=1.0, options={"resolution": "1 ms"})
-    cells = sim.load_nir(path, method="euler", **options)
+    cells = load_nir(sim, path, method="euler", **options)
     for name, trains in inputs.items():
         cells[name].set(spike_times=[np.flatnonzero(train) + 1.0 for train in trains.T])
     for each in cells.values():
@@ -250,7 +251,7 @@ def test_metadata_that_say_subtract_are_asked_about(tmp_path: Path) -> None:
     for reset, told in ((None, 1), ("subtract", 0)):
         sim = new_simulator()
         sim.setup(timestep=1.0)
-        sim.load_nir(tmp_path / "net.nir", reset=reset)
+        load_nir(sim, tmp_path / "net.nir", reset=reset)
         assert sum("cells subtract their threshold" in text for text in sim.network().remarks) == told
 
 

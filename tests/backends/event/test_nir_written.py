@@ -9,11 +9,12 @@ from typing import Any
 import nir
 import numpy as np
 import pytest
+from nrp_formats import load_nir, save_nir
+from nrp_formats.nir import save
 
-from nrp_core import Network, save_nir
+from nrp_core import Network
 from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.nir import save
 from nrp_core.errors import NetworkError
 from nrp_core.pynn import new_simulator
 
@@ -68,7 +69,7 @@ def emitted(sim: Any, cells: dict[str, Any]) -> dict[str, Any]:
 def read_back(path: Path) -> dict[str, Any]:
     sim = new_simulator()
     sim.setup(timestep=1.0, options={"resolution": "1 ms"})
-    cells = sim.load_nir(path)
+    cells = load_nir(sim, path)
     cells["eyes"].set(spike_times=TRAINS)
     return emitted(sim, cells)
 
@@ -121,9 +122,9 @@ def test_a_written_network_has_the_spikes_of_the_script(
 ) -> None:
     sim = new_simulator()
     cells = network(sim)
-    sim.save_nir(tmp_path / "net.nir", method=method)
+    save_nir(sim.network(), tmp_path / "net.nir", method=method)
     monkeypatch.setattr(save, "returning", lambda *_: set())
-    sim.save_nir(tmp_path / "wrong.nir", method=method)
+    save_nir(sim.network(), tmp_path / "wrong.nir", method=method)
     expected = emitted(sim, cells)
     assert min(expected[name].sum() for name in "ab") > 50
     found = read_back(tmp_path / "net.nir")

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_experiments import worm
 from nrp_experiments.worm.tables import main
+from nrp_formats.connectome.network import read_connectome
 from pyarrow import csv, feather, parquet
 
-from nrp_core.brain.files.connectome.network import read_connectome
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
 

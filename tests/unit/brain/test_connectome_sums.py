@@ -9,13 +9,12 @@ import pyarrow as pa
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nrp_formats.connectome import repeats, sums, wiring
+from nrp_formats.connectome.network import read_connectome
+from nrp_formats.connectome.places import Places
+from nrp_formats.connectome.repeats import Repeats
+from nrp_formats.connectome.sums import Sums
 from pyarrow import csv, feather
-
-from nrp_core.brain.files.connectome import repeats, sums, wiring
-from nrp_core.brain.files.connectome.network import read_connectome
-from nrp_core.brain.files.connectome.places import Places
-from nrp_core.brain.files.connectome.repeats import Repeats
-from nrp_core.brain.files.connectome.sums import Sums
 
 ROOT = 720575940600000000
 N = 7

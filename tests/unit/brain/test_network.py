@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend
+from nrp_formats import save_nir
 
-from nrp_core import save_nir
 from nrp_core.brain.files.network_file import read_network, save_network
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Network, Population, Projection

@@ -221,9 +221,7 @@ def test_a_file_that_is_there_stays_until_the_new_one_is_complete(
 
 
 def test_networks_need_h5py_only_in_files() -> None:
-    program = (
-        "import sys; import nrp_core.brain.files, nrp_core.brain.files.sonata; print('h5py' in sys.modules)"
-    )
+    program = "import sys; import nrp_core.brain.files, nrp_formats.sonata; print('h5py' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import nir
 import numpy as np
 import pytest
+from nrp_formats import read_nir
 
-from nrp_core import read_nir
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import NetworkError
 

@@ -12,10 +12,10 @@ import libsonata
 import numpy as np
 import pytest
 from circuits import ALPHA
+from nrp_formats.sonata import read_sonata
 from pyNN.network import Network as Components
 from pyNN.serialization import export_to_sonata
 
-from nrp_core.brain.files.sonata import read_sonata
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError

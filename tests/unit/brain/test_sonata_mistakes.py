@@ -10,8 +10,8 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from nrp_formats.sonata import read_sonata
 
-from nrp_core.brain.files.sonata import read_sonata
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import CapabilityError, NetworkError
 

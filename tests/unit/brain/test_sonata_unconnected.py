@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 import pytest
 from circuits import write_circuit
+from nrp_formats.sonata import read_sonata
 
-from nrp_core.brain.files.sonata import read_sonata
 from nrp_core.errors import NetworkError
 
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core.brain.files.sonata.models import LEAK_NS, NEST_CELLS, CellModel, Parameter
+from nrp_core.brain.network.cells.nest_models import LEAK_NS, NEST_CELLS, CellModel, Parameter
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM

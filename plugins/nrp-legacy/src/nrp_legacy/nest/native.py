@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.files.sonata.models import LEAK_NS
+from nrp_core.brain.network.cells.nest_models import LEAK_NS
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError, did_you_mean

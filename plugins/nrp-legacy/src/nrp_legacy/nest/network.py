@@ -10,7 +10,7 @@ import numpy as np
 from pyNN.standardmodels import cells as standard
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
-from nrp_core.brain.files.sonata.models import LEAK_NS, Parameter
+from nrp_core.brain.network.cells.nest_models import LEAK_NS, Parameter
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.brain.network.synapses.static import STATIC

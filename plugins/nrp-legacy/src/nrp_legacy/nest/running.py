@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.files.sonata.models import LEAK_NS
+from nrp_core.brain.network.cells.nest_models import LEAK_NS
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.network.synapses.stdp import STDP

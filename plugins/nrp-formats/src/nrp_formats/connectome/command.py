@@ -1,0 +1,86 @@
+"""``nrp import-connectome``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.options import Json, require_folder_of
+from nrp_core.cli.output import document
+
+
+def import_connectome(
+    edges: Annotated[
+        Path, typer.Argument(metavar="EDGES", help="The table of edges: .csv, .feather or .parquet.")
+    ],
+    neurons: Annotated[
+        Path | None,
+        typer.Option("--neurons", "-n", metavar="TABLE", help="A table of neurons: ids, types, sides, ..."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="The file to write; by default EDGES.nrpnet, here."
+        ),
+    ] = None,
+    group: Annotated[
+        list[str] | None,
+        typer.Option("--group", "-g", metavar="PATTERN", help="Make only these named groups, e.g. 'MN9*'."),
+    ] = None,
+    unit_mv: Annotated[float, typer.Option(min=0.0, help="The weight of one synapse, mV.")] = 0.275,
+    delay_ms: Annotated[float, typer.Option(min=0.0, help="The delay of all synapses, ms.")] = 1.8,
+    json: Json = False,
+) -> None:
+    """Make a network file from a connectome, with the cell model of the whole fly brain."""
+    from nrp_core.brain.files.network_file import SUFFIX, save_network
+    from nrp_core.brain.network.implausible import implausible
+    from nrp_formats.connectome.network import read_connectome
+
+    target = output or Path(f"{edges.stem}{SUFFIX}")
+    if target.suffix != SUFFIX:
+        raise typer.BadParameter(
+            f"a network file is called {SUFFIX}, not '{target.name}'", param_hint="--output"
+        )
+    require_folder_of(target, "--output")
+    made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
+    save_network(made.network, target)
+    suspicious = [*made.network.remarks, *made.doubts, *implausible(made.network)]
+    sizes = {projection.label: projection.size for projection in made.network.projections}
+    if json:
+        facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}
+        document(
+            {
+                "file": target,
+                **facts,
+                "left_out": made.left_out,
+                "unsigned": made.unsigned,
+                "electrical": made.electrical,
+                "sources": made.sources,
+                "implausible": suspicious,
+            }
+        )
+        return
+    if made.left_out:
+        complain(
+            f"{made.left_out} edges were left out because one of their neurons is not in the table",
+            label="warning", color="yellow",
+        )  # fmt: skip
+    if made.unsigned:
+        complain(
+            f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown",
+            label="warning", color="yellow",
+        )  # fmt: skip
+    if made.electrical:
+        complain(
+            f"{made.electrical} gap junctions were left out: synapses of this network are chemical",
+            label="warning", color="yellow",
+        )  # fmt: skip
+    for sentence in suspicious:
+        complain(sentence, label="warning", color="yellow")
+    counts = ", ".join(f"{n} {label} edges" for label, n in sizes.items())
+    typer.echo(f"{target}: {made.network.size} neurons, {counts}, {len(made.network.views)} groups")
+    for path, sha256 in made.sources.items():
+        typer.echo(f"{path}: sha256 {sha256}")

@@ -1,0 +1,120 @@
+"""Tables of neurons: ids, names, types, sides, transmitters, positions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.errors import NetworkError, did_you_mean
+from nrp_formats.connectome.ids import ids_of
+from nrp_formats.connectome.signs import sign_of
+from nrp_formats.connectome.tables import chosen_column, column_names, read_rows
+
+IDS: Final = ("id", "root_id", "bodyId", "body", "Unnamed: 0", "", "neuron", "name")
+"""Names of the column of ids: plain, FlyWire's, MaleCNS's, that of a table with an index, and of names."""
+_TEXTS: Final = {
+    "name": ("name", "instance", "label"),
+    "type": ("type", "primary_type", "cell_type"),
+    "side": ("side", "somaSide", "soma_side"),
+    "transmitter": (
+        "nt_type",
+        "consensus_nt",
+        "predicted_nt",
+        "top_nt",
+        "neurotransmitter",
+        "transmitter",
+        "nt",
+    ),
+    "class": ("super_class", "superclass", "class"),
+}
+_POSITION: Final = ("x", "y", "z")
+_ALIKE: Final = 0.75
+_MIDDLE: Final = ("m", "c", "centre", "central", "centered", "centred", "median", "midline", "middle")
+_SIDES: Final = {"l": "left", "r": "right", "center": "center", **dict.fromkeys(_MIDDLE, "center")}
+
+
+@dataclass(frozen=True)
+class Neurons:
+    """Neurons of a connectome.
+
+    Args:
+        ids: shape ``(n,)``, unique.
+        texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each as far as known; empty texts.
+        positions: in the unit of the table, shape ``(n, 3)``, or None.
+        doubts: sentences about positions that are missing and labels that are probably misspelt.
+    """
+
+    ids: IntArray
+    texts: dict[str, list[str]]
+    positions: FloatArray | None = None
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def signs(self) -> IntArray:
+        """1 or -1 by the transmitter of each neuron; 0 where it is unknown."""
+        known = self.texts.get("transmitter")
+        return np.zeros(len(self.ids), int) if known is None else np.array([sign_of(text) for text in known])
+
+
+def read_neurons(path: Path) -> Neurons:
+    """Read a table of neurons.
+
+    Raises:
+        NetworkError: it has no ids, or one twice; or as for
+            :func:`~nrp_formats.connectome.tables.read_rows`.
+    """
+    names = column_names(path)
+    id_column = chosen_column(path, "the id of a neuron", IDS, names)
+    used = {what: next((one for one in known if one in names), None) for what, known in _TEXTS.items()}
+    columns = {what: column for what, column in used.items() if column is not None}
+    place = [name for name in _POSITION if name in names]
+    places = place if len(place) == len(_POSITION) else []
+    ids: list[IntArray] = []
+    named: dict[int, str] = {}
+    texts: dict[str, list[str]] = {what: [] for what in columns}
+    positions: list[FloatArray] = []
+    for rows in read_rows(path, [*dict.fromkeys([id_column, *columns.values(), *places])]):
+        found, ours = ids_of(path, id_column, rows[id_column])
+        ids.append(found)
+        named |= ours
+        for what, column in columns.items():
+            texts[what] += ["" if text is None else str(text) for text in rows[column].to_pylist()]
+        if places:
+            positions.append(np.stack([_numbers(rows[name]) for name in places], axis=1))
+    where = np.concatenate(positions) if positions else None
+    every = np.concatenate([np.empty(0, np.int64), *ids])
+    order = np.sort(every)
+    twice = order[1:][order[1:] == order[:-1]]
+    if twice.size:
+        who = named.get(int(twice[0]), twice[0])
+        raise NetworkError(f"the neuron {who} is in the column '{id_column}' twice", path=path)
+    if named:
+        texts.setdefault("name", [named[number] for number in every.tolist()])
+    doubts: tuple[str, ...] = ()
+    if where is not None:
+        missing = np.isnan(where).any(axis=1)
+        where[missing] = 0.0
+        if missing.any():
+            doubts = (f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0",)
+    if "side" in texts:
+        texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
+        doubts += tuple(_misspelt(columns["side"], set(texts["side"])))
+    return Neurons(every, texts, where, doubts)
+
+
+def _misspelt(column: str, sides: set[str]) -> Iterator[str]:
+    valid = [*dict.fromkeys(_SIDES.values())]
+    for side in sorted(sides - set(valid)):  # any label may be meant
+        if side.lower() not in valid and get_close_matches(side.lower(), valid, cutoff=_ALIKE):
+            yield f"the column '{column}' holds '{side}'{did_you_mean(side, valid)}"
+
+
+def _numbers(values: Any) -> FloatArray:
+    numbers: FloatArray = values.to_numpy(zero_copy_only=False).astype(float)
+    return numbers

@@ -1,0 +1,109 @@
+"""Tables in CSV, Feather and Parquet, read some rows at a time."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+from nrp_core.errors import NetworkError
+
+INSTALL: Final = "pip install 'nrp-formats[connectome]'"
+SUFFIXES: Final = (".csv", ".feather", ".parquet")
+_BLOCK: Final = 1 << 22
+"""Bytes of a CSV file, of which some forty parts are read ahead, and bytes hashed, at a time."""
+
+Columns = Mapping[str, Any]
+"""Arrow arrays by the name of their column."""
+
+
+def column_names(path: Path) -> list[str]:
+    """Return the names of the columns of a table.
+
+    Raises:
+        NetworkError: the file is missing or damaged, or of another kind; or pyarrow is not installed.
+    """
+    with _opened(path) as (kind, source):
+        return list(source.schema_arrow.names if kind == "parquet" else source.schema.names)
+
+
+def read_rows(path: Path, names: Sequence[str]) -> Iterator[Columns]:
+    """Yield these columns of a table, some rows at a time.
+
+    Raises:
+        NetworkError: as for :func:`column_names`; or a column is there twice, or a value does not fit it.
+    """
+    known = column_names(path)
+    for name in names:
+        if known.count(name) > 1:
+            raise NetworkError(f"the column '{name}' is there twice", path=path)
+    with _opened(path, names) as (kind, source):
+        if kind == "parquet":
+            parts = source.iter_batches(columns=list(names))
+        elif kind == "feather":
+            parts = (source.get_batch(k) for k in range(source.num_record_batches))
+        else:
+            parts = source
+        for part in parts:
+            yield {name: part.column(name) for name in names}
+
+
+def checksum(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    state = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK):
+            state.update(block)
+    return state.hexdigest()
+
+
+def chosen_column(path: Path, wanted: str, candidates: Sequence[str], names: Sequence[str]) -> str:
+    """Return the first of some columns that a table has.
+
+    Raises:
+        NetworkError: it has none of them.
+    """
+    found = next((name for name in candidates if name in names), None)
+    if found is None:
+        separator = next((one for one in ";\t|" if any(one in name for name in names)), "")
+        hint = f"; are they separated by {separator!r}? Columns of CSV are by commas" if separator else ""
+        raise NetworkError(
+            f"there is no column for {wanted}: {', '.join(filter(None, candidates))}; the table has the "
+            f"columns {', '.join(names)}{hint}",
+            path=path,
+        )
+    return found
+
+
+@contextmanager
+def _opened(path: Path, names: Sequence[str] = ()) -> Iterator[tuple[str, Any]]:
+    """Open a table, to read only some columns if there are names."""
+    try:
+        import pyarrow as pa
+        from pyarrow import csv, ipc, parquet
+    except ImportError as error:
+        raise NetworkError(f"connectomes need pyarrow ({error}); try: {INSTALL}", path=path) from error
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise NetworkError(f"is not a table; it must end in {', '.join(SUFFIXES)}", path=path)
+    try:
+        if suffix == ".parquet":
+            with parquet.ParquetFile(path) as file:
+                yield "parquet", file
+        elif suffix == ".feather":
+            with pa.OSFile(str(path)) as source:
+                schema = ipc.open_file(source).schema
+                options = ipc.IpcReadOptions(included_fields=[schema.get_field_index(name) for name in names])
+                yield "feather", ipc.open_file(source, options=options)
+        else:
+            reading = csv.ReadOptions(block_size=_BLOCK)
+            with csv.open_csv(
+                path, reading, convert_options=csv.ConvertOptions(include_columns=names)
+            ) as rows:
+                yield "csv", rows
+    except FileNotFoundError:
+        raise NetworkError("there is no such file", path=path) from None
+    except (pa.ArrowException, OSError) as error:
+        raise NetworkError(f"the table cannot be read: {error}", path=path) from error

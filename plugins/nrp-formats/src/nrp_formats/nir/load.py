@@ -1,0 +1,278 @@
+"""Reads a file as a network, or builds it in a PyNN simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+
+from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.named_values import Named
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.picking import Selection, with_views
+from nrp_core.brain.pynn import builder
+from nrp_core.errors import NetworkError, did_you_mean
+from nrp_formats.nir.graded import GRADED, currents
+from nrp_formats.nir.graph import Graph, read_graph
+from nrp_formats.nir.linear import NEURONS, Signal, Signals, emitting
+from nrp_formats.nir.neurons import Cells, Method, Step, cells_of, late_of, relays
+from nrp_formats.nir.silent_nodes import never_fires
+from nrp_formats.nir.subtraction import Reset, step_down, subtracting
+from nrp_formats.nir.timing import lags_of, returning
+
+_STEP_MS = 1.0
+
+
+@checks_arguments()
+def read_nir(
+    path: Path | str,
+    *,
+    populations: Mapping[str, Selection] | None = None,
+    seed: int = 0,
+) -> Network:
+    """Read a trained network; its inputs are cells that devices drive, and one of its steps takes 1 ms.
+
+    :func:`load_nir` in a brain script has all options.
+
+    Args:
+        path: the file.
+        populations: additional named selections of its neurons.
+        seed: has no effect, since the file holds no random values to draw.
+
+    Raises:
+        NetworkError: the file cannot be read, or has a node that cannot be built.
+        NeuronSelectionError: ``populations`` reaches outside the network.
+    """
+    sim = builder(seed)
+    sim.setup(timestep=_STEP_MS)
+    load_nir(sim, path, inputs="cells")
+    return with_views(sim.network(), populations or {})
+
+
+Inputs = Literal["sources", "cells"]
+DT_S: Final = 1e-4
+"""The step that most frameworks assume when they write a file."""
+_MOST_REFRACTORY: Final = 10**6
+_CURRENTS: Final = frozenset({"CubaLIF", "CubaLI"})
+_TIMES: Final = ("tau", "tau_mem", "tau_syn")
+_SHORT: Final = 1.0 - 1e-6
+_SUBTRACTING: Final = frozenset({"LIF", "IF", "CubaLIF"})
+
+
+@checks_arguments("method", "inputs", "reset", "refractory", "dt")
+def load_nir(
+    sim: Any,
+    path: Path | str,
+    *,
+    dt: float | None = None,
+    method: Method | None = None,
+    inputs: Inputs = "sources",
+    refractory: int | None = None,
+    reset: Reset | None = None,
+) -> dict[str, Any]:
+    """Build the network of a file, at the time step of ``setup``.
+
+    Args:
+        sim: the simulator; one step of the network takes its time step.
+        path: the file.
+        dt: s; the length of a step in the time of the file, by default the ``dt`` in its metadata, or 0.1 ms.
+        method: ``euler`` if states decay by ``1 - dt/tau`` in a step and currents act in the step in which
+            they change, as in snnTorch; ``exact`` for the equations of NIR. By default the ``method`` in the
+            metadata, or ``exact``.
+        refractory: steps after a spike in which a voltage stays at its reset value; the equations have none.
+            By default the ``refractory`` in the metadata, or 0.
+        reset: ``value`` if a cell that fires goes to its ``v_reset``, which all files say; ``subtract`` if
+            its threshold is subtracted, ``subtract_next`` if that is in the next step, after the decay, as in
+            snnTorch. By default the ``reset`` in the metadata, or ``value``.
+        inputs: ``sources`` for spike sources, or ``cells`` that fire when a device sends them a weight of 1.
+
+    Returns:
+        The populations by the names of their nodes. The voltage of a graded node is its output. The number of
+        steps by which the spikes of a population are late is ``lag`` in its annotations.
+
+    Raises:
+        NetworkError: the file cannot be read, or has a node that cannot be built.
+    """
+    graph = read_graph(path)
+    method = graph.metadata.get("method", "exact") if method is None else method
+    refractory = graph.metadata.get("refractory", 0) if refractory is None else refractory
+    reset = graph.metadata.get("reset", "value") if reset is None else reset
+    choices: Any = (("method", method, Method), ("inputs", inputs, Inputs), ("reset", reset, Reset))
+    for name, value, kind in choices:
+        valid = get_args(kind)
+        if value not in valid:
+            raise NetworkError(f"load_nir: {name} is '{value}'{did_you_mean(str(value), valid)}")
+    length = graph.metadata.get("dt", DT_S) if dt is None else dt
+    try:
+        dt_s = float(length)
+    except (TypeError, ValueError):
+        raise NetworkError(f"load_nir: dt is {length!r}; it must be a number of seconds") from None
+    if not 0.0 < dt_s < np.inf:
+        raise NetworkError(f"load_nir: dt is {dt_s:g} s; it must be more than 0, and finite")
+    if refractory not in range(_MOST_REFRACTORY):
+        raise NetworkError(f"load_nir: refractory is {refractory}; it must be a number of steps, 0 or more")
+    step = Step(dt_s, float(sim.get_time_step()), method, int(refractory))
+    if reset == "value" and graph.metadata.get("reset_mechanism") == "subtract":
+        sim.state.remark(
+            "the metadata of the file say that cells subtract their threshold, and here they go to v_reset: "
+            "is load_nir(..., reset='subtract_next') meant, as in snnTorch, or 'subtract'?"
+        )
+    return _Loader(sim, graph, step, inputs, reset).load()
+
+
+class _Loader:
+    def __init__(self, sim: Any, graph: Graph, step: Step, inputs: Inputs, reset: Reset) -> None:
+        self._sim, self._graph, self._step, self._inputs = sim, graph, step, inputs
+        self._reset = reset
+        kinds = {name: type(node).__name__ for name, node in graph.nodes.items()}
+        own = {name for name, kind in kinds.items() if kind == "Input" and not graph.before[name]}
+        self._order = [name for name, kind in kinds.items() if name in own or kind in NEURONS]
+        self._kinds = kinds
+        self._shapes = emitting(graph, set(self._order))
+        signals = Signals(graph, self._shapes)
+        into = {name: signals.into(name) for name in self._order if name not in own}
+        self._signals, self._currents = currents(graph, self._shapes, into, step.dt_s)
+
+    def load(self) -> dict[str, Any]:
+        """Build all populations and projections; return the populations by name."""
+        edges = [(key[0], end) for end, signal in self._signals.items() for key in signal.parts]
+        self._back = returning(self._order, edges)
+        late = {name: self._late(name) for name in self._order}
+        self._lags = lags_of(self._order, self._shortest(), late)
+        cells = {name: self._cells(name) for name in self._order}
+        populations = {name: self._population(name, cells[name]) for name in self._order}
+        for end, signal in self._signals.items():
+            for (start, delay_s), matrix in signal.parts.items():
+                self._connect(populations, start, end, delay_s, matrix, cells[end])
+            reason = never_fires(cells[end], signal.parts.values(), self._step)
+            if reason and self._kinds[end] not in GRADED:
+                self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
+        self._remark_loose_ends({start for start, _ in edges})
+        self._remark_unheard_outputs()
+        self._remark_short_times()
+        return Named(populations, "population", "the file")
+
+    def _remark_short_times(self) -> None:
+        """Remark on time constants shorter than a step, in which a cell keeps nothing of its state."""
+        for name, kind in self._kinds.items():
+            node = self._graph.nodes[name]
+            taus = [np.min(getattr(node, one)) for one in _TIMES if hasattr(node, one) and kind in NEURONS]
+            if taus and min(taus) < self._step.dt_s * _SHORT:
+                shortest = f"a time constant of the node '{name}' ({kind}) is {min(taus):g} s"
+                self._sim.state.remark(f"{shortest}, shorter than a step of the file, {self._step.dt_s:g} s")
+
+    def _remark_loose_ends(self, sending: set[str]) -> None:
+        """Remark on inputs that reach no cell, and on nodes that no edge joins to the others."""
+        leaving = {start for starts in self._graph.before.values() for start in starts}
+        for name, kind in self._kinds.items():
+            if kind == "Input" and name in self._order and name not in sending:
+                self._sim.state.remark(f"the input '{name}' reaches no cell")
+            elif kind != "Input" and not self._graph.before[name]:
+                self._sim.state.remark(f"no edge leads to the node '{name}' ({kind})")
+            elif kind != "Output" and kind not in NEURONS and name not in leaving:
+                self._sim.state.remark(f"no edge leaves the node '{name}' ({kind})")
+
+    def _late(self, name: str) -> int:
+        kind = self._kinds[name]
+        if kind not in _CURRENTS and name not in self._currents:
+            return 0
+        return late_of(self._step, follows=kind == "Threshold")
+
+    def _remark_unheard_outputs(self) -> None:
+        """Remark on outputs that nodes without cells lead to, since only cells are kept."""
+        for name, kind in self._kinds.items():
+            before = self._graph.before[name] if kind == "Output" else ()
+            if before and not any(one in self._order for one in before):
+                given = ", ".join(f"'{one}' ({self._kinds[one]})" for one in before)
+                self._sim.state.remark(f"the output '{name}' is that of no cell: {given} leads to it")
+
+    def _shortest(self) -> Mapping[tuple[str, str], int]:
+        shortest: dict[tuple[str, str], int] = {}
+        for end, signal in self._signals.items():
+            for start, delay_s in signal.parts:
+                if (start, end) not in self._back:
+                    delay = self._steps(end, delay_s)
+                    shortest[start, end] = min(delay, shortest.get((start, end), delay))
+        return shortest
+
+    def _steps(self, name: str, delay_s: float) -> int:
+        steps = round(delay_s / self._step.dt_s)
+        if abs(steps * self._step.dt_s - delay_s) > 1e-6 * self._step.dt_s:
+            raise self._graph.error(
+                name,
+                f"a delay of {delay_s:g} s on the way to it is not a multiple of the step, "
+                f"{self._step.dt_s:g} s",
+            )
+        return steps
+
+    def _cells(self, name: str) -> Cells:
+        shape = self._shapes[name]
+        if self._kinds[name] == "Input":
+            return relays(int(np.prod(shape)), self._step)
+        signal: Signal = self._signals[name]
+        count = int(np.prod(shape))
+        if (given := int(np.prod(signal.shape))) != count:
+            raise self._graph.error(name, f"it has {count} cells, and {given} values lead to it")
+        bias = np.broadcast_to(signal.bias, count).astype(float)
+        try:
+            node, current = self._graph.nodes[name], self._currents.get(name)
+            return cells_of(node, shape, bias, self._step, self._lags[name], current)
+        except ValueError as error:
+            raise self._graph.error(name, str(error)) from error
+
+    def _population(self, name: str, cells: Cells) -> Any:
+        sim, n = self._sim, int(np.prod(self._shapes[name]))
+        if self._kinds[name] == "Input" and self._inputs == "sources":
+            population = sim.Population(n, sim.SpikeSourceArray(), label=name)
+        else:
+            population = sim.Population(n, self._cell_type(name, cells), label=name)
+            if cells.initial:
+                population.initialize(**self._started(name, cells))
+        population.annotate(lag=self._lags[name], kind=self._kinds[name])
+        return population
+
+    def _cell_type(self, name: str, cells: Cells) -> Any:
+        """Return a cell type with its parameters."""
+        if self._reset != "value" and self._kinds[name] in _SUBTRACTING:
+            limits = np.broadcast_to(self._graph.nodes[name].v_threshold, self._shapes[name]).ravel()
+            down = step_down(cells, limits.astype(float), self._step.h_ms, self._reset)
+            return subtracting(self._sim, cells, down)
+        values = {key: value.tolist() for key, value in cells.parameters.items()}
+        return getattr(self._sim, cells.cell_type)(**values)
+
+    def _started(self, name: str, cells: Cells) -> dict[str, Any]:
+        """Return the initial state; where a cell would fire at once, that without the time before its lag."""
+        early = cells.initial["v"] >= cells.parameters["v_thresh"]
+        if not early.any():
+            return cells.initial
+        self._sim.state.remark(
+            f"{early.sum()} cells of '{name}' have biases from the start, {self._lags[name]} steps earlier "
+            "than in the file"
+        )
+        rest = np.where(early, cells.parameters["v_rest"], cells.initial["v"])
+        return {**cells.initial, "v": rest}
+
+    def _connect(
+        self, populations: dict[str, Any], start: str, end: str, delay_s: float, matrix: Any, cells: Cells
+    ) -> None:
+        found = matrix.tocoo()
+        weights = found.data * cells.per_weight[found.coords[0]]
+        steps = self._steps(end, delay_s) + ((start, end) in self._back) + self._lags[end] - self._lags[start]
+        delay_ms = max(steps - cells.late, 1) * self._step.h_ms
+        if steps - cells.late < 1:
+            more = 1 + cells.late - steps
+            self._sim.state.remark(
+                f"the feedback from '{start}' to '{end}' takes longer than in the file, by {more} steps"
+            )
+        for receptor, chosen in (("excitatory", weights > 0), ("inhibitory", weights < 0)):
+            if chosen.any():
+                rows = [found.coords[1][chosen], found.coords[0][chosen], weights[chosen]]
+                each = np.column_stack([*rows, np.full(int(chosen.sum()), delay_ms)])
+                connector = self._sim.FromListConnector(each)
+                label = f"{start}→{end} ({receptor}, {delay_ms:g} ms)"
+                self._sim.Projection(
+                    populations[start], populations[end], connector, self._sim.StaticSynapse(),
+                    receptor_type=receptor, label=label,
+                )  # fmt: skip

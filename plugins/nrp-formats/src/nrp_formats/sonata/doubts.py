@@ -1,0 +1,157 @@
+"""What files of a circuit say that is wrong, or that no network has."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from difflib import get_close_matches
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.cells.nest_models import NEST_CELLS
+from nrp_core.errors import NetworkError
+from nrp_formats.sonata.items import DYNAMICS, SonataItems
+
+_OWN: Final = frozenset(
+    {"x", "y", "z", "g_L", "V_m", "tau_minus", "pop_name", "model_type", "model_template"}
+)
+"""Attributes that are used beside those of models."""
+_AXES: Final = ("x", "y", "z")
+_COLUMNS: Final = (DYNAMICS, "model_type", "model_template", "pop_name")
+"""Columns of tables of types that are used beside those of models."""
+_EVERY: Final = frozenset(name for model in NEST_CELLS.values() for name in model.names if len(name) > 1)
+"""The parameters of any cell; a letter may be anything."""
+_ALIKE: Final = 0.75
+_NOTES: Final = frozenset(
+    {"comment", "comments", "description", "id", "note", "notes", "specimen_id", "version"}
+)
+"""What a file of parameters says about itself."""
+_RUN: Final = {"tstop": "the experiment's duration", "dt": "the brain's timestep"}
+
+
+def misspelt(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each attribute that is unknown and nearly the name of a known one that is missing.
+
+    Args:
+        items: nodes or edges.
+        known: the names of the attributes that are used.
+    """
+    given = items.names()
+    missing = {name.lower(): name for name in (*known, *_COLUMNS) if name not in given}
+    for name in sorted(given - set(known) - _OWN):
+        if near := get_close_matches(name.lower(), missing, 1, _ALIKE):
+            meant = f"did you mean '{missing[near[0]]}'?"
+            yield f"'{name}' of the {items.kind}s '{items.name}' is not used; {meant}"
+
+
+def of_other_models(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each parameter that only other cells have, or that is not where it is read."""
+    for name in sorted((items.names() & _EVERY) - set(known) - _OWN):
+        yield f"'{name}' of the {items.kind}s '{items.name}' is not used: their models have no such parameter"
+    given = (pair for one in items.types.values() for pair in one.items())
+    nested = {name: value.keys() & set(known) for name, value in given if isinstance(value, Mapping)}
+    for name, inside in nested.items():
+        if inside:
+            held = ", ".join(f"'{one}'" for one in sorted(inside))
+            owner = f"the {items.kind}s '{items.name}'"
+            yield f"'{name}' of {owner} holds {held}, which is only read outside of it"
+
+
+def not_parameters(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each value in a file of parameters that the model does not have."""
+    told = set(known) | _OWN
+    for attributes in items.used_types():
+        for name in sorted(attributes.parameters - told):
+            near = get_close_matches(name.lower(), [one.lower() for one in known], 1, _ALIKE)
+            if near or name in _EVERY or name.strip("_").lower() in _NOTES:  # others say so
+                continue
+            if not _is_meant(attributes[name]):
+                continue
+            told.add(name)
+            shown = f"{attributes[name]!r:.40}"
+            yield (
+                f"'{name}' ({shown}) in '{attributes[DYNAMICS]}', the parameters of the {items.kind}s "
+                f"'{items.name}', is not used: their models have no such parameter"
+            )
+
+
+def _is_meant(value: object) -> bool:
+    """Return whether a value is a number that is not 0, or a list with one."""
+    values = value if isinstance(value, list) else [value]
+    return all(isinstance(one, int | float) for one in values) and any(values)
+
+
+def not_numbers(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each used attribute that is NaN in the file, where the default is used."""
+    for _, places, own in items.groups:
+        for name in sorted(own.keys() & set(known)):
+            if number := int(np.isnan(own[name][places]).sum()):
+                yield (
+                    f"'{name}' of {number} {items.kind}s '{items.name}' is not a number; "
+                    "the value of their type is used, or the default"
+                )
+
+
+def not_read(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each used attribute that is not a number in the file, and each unknown group."""
+    owner = f"of the {items.kind}s '{items.name}'"
+    for name in sorted(items.unread):
+        if name in known or name in _AXES:
+            yield f"'{name}' {owner} is not used: it does not hold numbers"
+        elif near := get_close_matches(name, (DYNAMICS, "0", "1"), 1, _ALIKE / 1.2):
+            yield f"the group '{name}' {owner} is not read; did you mean '{near[0]}'?"
+    for *_, own in items.groups:
+        if _AXES[2] in own and (lost := [axis for axis in _AXES if axis not in own]):
+            yield f"{owner.removeprefix('of ')} have no position: their places lack {' and '.join(lost)}"
+
+
+def shared_places(items: SonataItems) -> Iterator[str]:
+    """Yield a sentence for each group in which two items have one place, and so the same attributes."""
+    for chosen, places, own in items.groups:
+        if own and ((count := np.bincount(places)) > 1).any():
+            place = int(np.argmax(count > 1))
+            one, other = chosen[places == place][:2]
+            yield (
+                f"the {items.kind}s {one} and {other} of '{items.name}' have the same place {place} in their "
+                f"group ({items.kind}_group_index), and so the same attributes"
+            )
+
+
+def require_places(items: SonataItems, node_ids: IntArray) -> None:
+    """Refuse nodes with one id, and positions that are not finite.
+
+    Raises:
+        NetworkError: one of these.
+    """
+    known, count = np.unique(node_ids, return_counts=True)
+    if (count > 1).any():
+        raise NetworkError(
+            f"nodes '{items.name}': {count.max()} nodes have the id {known[np.argmax(count)]} (node_id); "
+            "ids must be distinct"
+        )
+    for chosen, places, own in items.groups:
+        for axis in sorted(own.keys() & set("xyz")):
+            wrong = ~np.isfinite(own[axis][places])
+            if wrong.any():
+                at = int(np.argmax(wrong))
+                raise NetworkError(
+                    f"nodes '{items.name}': {axis} of node {node_ids[chosen[at]]} is "
+                    f"{own[axis][places][at]:g}; a position must be finite"
+                )
+
+
+def unused_settings(config: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence for each part of a simulation's configuration that no network has."""
+    for key, value in (config.get("conditions") or {}).items():
+        if key == "v_init":
+            yield f"'conditions.{key}' is {value!r} and has no effect: cells begin as their models say"
+    for key, value in (config.get("run") or {}).items():
+        if key in _RUN:
+            yield f"'run.{key}' is {value!r} ms and has no effect: {_RUN[key]} counts"
+    for name, entry in (config.get("inputs") or {}).items():
+        kind = entry.get("input_type")
+        if kind != "spikes":
+            yield f"the input '{name}' has no effect: its input_type is {kind!r}, and only 'spikes' are read"
+    for name in config.get("reports") or {}:
+        yield f"the report '{name}' has no effect: recordings of runs hold the brain's activity"
