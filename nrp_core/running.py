@@ -1,20 +1,20 @@
-"""Open or run an experiment in one call, with what a check of it doubts."""
+"""Open or run an experiment in one call, with the warnings of the checks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
-from functools import partial
 from math import inf
 from pathlib import Path
 
 from nrp_core._support.callables import takes
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.numbers import is_number
-from nrp_core.checks.doubts import checked_run
+from nrp_core.checks.warnings import with_warnings
 from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.making.prepare import ProgressCallback, no_progress
+from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment, once_each
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
@@ -32,10 +32,10 @@ def open_run(
     until_s: float | None = None,
     progress: ProgressCallback = no_progress,
 ) -> Run:
-    """Open a run whose problems include what ``nrp validate`` doubts.
+    """Open a run whose problems include the warnings of ``nrp validate``.
 
-    The check takes about a tenth of a second, uses the network of the run, and executes nothing again. A
-    :class:`~nrp_core.Run` of an experiment that was loaded is opened without it.
+    The checks use the parts of the run and execute nothing again. A :class:`~nrp_core.Run` of an experiment
+    that was loaded is opened without them.
 
     Args:
         experiment: as for :func:`run`.
@@ -47,8 +47,19 @@ def open_run(
         ExperimentError: there is no such experiment, or it is wrong.
         BackendError: a backend is missing, broken or does not open.
     """
-    read = partial(load_experiment, experiment, once_each(overrides))
-    return checked_run(read(), read, progress, until_s=until_s)
+    return open_checked_run(load_experiment(experiment, once_each(overrides)), progress, until_s=until_s)
+
+
+def open_checked_run(
+    experiment: Experiment, progress: ProgressCallback = no_progress, *, until_s: float | None = None
+) -> Run:
+    """Open a run of an experiment that was loaded, with the warnings of the checks; see :func:`open_run`."""
+
+    def checked(plan: Plan) -> Plan:
+        progress("checking the experiment")
+        return with_warnings(plan, until_s)
+
+    return Run(experiment, progress, revise=checked)
 
 
 @checks_arguments("overrides", "images", "snapshots_s", "on_step", "until_s")
@@ -112,7 +123,7 @@ def _require_options(images: object, snapshots_s: object, on_step: object) -> No
         ExperimentError: an option is impossible.
     """
     if images not in [*Images]:
-        raise ExperimentError(f"images are recorded in no way '{images}'{did_you_mean(str(images), Images)}")
+        raise ExperimentError(f"unknown image mode '{images}'{did_you_mean(str(images), Images)}")
     if snapshots_s is not None and not (is_number(snapshots_s) and 0.0 < snapshots_s < inf):
         raise ExperimentError(f"snapshots_s is a time above 0 in s, or None, not {snapshots_s!r:.60}")
     if on_step is not None and not callable(on_step):

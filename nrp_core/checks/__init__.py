@@ -1,5 +1,5 @@
-"""Static analysis of an experiment, before its first step.
+"""Checks of an experiment, beside the path from its file to its run.
 
-A :class:`~nrp_core.checks.study.Study` reads the experiment; each check looks for one kind of mistake in
-it.
+:func:`~nrp_core.checks.validate.check` takes the plan of a run, or the parts of an experiment, and returns
+findings. Nothing that makes or runs an experiment imports this package.
 """

@@ -1,7 +1,7 @@
 """Build a network in a confined process, and describe it on standard output or write it into a file.
 
-The child process of :mod:`nrp_core.checks.network`. It trusts its argument, which is made by its parent: a
-pickle. Its parent does not trust its answer, which is made by the code of an experiment: JSON, or a network
+The child process of :mod:`nrp_core.checks.confined_network`. It trusts its argument, a pickle that its parent
+made. Its parent does not trust its answer, which is made by the code of an experiment: JSON, or a network
 file. Imports are inside functions, because a process is confined while it has a single thread.
 """
 
@@ -33,8 +33,7 @@ _CONFINED = "a check executes the script without network access, and it can only
 def load() -> None:
     """Import what every answer needs."""
     import nrp_core.brain.files
-    import nrp_core.brain.network.implausible
-    import nrp_core.checks.skeleton
+    import nrp_core.checks.network_summary
     import nrp_core.pynn  # noqa: F401
 
 
@@ -83,11 +82,8 @@ def _made(make: Callable[[], Network]) -> tuple[Network, dict[str, str | None]]:
 
 
 def _described(network: Network, backend: Any, parts: Any) -> dict[str, Any]:
-    from nrp_core.brain.network.implausible import implausible
-    from nrp_core.checks.skeleton import described
+    from nrp_core.checks.network_summary import described
 
-    suspicious = Findings(implausible(network), general=Code.NRP297)
-    remarks = Findings(network.remarks, general=Code.NRP308)
     warnings = Findings(general=Code.NRP217)
     refusal = None
     try:
@@ -98,7 +94,7 @@ def _described(network: Network, backend: Any, parts: Any) -> dict[str, Any]:
         refusal = _reported(error)
     return {
         "network": described(network),
-        "warnings": [one.to_dict() for one in (*warnings, *suspicious, *remarks)],
+        "warnings": [one.to_dict() for one in warnings],
         "refusal": refusal,
     }
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, TypeAlias
 from nrp_core.findings import Code, Finding
 
 if TYPE_CHECKING:
-    from nrp_core.checks.study import Examined, Study
+    from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 
-OfFunction: TypeAlias = "Callable[[Examined], Iterator[Finding]]"
-OfExperiment: TypeAlias = "Callable[[Study], Iterator[Finding]]"
+OfFunction: TypeAlias = "Callable[[CheckedFunction], Iterator[Finding]]"
+OfExperiment: TypeAlias = "Callable[[StaticExperiment], Iterator[Finding]]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +29,12 @@ class Check:
     of_function: OfFunction | None = None
     of_experiment: OfExperiment | None = None
 
-    def run(self, study: Study) -> Iterator[Finding]:
+    def run(self, static: StaticExperiment) -> Iterator[Finding]:
         """Yield its findings in an experiment."""
         if self.of_experiment is not None:
-            yield from self.of_experiment(study)
+            yield from self.of_experiment(static)
         if self.of_function is not None:
-            for function in study.examined:
+            for function in static.functions:
                 yield from self.of_function(function)
 
 

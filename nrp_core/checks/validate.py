@@ -7,22 +7,49 @@ from os import PathLike
 from pathlib import Path
 
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core.brain.backends import brains
 from nrp_core.checks import checks as checks  # registers them
+from nrp_core.checks.confined_network import ConfinedBuild
 from nrp_core.checks.declarations import Declarations
+from nrp_core.checks.network_summary import NetworkSummary, summary_of
 from nrp_core.checks.registry import CHECKS
-from nrp_core.checks.study import Study, at_most
+from nrp_core.checks.static_experiment import Checkable, at_most, read_experiment
+from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, TopicError, TransferFunctionError
 from nrp_core.experiment.making.maker import LISTERS
-from nrp_core.experiment.making.prepare import ProgressCallback, no_progress
+from nrp_core.experiment.making.prepare import (
+    ProgressCallback,
+    make_parts,
+    no_progress,
+    select_backend,
+)
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.reading.platforms import described_by
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 
+def check(parts: Checkable, summary: NetworkSummary | None = None) -> list[Finding]:
+    """Return what is wrong or probably not as meant in an experiment; nothing is executed.
+
+    Args:
+        parts: a plan, or the parts of an experiment as far as they could be made.
+        summary: facts about its network, if that is without synapses.
+    """
+    if summary is None:
+        summary = NetworkSummary() if parts.network is None else summary_of(parts.network)
+    static = read_experiment(parts, summary)
+    worst = Level.ERROR if static.experiment.strict else Level.WARNING
+    found = [at_most(finding, worst) for check in CHECKS for finding in check.run(static)]
+    return list(dict.fromkeys([*static.findings, *found]))
+
+
 @checks_arguments("experiment")
 def validate(experiment: Experiment | str | Path, progress: ProgressCallback = no_progress) -> list[Finding]:
     """Return all findings about an experiment.
+
+    A brain script is executed in a confined process, and not again while it stays as it is.
 
     Args:
         experiment: one that could be read, or its name or path; errors of reading it are findings.
@@ -38,15 +65,12 @@ def validate(experiment: Experiment | str | Path, progress: ProgressCallback = n
             "validate takes an experiment, as load_experiment('...') returns it, or its name, not "
             f"{experiment!r:.60}"
         )
-    return findings_of(Study(experiment, progress))
-
-
-def findings_of(study: Study) -> list[Finding]:
-    """Return all findings about an experiment that was studied."""
-    experiment = study.experiment
-    worst = Level.ERROR if experiment.strict else Level.WARNING
-    found = [at_most(finding, worst) for check in CHECKS for finding in check.run(study)]
-    return list(dict.fromkeys([*study.collector.findings, *found]))
+    brain = select_backend(Collector(experiment.source), brains(), "brain", experiment.brain)
+    limit_ns = experiment.brain.time_limit
+    build = ConfinedBuild(brain, None if limit_ns is None else seconds(limit_ns))
+    parts = make_parts(experiment, progress, build, build.review)
+    found = check(parts, build.summary)
+    return list(dict.fromkeys([*parts.collector.findings, *found]))
 
 
 def validate_file(

@@ -9,7 +9,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from nrp_core.checks.doubts import checked_run
 from nrp_core.cli.failure import INTERRUPTED, NO, as_data, complain, lines
 from nrp_core.cli.options import usage_errors
 from nrp_core.cli.output import document
@@ -24,9 +23,10 @@ from nrp_core.experiment.running.control import ControlServer
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Weight
-from nrp_core.findings.problems import is_doubt
+from nrp_core.findings.problems import is_warning
 from nrp_core.quantities import time_ns
 from nrp_core.recording.layout import Images, check_folder
+from nrp_core.running import open_checked_run
 
 if TYPE_CHECKING:
     from nrp_core.recording.folder.recording_folder import RecordingFolder
@@ -146,9 +146,7 @@ class Session:
                 files = stack.enter_context(FilesRead())
             experiment = self._read()
             until_s = self._until_s(experiment)
-            simulation = stack.enter_context(
-                checked_run(experiment, self._read, shown.begin_task, until_s=until_s)
-            )
+            simulation = stack.enter_context(open_checked_run(experiment, shown.begin_task, until_s=until_s))
             _announce(simulation)
             shown.watch(simulation, seconds(experiment.duration) if until_s is None else until_s)
             if self._request.control is not None:
@@ -246,7 +244,7 @@ def _announce(simulation: Run) -> None:
     """Warn before the first step of what is left out or doubted; the summary at the end lists it."""
     counts = dict.fromkeys(Weight, 0)
     for problem in simulation.problems:
-        if is_doubt(problem):
+        if is_warning(problem):
             counts[problem.weight] += problem.count
     missing, doubts = counts.pop(Weight.INCOMPLETE), sum(counts.values())
     if missing:

@@ -11,7 +11,13 @@ from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named
 from nrp_core.experiment.making.maker import build_here
 from nrp_core.experiment.making.parameters import with_parameters
-from nrp_core.experiment.making.prepare import ProgressCallback, building, network_of, no_progress, side_of
+from nrp_core.experiment.making.prepare import (
+    ProgressCallback,
+    build_network,
+    building,
+    no_progress,
+    select_backend,
+)
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.findings import Code
@@ -53,7 +59,7 @@ def account_of(
         InvalidExperimentError: anything else about the brain is wrong.
     """
     collector, name = Collector(experiment.source), experiment.brain.backend
-    side = side_of(collector, brains(), "brain", experiment.brain)
+    side = select_backend(collector, brains(), "brain", experiment.brain)
     collector.raise_errors()
     assert side is not None
     if type(side.backend).reports is BrainBackend.reports:
@@ -63,7 +69,7 @@ def account_of(
         )
     progress(building(experiment))
     experiment, _ = with_parameters(experiment, collector)
-    network = network_of(experiment, collector, build)
+    network = build_network(experiment, collector, build)
     collector.raise_errors()
     assert network is not None
     side.capabilities.require(network, name)

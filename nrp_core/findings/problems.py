@@ -51,8 +51,8 @@ def is_complete(findings: Iterable[Finding]) -> bool:
     return all(finding.weight is not Weight.INCOMPLETE for finding in findings)
 
 
-def is_doubt(finding: Finding) -> bool:
-    """Return whether a finding is a doubt about an experiment, not a note or a part that was converted."""
+def is_warning(finding: Finding) -> bool:
+    """Return whether a finding warns about an experiment; notes and converted parts do not."""
     return finding.level is not Level.NOTE and finding.code is not Code.NRP255
 
 

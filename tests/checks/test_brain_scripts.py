@@ -14,9 +14,9 @@ import pytest
 from nrp_core.brain.files.script import load_network
 from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.checks import network as analysis_network
-from nrp_core.checks.network import ChildBuilder
-from nrp_core.checks.skeleton import described, skeleton_of
+from nrp_core.checks import confined_network
+from nrp_core.checks.confined_network import ConfinedBuild
+from nrp_core.checks.network_summary import described, skeleton_of
 from nrp_core.checks.validate import validate_file
 from nrp_core.conformance.brain import parts as network_parts
 from nrp_core.conformance.brain.samples import SAMPLES
@@ -62,7 +62,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     run = probe._run
 
     def counted(command: list[str], timeout_s: float, is_forked: bool) -> probe.ChildResult:
-        asked.extend(one for one in command if one == analysis_network.CHILD)
+        asked.extend(one for one in command if one == confined_network.CHILD)
         return run(command, timeout_s, is_forked)
 
     monkeypatch.setattr(probe, "_run", counted)
@@ -104,7 +104,7 @@ def test_output_of_a_script_does_not_matter(husky: Path) -> None:
 
 
 def test_a_script_that_does_not_end_is_a_warning(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(analysis_network, "TIME_LIMIT_S", 1.0)
+    monkeypatch.setattr(confined_network, "TIME_LIMIT_S", 1.0)
     (husky / "brain.py").write_text("while True:\n    pass\n")
     (finding,) = validate_file(husky)
     assert (finding.code.name, finding.level) == ("NRP244", Level.WARNING)
@@ -138,5 +138,5 @@ def test_a_script_is_executed_again_when_a_variable_that_it_reads_changes(
 
 
 def test_a_network_that_cannot_be_pickled_is_built_in_this_process(husky: Path) -> None:
-    builder = ChildBuilder(None, None)
+    builder = ConfinedBuild(None)
     assert builder(lambda: load_network(husky / "brain.py")).size == 8

@@ -10,8 +10,8 @@ import pytest
 from nrp_core.checks import evaluation
 from nrp_core.checks.validate import validate, validate_file
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.running import open_run
 
 TWIST = "Topic('/husky/cmd_vel', geometry_msgs.msg.Twist)"
 
@@ -295,6 +295,6 @@ def test_realistic_cameras_in_a_scene_without_light_are_a_warning(husky: Path) -
     room.write_text(without)
     assert "NRP295" in codes(validate_file(husky, realistic))
     assert "NRP295" not in codes(validate_file(husky))
-    with Run(load_experiment(husky, [*realistic, "duration=0.1 s", "criteria=null"])) as run:
+    with open_run(husky, [*realistic, "duration=0.1 s", "criteria=null"]) as run:
         run.run()
         assert Code.NRP295 in {problem.code for problem in run.result().problems}

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.checks.validate import validate_file
+from nrp_core.checks.warnings import with_warnings
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, Level
@@ -378,9 +379,8 @@ def test_a_run_reports_what_devices_files_and_parameters_ask_in_vain(husky: Path
         "gain = nrp.parameter('gain', 1.0)\n"
     )
     plan = prepare(load_experiment(husky, [f"transfer_functions=[{husky}/mine.py]"]))
-    assert sorted((one.code.name, one.line) for one in plan.warnings) == [
-        ("NRP211", 1), ("NRP315", 2), ("NRP318", 6),
-    ]  # fmt: skip
+    found = {(one.code.name, one.line) for one in with_warnings(plan).warnings}
+    assert found >= {("NRP211", 1), ("NRP315", 2), ("NRP318", 6)}
 
 
 def test_a_setting_for_a_file_of_functions_alone_is_reported(husky: Path) -> None:

@@ -17,8 +17,8 @@ from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.start_poses import wrong_starts
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment, shipped
-from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
+from nrp_core.running import open_run
 from nrp_core.world.scene.model import Scene
 
 SHIPPED = Path(nrp_experiments.__file__).parent / "braitenberg_husky"
@@ -64,7 +64,7 @@ def test_a_robot_without_ground_is_reported_before_it_falls_and_when_it_has(
 ) -> None:
     room(experiment.parent, POST)
     assert codes(experiment) == [Code.NRP292]
-    with Run(load_experiment(experiment, [f"world.backend={world}"])) as run:
+    with open_run(experiment, [f"world.backend={world}"]) as run:
         assert [problem.code for problem in run.problems] == [Code.NRP292]
         run.run()
         result = run.result()
@@ -104,7 +104,7 @@ def test_a_robot_inside_the_ground_is_reported(experiment: Path, z: float, expec
 
 def test_a_robot_inside_a_wall_is_reported_with_both_shapes_and_the_depth(experiment: Path) -> None:
     room(experiment.parent, SLAB + POST)
-    with Run(load_experiment(experiment, ["world.robots.husky.pose=[9, 0, 0.2, 0, 0, 0]"])) as run:
+    with open_run(experiment, ["world.robots.husky.pose=[9, 0, 0.2, 0, 0, 0]"]) as run:
         (problem,) = run.problems
     assert problem.code is Code.NRP291
     assert "is 0.10 m deep in 'room/body/post'" in problem.message  # half of its thickness
@@ -137,7 +137,7 @@ def test_a_robot_inside_a_height_map_is_reported(
 def test_without_gravity_a_robot_may_start_anywhere(experiment: Path) -> None:
     room(experiment.parent, POST, gravity=0.0)
     assert codes(experiment, "world.robots.husky.pose=[0, 0, 5, 0, 0, 0]") == []
-    with Run(load_experiment(experiment, ["world.robots.husky.pose=[0, 0, -5, 0, 0, 0]"])) as run:
+    with open_run(experiment, ["world.robots.husky.pose=[0, 0, -5, 0, 0, 0]"]) as run:
         run.run(0.2)
         (problem,) = run.problems
         assert "wheels that nothing presses on the ground: gravity is 0" in problem.message

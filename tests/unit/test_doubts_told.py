@@ -13,7 +13,7 @@ from nrp_lab.evolve import evolve
 from nrp_lab.sweep import sweep
 
 import nrp_core
-from nrp_core.checks.doubts import announcement, doubts_of
+from nrp_core.checks.warnings import announcement, experiment_warnings
 from nrp_core.cli import app
 from nrp_core.findings import Code
 
@@ -99,4 +99,7 @@ def test_a_run_that_is_opened_from_a_file_knows_the_doubts_and_executes_nothing_
 
 
 def test_a_sound_experiment_is_announced_by_nothing() -> None:
-    assert announcement("sound", doubts_of(partial(nrp_core.load_experiment, "braitenberg_husky"))) == ""
+    assert (
+        announcement("sound", experiment_warnings(partial(nrp_core.load_experiment, "braitenberg_husky")))
+        == ""
+    )

@@ -18,7 +18,7 @@ from nrp_core.checks.imported import full_names
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.shapes import Instance, Known, Shape
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid import ROUNDED_TURN_RAD
@@ -39,9 +39,9 @@ _NEARLY: Final = 2e-3
 
 
 @checks_experiment(Code.NRP249)
-def angles_have_units(study: Study) -> Iterator[Finding]:
+def angles_have_units(static: StaticExperiment) -> Iterator[Finding]:
     """Look for angles of poses given in degrees instead of radians."""
-    experiment = study.experiment
+    experiment = static.experiment
     owners: dict[tuple[Key, ...], str] = {}
     for name, robot in experiment.world.robots.items():
         owners["world", "robots", name] = f"'{name}'"
@@ -61,10 +61,10 @@ def angles_have_units(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP249)
-def angles_of_helpers_are_in_radians(study: Study) -> Iterator[Finding]:
+def angles_of_helpers_are_in_radians(static: StaticExperiment) -> Iterator[Finding]:
     """Look outside transfer functions for sines and the like of numbers that are more than a full turn."""
-    inside = {id(node) for declared in study.declared for node in ast.walk(declared.node)}
-    for source in study.sources:
+    inside = {id(node) for declared in static.declared for node in ast.walk(declared.node)}
+    for source in static.sources:
         names = full_names(source.tree)
         for node in ast.walk(source.tree):
             match node:
@@ -78,7 +78,7 @@ def angles_of_helpers_are_in_radians(study: Study) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP249)
-def angles_of_functions_are_in_radians(function: Examined) -> Iterator[Finding]:
+def angles_of_functions_are_in_radians(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sines and the like of constants that are more than a full turn."""
     for event in function.events:
         match event:
@@ -89,7 +89,7 @@ def angles_of_functions_are_in_radians(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP249)
-def angles_are_converted_once(function: Examined) -> Iterator[Finding]:
+def angles_are_converted_once(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sines and the like of angles that were just converted to degrees."""
     for event in function.events:
         match event:
@@ -102,7 +102,7 @@ def angles_are_converted_once(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP249)
-def messages_carry_radians(function: Examined) -> Iterator[Finding]:
+def messages_carry_radians(function: CheckedFunction) -> Iterator[Finding]:
     """Look for angles that are converted to degrees where a message takes them."""
     told, moving = _types_sent(function)
     if told and not moving:
@@ -130,7 +130,7 @@ def _is_message(owner: Shape, spared: set[Any]) -> bool:
     return isinstance(owner, Instance) and hasattr(owner.cls, "__msgtype__") and owner.cls not in spared
 
 
-def _types_sent(function: Examined) -> tuple[set[Any], set[Any]]:
+def _types_sent(function: CheckedFunction) -> tuple[set[Any], set[Any]]:
     """Return the types that a function sends to topics that move nothing, for people, and to all others."""
     told, moving = set[Any](), set[Any]()
     for one in function.function.published:
@@ -188,7 +188,7 @@ def _is_factor(value: ast.expr) -> bool:
 
 
 @checks_function(Code.NRP249)
-def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
+def angles_stay_in_radians(function: CheckedFunction) -> Iterator[Finding]:
     """Look for angles in radians that are compared with degrees or converted from them, and for counts."""
     made = single_values(function)
     for node in function.declared.own:
@@ -213,7 +213,7 @@ def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
 
 
-def single_values(function: Examined) -> dict[str, ast.expr]:
+def single_values(function: CheckedFunction) -> dict[str, ast.expr]:
     """Return the names to which a body assigns one expression, alone or in a row, and that expression."""
     nodes = function.declared.own
     stores = Counter(one.id for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
@@ -276,7 +276,7 @@ def _counts(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
 
 
 @checks_function(Code.NRP249)
-def angles_of_vectors_take_y_first(function: Examined) -> Iterator[Finding]:
+def angles_of_vectors_take_y_first(function: CheckedFunction) -> Iterator[Finding]:
     """Look for ``atan2(x, y)`` of one vector; ``pi/2 - atan2(x, y)`` and ``atan2(-x, y)`` are right."""
     from_north = {
         id(node.right) for node in function.declared.own

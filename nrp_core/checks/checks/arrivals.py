@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import dist, inf
 
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import NrpError
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
@@ -17,57 +17,59 @@ from nrp_core.world.scene.model import Scene
 
 
 @checks_experiment(Code.NRP248)
-def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
+def criteria_are_not_met_at_once(static: StaticExperiment) -> Iterator[Finding]:
     """Look for models that start at their destination."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    where = GroundPositions(MockWorld(scene=study.scene))
-    for name, criterion in study.experiment.criteria.items():
+    where = GroundPositions(MockWorld(scene=static.scene))
+    for name, criterion in static.experiment.criteria.items():
         near = criterion.near
         if near is None or criterion.within_of is not None:
             continue
-        distance = _distance(near, study.scene, where)
+        distance = _distance(near, static.scene, where)
         if distance is not None and distance <= near.within:
             message = f"'{name}' is met before anything moves: '{near.model}' starts {distance:.2g} m away"
-            place = study.experiment.place("criteria", name, "near", "within")
+            place = static.experiment.place("criteria", name, "near", "within")
             yield place.finding(Code.NRP248, message, Level.WARNING)
-    for name, event in study.experiment.events.items():
+    for name, event in static.experiment.events.items():
         when = event.when
         if when is None or when.near is None or when.event is not None:
             continue
-        distance = _distance(when.near, study.scene, where)
+        distance = _distance(when.near, static.scene, where)
         if distance is not None and distance <= when.near.within:
             message = (
                 f"'{name}' happens before anything moves: '{when.near.model}' starts {distance:.2g} m away"
             )
-            place = study.experiment.place("events", name, "when", "near", "within")
+            place = static.experiment.place("events", name, "when", "near", "within")
             yield place.finding(Code.NRP248, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP248)
-def criteria_are_not_met_by_their_event(study: Study) -> Iterator[Finding]:
+def criteria_are_not_met_by_their_event(static: StaticExperiment) -> Iterator[Finding]:
     """Look for destinations at which a model certainly is when the event happens that they come after."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    where = GroundPositions(MockWorld(scene=study.scene))
-    for name, criterion in study.experiment.criteria.items():
+    where = GroundPositions(MockWorld(scene=static.scene))
+    for name, criterion in static.experiment.criteria.items():
         near, limit = criterion.near, criterion.within_of
-        if near is None or limit is None or near.within > width_m(study.scene):  # which is reported as such
+        if near is None or limit is None or near.within > width_m(static.scene):  # which is reported as such
             continue
-        for away_m, why in _farthest(study, near, limit.event, where):
+        for away_m, why in _farthest(static, near, limit.event, where):
             if away_m <= near.within:
                 message = (
                     f"'{name}' is met as soon as '{limit.event}' happens: '{near.model}' is {why} then, "
                     f"and so at most {away_m:.3g} m away"
                 )
-                place = study.experiment.place("criteria", name, "near", "within")
+                place = static.experiment.place("criteria", name, "near", "within")
                 yield place.finding(Code.NRP248, message, Level.WARNING)
                 break
 
 
-def _farthest(study: Study, near: Near, event: str, where: GroundPositions) -> Iterator[tuple[float, str]]:
+def _farthest(
+    static: StaticExperiment, near: Near, event: str, where: GroundPositions
+) -> Iterator[tuple[float, str]]:
     """Yield how far from its destination a model can be at an event, m, each with the reason."""
-    scene, experiment = study.scene, study.experiment
+    scene, experiment = static.scene, static.experiment
     assert scene is not None
     start_m = _distance(near, scene, where)
     cause = experiment.events[event].when if event in experiment.events else None
@@ -110,12 +112,12 @@ def _distance(near: Near, scene: Scene, where: GroundPositions) -> float | None:
 
 
 @checks_experiment(Code.NRP248)
-def models_start_where_they_stay(study: Study) -> Iterator[Finding]:
+def models_start_where_they_stay(static: StaticExperiment) -> Iterator[Finding]:
     """Look for models that start outside the circle in which they should stay from the beginning on."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    starts = {model.name: model.pose.position for model in study.scene.models}
-    for name, criterion in study.experiment.criteria.items():
+    starts = {model.name: model.pose.position for model in static.scene.models}
+    for name, criterion in static.experiment.criteria.items():
         stays = criterion.stays_within
         if stays is None or isinstance(stays.of, str) or stays.during.since != START:
             continue
@@ -123,5 +125,5 @@ def models_start_where_they_stay(study: Study) -> Iterator[Finding]:
         away_m = dist((x, y), stays.of[:2])
         if away_m > stays.distance:
             message = f"'{name}' is not met from the beginning: '{stays.model}' starts {away_m:.3g} m away"
-            place = study.experiment.place("criteria", name, "stays_within", "of")
+            place = static.experiment.place("criteria", name, "stays_within", "of")
             yield place.finding(Code.NRP248, message, Level.WARNING)

@@ -9,7 +9,7 @@ from types import ModuleType
 from nrp_core.checks.events import Read, Write, missing_name
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance, Known, Names, Number, Row, can_set, names_of
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.devices.devices import Device, attribute_hint
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
@@ -22,7 +22,7 @@ from nrp_core.world.messages.base import type_name
 
 
 @checks_function(Code.NRP223)
-def adapters_have_the_attribute(function: Examined) -> Iterator[Finding]:
+def adapters_have_the_attribute(function: CheckedFunction) -> Iterator[Finding]:
     """Look for attributes that a parameter's device, topic or variable does not have."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and _adapter(event) is not None:
@@ -32,7 +32,7 @@ def adapters_have_the_attribute(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP223)
-def numbers_have_no_attributes(function: Examined) -> Iterator[Finding]:
+def numbers_have_no_attributes(function: CheckedFunction) -> Iterator[Finding]:
     """Look for attributes of numbers, such as those of the device that a number was read from."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and isinstance(event.owner, Number):
@@ -41,7 +41,7 @@ def numbers_have_no_attributes(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP226)
-def messages_have_the_field(function: Examined) -> Iterator[Finding]:
+def messages_have_the_field(function: CheckedFunction) -> Iterator[Finding]:
     """Look for fields that a message does not have."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and isinstance(event.owner, Instance):
@@ -51,7 +51,7 @@ def messages_have_the_field(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP241)
-def modules_have_the_name(function: Examined) -> Iterator[Finding]:
+def modules_have_the_name(function: CheckedFunction) -> Iterator[Finding]:
     """Look for names that a module does not have."""
     for event in function.events:
         match event:
@@ -61,7 +61,7 @@ def modules_have_the_name(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP224)
-def only_writable_attributes_are_set(function: Examined) -> Iterator[Finding]:
+def only_writable_attributes_are_set(function: CheckedFunction) -> Iterator[Finding]:
     """Look for read-only attributes that are set."""
     for event in function.events:
         adapter = _adapter(event) if isinstance(event, Write) and event.exists else None
@@ -72,7 +72,7 @@ def only_writable_attributes_are_set(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP225)
-def settings_are_in_range(function: Examined) -> Iterator[Finding]:
+def settings_are_in_range(function: CheckedFunction) -> Iterator[Finding]:
     """Assign constants to a device that is not connected, to find invalid ones."""
     for event in function.events:
         match event:
@@ -101,7 +101,7 @@ def _adapter(event: Read | Write) -> Adapter | None:
     return owner if isinstance(owner, Adapter) else None
 
 
-def _described(function: Examined, event: Read | Write) -> str:
+def _described(function: CheckedFunction, event: Read | Write) -> str:
     """Return a short description of a parameter."""
     adapter = _adapter(event)
     name = function.parameter_of(event.owner)

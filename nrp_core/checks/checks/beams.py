@@ -12,7 +12,7 @@ from nrp_core.checks.events import Read
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.sensor_msgs import LaserScan
 
@@ -21,7 +21,7 @@ _AVERAGES: Final = ("mean", "average", "sum", "std", "var")
 
 
 @checks_function(Code.NRP320)
-def distances_are_finite_when_averaged(function: Examined) -> Iterator[Finding]:
+def distances_are_finite_when_averaged(function: CheckedFunction) -> Iterator[Finding]:
     """Look for means and sums of the distances of a scanner as they are in its message."""
     ranges = {
         id(event.node)
@@ -46,7 +46,7 @@ def distances_are_finite_when_averaged(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def beams_are_counted_from_the_first_angle(function: Examined) -> Iterator[Finding]:
+def beams_are_counted_from_the_first_angle(function: CheckedFunction) -> Iterator[Finding]:
     """Look for the number of a beam that is a negative angle divided by the increment."""
     for node in function.declared.own:
         match node:

@@ -12,7 +12,7 @@ from nrp_core.checks.function_body import assigned
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.scopes import SCOPES, own_nodes
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.checks.used import local_names
 from nrp_core.findings import Code, Finding, Level
 
@@ -24,9 +24,9 @@ _SPACED: Final = 2
 
 
 @checks_experiment(Code.NRP320)
-def code_can_act(study: Study) -> Iterator[Finding]:
+def code_can_act(static: StaticExperiment) -> Iterator[Finding]:
     """Look for branches and statements that are never reached, and for constants in place of comparisons."""
-    for source in study.sources:
+    for source in static.sources:
         for node in ast.walk(source.tree):
             for place, message in chain(
                 _decided(node), _repeated(node), _unreached(node), _slips(node), _late(node), _alike(node)

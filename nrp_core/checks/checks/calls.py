@@ -14,7 +14,7 @@ from nrp_core.checks.imported import full_names
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance, Items, Known, Number, Row
 from nrp_core.checks.statements import Written
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.findings import Code, Finding, Level
 
 _PLAIN = ("math", "builtins")
@@ -27,7 +27,7 @@ _CLOCKS = frozenset(
 
 
 @checks_function(Code.NRP240)
-def calls_fit(function: Examined) -> Iterator[Finding]:
+def calls_fit(function: CheckedFunction) -> Iterator[Finding]:
     """Compare the arguments of functions and methods with their signatures."""
     for event in function.events:
         match event:
@@ -63,7 +63,7 @@ def _has_signature(callee: Any) -> bool:
 
 
 @checks_function(Code.NRP240)
-def only_functions_are_called(function: Examined) -> Iterator[Finding]:
+def only_functions_are_called(function: CheckedFunction) -> Iterator[Finding]:
     """Look for calls of numbers, messages and devices."""
     for event in function.events:
         match event:
@@ -80,7 +80,7 @@ def only_functions_are_called(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP243)
-def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
+def nothing_depends_on_the_clock(function: CheckedFunction) -> Iterator[Finding]:
     """Look for the wall clock, and for functions that sleep."""
     imported = full_names(function.declared.source.tree)
     decisive = set(_deciding_calls(function.declared.node))
@@ -114,7 +114,7 @@ def _deciding_calls(node: ast.AST) -> Iterator[ast.Call]:
 
 
 @checks_function(Code.NRP300)
-def functions_do_not_wait(function: Examined) -> Iterator[Finding]:
+def functions_do_not_wait(function: CheckedFunction) -> Iterator[Finding]:
     """Look for functions that sleep in simulated time, which passes between their calls only."""
     imported = full_names(function.declared.source.tree)
     for node in function.declared.own:
@@ -128,7 +128,7 @@ def functions_do_not_wait(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP243)
-def nothing_depends_on_chance(function: Examined) -> Iterator[Finding]:
+def nothing_depends_on_chance(function: CheckedFunction) -> Iterator[Finding]:
     """Look for the global random generators."""
     for event in function.events:
         if isinstance(event, Call) and isinstance(event.callee, Known):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.refusals import world_lacks
@@ -24,18 +24,18 @@ _SERVICES = {
 
 
 @checks_experiment(Code.NRP216)
-def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
+def the_world_has_the_sensors(static: StaticExperiment) -> Iterator[Finding]:
     """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    lacking = _lacking(study, _senses(study.scene))
-    for examined in study.examined:
+    lacking = _lacking(static, _senses(static.scene))
+    for examined in static.functions:
         for name, adapter in examined.adapters.items():
             if isinstance(adapter, SubscribedTopic) and adapter.name in lacking:
                 message = f"'{name}' gets no messages: {lacking[adapter.name]}"
                 node = examined.declared.nodes.get(name)
                 yield examined.declared.finding(Code.NRP216, node, message, Level.WARNING)
-    experiment = study.experiment
+    experiment = static.experiment
     for event, what in experiment.events.items():
         if what.when is not None and what.when.topic is not None and what.when.topic.name in lacking:
             message = f"'{event}' never happens: {lacking[what.when.topic.name]}"
@@ -49,11 +49,11 @@ def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP216)
-def the_world_reports_distances(study: Study) -> Iterator[Finding]:
+def the_world_reports_distances(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events and criteria about distances in a world that does not report where models are."""
-    if study.world is None or study.world.capabilities.poses:
+    if static.world is None or static.world.capabilities.poses:
         return
-    experiment = study.experiment
+    experiment = static.experiment
     events = (
         ("events", name, "when", "near")
         for name, event in experiment.events.items()
@@ -68,12 +68,12 @@ def the_world_reports_distances(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP216)
-def the_world_does_what_is_commanded(study: Study) -> Iterator[Finding]:
+def the_world_does_what_is_commanded(static: StaticExperiment) -> Iterator[Finding]:
     """Look for joints, forces and changes that a function or an event commands and the world refuses."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    lacking = _lacking(study, _commands(study.scene))
-    for examined in study.examined:
+    lacking = _lacking(static, _commands(static.scene))
+    for examined in static.functions:
         declared, returned = examined.declared, examined.returns_to
         topics = {"": returned.name} if returned is not None else {}
         topics |= {name: one.writes.name for name, one in examined.function.mappings.items() if one.writes}
@@ -81,21 +81,21 @@ def the_world_does_what_is_commanded(study: Study) -> Iterator[Finding]:
             if topic in lacking:
                 message = f"nothing reacts to messages on '{topic}': {lacking[topic]}"
                 yield declared.finding(Code.NRP216, declared.nodes.get(name), message)
-    for event, what in study.experiment.events.items():
+    for event, what in static.experiment.events.items():
         for i, published in enumerate(what.publish):
             if published.topic in lacking:
                 message = f"nothing reacts to '{published.topic}': {lacking[published.topic]}"
-                place = study.experiment.place("events", event, "publish", i, "topic")
+                place = static.experiment.place("events", event, "publish", i, "topic")
                 yield place.finding(Code.NRP216, message)
 
 
 @checks_experiment(Code.NRP216)
-def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
+def the_world_moves_the_robots(static: StaticExperiment) -> Iterator[Finding]:
     """Look for models that need forces to move or hold, in a world without dynamics."""
-    if study.world is None or study.scene is None:
+    if static.world is None or static.scene is None:
         return
-    has, backend = study.world.capabilities, study.experiment.world.backend
-    for model in study.scene.models:
+    has, backend = static.world.capabilities, static.experiment.world.backend
+    for model in static.scene.models:
         held = [one.joint for one in model.controllers if one.initial is not None]
         lacking = [
             (j.name, need) for j in model.joints for need in needs_of(model, j) if not getattr(has, need)
@@ -109,17 +109,17 @@ def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
             joint, need = lacking[0]
             message = f"'{model.name}/{joint}' could not move: {world_lacks(backend, need)}"
         if message:
-            is_robot = model.name in study.experiment.world.robots
+            is_robot = model.name in static.experiment.world.robots
             keys = ("world", "robots", model.name) if is_robot else ("world", "scene")
-            yield study.experiment.place(*keys).finding(Code.NRP216, message)
+            yield static.experiment.place(*keys).finding(Code.NRP216, message)
 
 
-def _lacking(study: Study, needs: Iterable[tuple[str, str]]) -> dict[str, str]:
+def _lacking(static: StaticExperiment, needs: Iterable[tuple[str, str]]) -> dict[str, str]:
     """Return the topics for which the world lacks capabilities, with these capabilities."""
-    if study.world is None:
+    if static.world is None:
         return {}
-    has: WorldCapabilities = study.world.capabilities
-    backend = study.experiment.world.backend
+    has: WorldCapabilities = static.world.capabilities
+    backend = static.experiment.world.backend
     return {topic: world_lacks(backend, need) for topic, need in needs if not getattr(has, need)}
 
 

@@ -10,7 +10,7 @@ from nrp_core.checks.events import Call, Write
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.shapes import Instance, Known
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.drives.drive import commanded_components
@@ -30,7 +30,7 @@ def drives_of(scene: Scene, experiment: Experiment) -> dict[str, tuple[str, tupl
 
 
 @checks_function(Code.NRP298)
-def colours_have_an_opacity(function: Examined) -> Iterator[Finding]:
+def colours_have_an_opacity(function: CheckedFunction) -> Iterator[Finding]:
     """Look for colours that are made without their opacity, which is then 0."""
     nodes = function.declared.own
     if any(isinstance(one, ast.Attribute) and one.attr == "a" for one in nodes):
@@ -44,25 +44,25 @@ def colours_have_an_opacity(function: Examined) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP321)
-def events_command_what_drives_use(study: Study) -> Iterator[Finding]:
+def events_command_what_drives_use(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events that publish a velocity that the drive ignores."""
-    drives = {} if study.scene is None else drives_of(study.scene, study.experiment)
-    for name, event in study.experiment.events.items():
+    drives = {} if static.scene is None else drives_of(static.scene, static.experiment)
+    for name, event in static.experiment.events.items():
         for said in event.publish:
             if said.topic in drives and isinstance(said.value, Mapping):
                 for component in _components(said.value):
                     message = _ignored(component, *drives[said.topic])
                     if message:
-                        place = study.experiment.place("events", name, "publish")
+                        place = static.experiment.place("events", name, "publish")
                         yield place.finding(Code.NRP321, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP321)
-def functions_command_what_drives_use(study: Study) -> Iterator[Finding]:
+def functions_command_what_drives_use(static: StaticExperiment) -> Iterator[Finding]:
     """Look for functions that send a velocity that the drive ignores."""
-    drives = {} if study.scene is None else drives_of(study.scene, study.experiment)
-    for function in study.examined:
-        published = (study.topics.get(topic.name) for topic in function.function.published)
+    drives = {} if static.scene is None else drives_of(static.scene, static.experiment)
+    for function in static.functions:
+        published = (static.topics.get(topic.name) for topic in function.function.published)
         commanded = {drives.get(info.name) for info in published if info is not None and info.type is Twist}
         if len(commanded) != 1 or None in commanded:
             continue  # the function may build a command for another drive
@@ -89,7 +89,7 @@ def _components(value: Mapping[str, Any]) -> Iterator[str]:
             yield from (f"{half}.{axis}" for axis in _AXES if given.get(axis))
 
 
-def _set_in(function: Examined) -> Iterator[tuple[str, ast.AST]]:
+def _set_in(function: CheckedFunction) -> Iterator[tuple[str, ast.AST]]:
     """Yield the components of a Twist that a body sets to another value than 0, each with its place."""
     vectors = {id(one.node): one.node for one in function.events if _makes(one, Vector3)}
     named = {

@@ -10,12 +10,12 @@ from nrp_core.checks.events import Add, Read
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance, Known, Number, hints
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.findings import Code, Finding, Level
 
 
 @checks_function(Code.NRP247)
-def arrays_are_not_truth_values(function: Examined) -> Iterator[Finding]:
+def arrays_are_not_truth_values(function: CheckedFunction) -> Iterator[Finding]:
     """Look for conditions that compare a whole array, which has many answers."""
     arrays = _fields(function, "numpy.ndarray")
     for test in _tests(function):
@@ -32,7 +32,7 @@ def arrays_are_not_truth_values(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP248)
-def lists_are_compared_with_lists(function: Examined) -> Iterator[Finding]:
+def lists_are_compared_with_lists(function: CheckedFunction) -> Iterator[Finding]:
     """Look for fields that are lists and are compared with tuples, which never equal them."""
     lists = _fields(function, "list")
     for node in function.declared.own:
@@ -47,7 +47,7 @@ def lists_are_compared_with_lists(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP248)
-def measured_numbers_are_compared_with_a_margin(function: Examined) -> Iterator[Finding]:
+def measured_numbers_are_compared_with_a_margin(function: CheckedFunction) -> Iterator[Finding]:
     """Look for rates and voltages that are asked to be exactly equal."""
     for event in function.events:
         match event:
@@ -61,7 +61,7 @@ def measured_numbers_are_compared_with_a_margin(function: Examined) -> Iterator[
                     yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
-def _fields(function: Examined, kind: str) -> set[int]:
+def _fields(function: CheckedFunction, kind: str) -> set[int]:
     """Return the places where a body reads fields of messages of a kind."""
     found = set()
     for event in function.events:
@@ -73,7 +73,7 @@ def _fields(function: Examined, kind: str) -> set[int]:
     return found
 
 
-def _tests(function: Examined) -> Iterator[ast.expr]:
+def _tests(function: CheckedFunction) -> Iterator[ast.expr]:
     """Yield the expressions of a body whose truth is asked for."""
     for node in function.declared.own:
         match node:
@@ -85,7 +85,7 @@ def _tests(function: Examined) -> Iterator[ast.expr]:
                 yield operand
 
 
-def _is_tuple(function: Examined, node: ast.expr) -> bool:
+def _is_tuple(function: CheckedFunction, node: ast.expr) -> bool:
     if isinstance(node, ast.Name):
         shape = function.declared.names.get(node.id)
         return isinstance(shape, Known) and isinstance(shape.value, tuple)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.parameters import with_parameters
@@ -26,31 +26,31 @@ _TOUCHING: Final = 0.01
 
 
 @checks_experiment(Code.NRP296)
-def a_step_is_short(study: Study) -> Iterator[Finding]:
+def a_step_is_short(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a time step that is too long for a closed loop."""
-    step_ns = study.experiment.timestep
+    step_ns = static.experiment.timestep
     if step_ns > NS_PER_S:
         message = f"timestep: sensors reach the brain, and this the robot, only every {seconds(step_ns):g} s"
-        yield study.experiment.place("timestep").finding(Code.NRP296, message, Level.WARNING)
+        yield static.experiment.place("timestep").finding(Code.NRP296, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP317)
-def the_room_asks_for_the_same_step(study: Study) -> Iterator[Finding]:
+def the_room_asks_for_the_same_step(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a ``<physics>`` with another time step than that of the world."""
-    wanted_s = None if study.scene is None else study.scene.step_s
-    step_ns = study.world.capabilities.step_ns if study.world else None
+    wanted_s = None if static.scene is None else static.scene.step_s
+    step_ns = static.world.capabilities.step_ns if static.world else None
     if wanted_s and step_ns and round(wanted_s * NS_PER_S) != step_ns:
         message = (
             f"the <physics> of the room asks for a step of {wanted_s:g} s, and the world takes one of "
             f"{seconds(step_ns):g} s"
         )
-        yield study.experiment.place("world", "scene").finding(Code.NRP317, message, Level.NOTE)
+        yield static.experiment.place("world", "scene").finding(Code.NRP317, message, Level.NOTE)
 
 
 @checks_experiment(Code.NRP248)
-def criteria_count_some_time(study: Study) -> Iterator[Finding]:
+def criteria_count_some_time(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria that are never evaluated."""
-    experiment, end_ns = study.experiment, study.experiment.duration
+    experiment, end_ns = static.experiment, static.experiment.duration
     for keys, during in _periods(experiment):
         place = experiment.place(*keys, "during")
         for moment in (during.since, during.until):
@@ -86,32 +86,32 @@ def _time_of(moment: int | str, experiment: Experiment) -> int | str:
 
 
 @checks_experiment(Code.NRP328)
-def criteria_differ(study: Study) -> Iterator[Finding]:
+def criteria_differ(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two criteria that are the same."""
-    criteria = study.experiment.criteria
+    criteria = static.experiment.criteria
     for name, criterion in criteria.items():
         first = next(other for other in criteria if criteria[other] == criterion)
         if first != name:
-            place = study.experiment.place("criteria", name)
+            place = static.experiment.place("criteria", name)
             yield place.finding(Code.NRP328, f"'{name}' is the same as '{first}'", Level.WARNING)
 
 
 @checks_experiment(Code.NRP248)
-def bounds_leave_something(study: Study) -> Iterator[Finding]:
+def bounds_leave_something(static: StaticExperiment) -> Iterator[Finding]:
     """Look for bounds that exclude each other."""
-    for keys, wanted in asked(study.experiment, "topic", "topic_stays"):
+    for keys, wanted in asked(static.experiment, "topic", "topic_stays"):
         if wanted.above is not None and wanted.below is not None and wanted.above >= wanted.below:
             message = f"nothing is above {wanted.above:g} and below {wanted.below:g}"
-            yield study.experiment.place(*keys, "above").finding(Code.NRP248, message, Level.WARNING)
+            yield static.experiment.place(*keys, "above").finding(Code.NRP248, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP212)
-def topics_of_criteria_are_published(study: Study) -> Iterator[Finding]:
+def topics_of_criteria_are_published(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria on topics of the experiment that nothing publishes on."""
-    experiment = study.experiment
-    if not study.is_complete:
+    experiment = static.experiment
+    if not static.is_complete:
         return
-    spoken = {topic.name for declared in study.declared for topic in declared.function.published}
+    spoken = {topic.name for declared in static.declared for topic in declared.function.published}
     spoken |= {one.topic for event in experiment.events.values() for one in event.publish}
     spoken = {experiment.aliases.get(name, name) for name in spoken}
     for keys, wanted in asked(experiment, "topic", "topic_stays"):
@@ -122,23 +122,23 @@ def topics_of_criteria_are_published(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP323)
-def what_is_asked_about_moves(study: Study) -> Iterator[Finding]:
+def what_is_asked_about_moves(static: StaticExperiment) -> Iterator[Finding]:
     """Look for distances between things that never move, and for criteria that such a thing stays."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    fixed = {name for name, robot in study.experiment.world.robots.items() if robot.fixed}  # on purpose
-    still = {model.name for model in study.scene.models if _is_held(model)} - fixed
-    for keys, near in asked(study.experiment, "near", "near"):
+    fixed = {name for name, robot in static.experiment.world.robots.items() if robot.fixed}  # on purpose
+    still = {model.name for model in static.scene.models if _is_held(model)} - fixed
+    for keys, near in asked(static.experiment, "near", "near"):
         aim = near.other or (near.visual or "").partition("/")[0] or "the point"
         target_rests = aim == "the point" or aim in still
-        if near.model in still and target_rests and not (near.visual and not study.scene.model(aim).static):
+        if near.model in still and target_rests and not (near.visual and not static.scene.model(aim).static):
             message = f"neither '{near.model}' nor {aim if near.point else repr(aim)} moves by itself"
-            yield study.experiment.place(*keys).finding(Code.NRP323, message, Level.WARNING)
-    for name, criterion in study.experiment.criteria.items():
+            yield static.experiment.place(*keys).finding(Code.NRP323, message, Level.WARNING)
+    for name, criterion in static.experiment.criteria.items():
         stays = criterion.stays_within
         if stays is not None and stays.model in still:
             message = f"'{stays.model}' does not move by itself, so it stays wherever it is"
-            yield study.experiment.place("criteria", name).finding(Code.NRP323, message, Level.WARNING)
+            yield static.experiment.place("criteria", name).finding(Code.NRP323, message, Level.WARNING)
 
 
 def _is_held(model: Model) -> bool:
@@ -147,34 +147,34 @@ def _is_held(model: Model) -> bool:
 
 
 @checks_experiment(Code.NRP307)
-def distances_fit_the_model(study: Study) -> Iterator[Finding]:
+def distances_fit_the_model(static: StaticExperiment) -> Iterator[Finding]:
     """Look for distances that are as nothing beside the model that should come so near."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    sizes_m = {model.name: size_m(model) for model in study.scene.models}
-    for keys, near in asked(study.experiment, "near", "near"):
+    sizes_m = {model.name: size_m(model) for model in static.scene.models}
+    for keys, near in asked(static.experiment, "near", "near"):
         large_m = sizes_m.get(near.model) or 0.0
         if near.within < _TOUCHING * large_m:
             message = (
                 f"'within' is {near.within:g} m, and '{near.model}' is {large_m:.3g} m large: its origin "
                 "hardly ever comes that near; is the unit right?"
             )
-            yield study.experiment.place(*keys, "within").finding(Code.NRP307, message, Level.WARNING)
+            yield static.experiment.place(*keys, "within").finding(Code.NRP307, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP307)
-def distances_fit_the_scene(study: Study) -> Iterator[Finding]:
+def distances_fit_the_scene(static: StaticExperiment) -> Iterator[Finding]:
     """Look for distances that no model can exceed."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    size_m = width_m(study.scene)
-    for keys, distance_m in _distances(study.experiment):
+    size_m = width_m(static.scene)
+    for keys, distance_m in _distances(static.experiment):
         if distance_m > size_m:
             message = (
                 f"'{keys[-1]}' is {distance_m:g} m, and the scene is {size_m:.3g} m across: "
                 "every place is within that distance"
             )
-            yield study.experiment.place(*keys).finding(Code.NRP307, message, Level.WARNING)
+            yield static.experiment.place(*keys).finding(Code.NRP307, message, Level.WARNING)
 
 
 def _distances(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], float]]:
@@ -190,22 +190,22 @@ def _distances(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], float]
 
 
 @checks_experiment(Code.NRP305)
-def aliases_name_different_topics(study: Study) -> Iterator[Finding]:
+def aliases_name_different_topics(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two aliases of one topic."""
-    aliases = study.experiment.aliases
+    aliases = static.experiment.aliases
     first: dict[str, str] = {}
     for alias, topic in aliases.items():
         target = aliases.get(topic, topic)
         other = first.setdefault(target, alias)
         if other != alias and topic not in aliases:
             message = f"'{alias}' and '{other}' are both aliases of '{topic}'"
-            yield study.experiment.place("aliases", alias).finding(Code.NRP305, message, Level.WARNING)
+            yield static.experiment.place("aliases", alias).finding(Code.NRP305, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP215, Code.NRP248)
-def varied_settings_exist(study: Study) -> Iterator[Finding]:
+def varied_settings_exist(static: StaticExperiment) -> Iterator[Finding]:
     """Try a value from each range of a comparison."""
-    experiment = study.experiment
+    experiment = static.experiment
     if not experiment.source.value:  # it was created in Python
         return
     own = _wrong_parameters(experiment_of(experiment.source)) if experiment.comparison.vary else []
@@ -267,7 +267,7 @@ def asked(experiment: Experiment, when: str, criterion: str) -> Iterator[tuple[t
             yield ("criteria", name, criterion), condition
 
 
-def read_topics(study: Study) -> set[str]:
+def read_topics(static: StaticExperiment) -> set[str]:
     """Return the names, or aliases, of the topics that functions, events and criteria read."""
-    names = {topic.name for one in study.declared for topic in one.function.subscribed}
-    return names | {wanted.name for _, wanted in asked(study.experiment, "topic", "topic_stays")}
+    names = {topic.name for one in static.declared for topic in one.function.subscribed}
+    return names | {wanted.name for _, wanted in asked(static.experiment, "topic", "topic_stays")}

@@ -13,7 +13,7 @@ from nrp_core.checks.events import Call
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.shapes import Known
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
@@ -25,7 +25,7 @@ _CLIPS: Final = frozenset({"np.clip", "numpy.clip"})
 
 
 @checks_function(Code.NRP320)
-def numbers_are_not_rounded_away(function: Examined) -> Iterator[Finding]:
+def numbers_are_not_rounded_away(function: CheckedFunction) -> Iterator[Finding]:
     """Look for constants that rounding turns into 0."""
     for event in function.events:
         match event:
@@ -39,7 +39,7 @@ def numbers_are_not_rounded_away(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def commands_are_not_rounded(function: Examined) -> Iterator[Finding]:
+def commands_are_not_rounded(function: CheckedFunction) -> Iterator[Finding]:
     """Look for speeds and angles in m/s, rad/s and rad that are rounded to whole numbers."""
     topics = [function.world.topics.get(one.name) for one in function.function.published]
     is_of_joints = {info.unit for info in topics if info is not None} == {"rad"}
@@ -79,9 +79,9 @@ def _is_computed(value: ast.expr, work: str, made: Mapping[str, ast.expr]) -> bo
 
 
 @checks_experiment(Code.NRP320)
-def expressions_depend_on_something(study: Study) -> Iterator[Finding]:
+def expressions_depend_on_something(static: StaticExperiment) -> Iterator[Finding]:
     """Look for clamps with exchanged limits, products with 0, and values compared with themselves."""
-    for source in study.sources:
+    for source in static.sources:
         for node in ast.walk(source.tree):
             message = _constant(node) or _decided(node) or _ignored(node) or _half(node)
             if message:

@@ -14,7 +14,7 @@ from nrp_core.checks.choices import number_of
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.shapes import Known
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.functions.mappings import MapRobotSubscriber
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.raycast.beams import Beams
@@ -24,9 +24,9 @@ _OF_MANY: Final = ("min", "max", "nanmin", "nanmax", "median", "nanmedian", "per
 
 
 @checks_experiment(Code.NRP320)
-def distances_are_within_reach(study: Study) -> Iterator[Finding]:
+def distances_are_within_reach(static: StaticExperiment) -> Iterator[Finding]:
     """Look for comparisons of a distance with a number that only 'inf', the distance of nothing, exceeds."""
-    for function, readings in _readers(study):
+    for function, readings in _readers(static):
         for node in function.declared.own:
             match node:
                 case ast.Compare(one, [ast.Gt() | ast.GtE() | ast.Lt() | ast.LtE()], [other]):
@@ -42,9 +42,9 @@ def distances_are_within_reach(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP252)
-def beams_exist(study: Study) -> Iterator[Finding]:
+def beams_exist(static: StaticExperiment) -> Iterator[Finding]:
     """Look for the number of a beam that a scanner does not have."""
-    for function, readings in _readers(study):
+    for function, readings in _readers(static):
         for node in function.declared.own:
             match node:
                 case ast.Subscript(whole, index) if not isinstance(index, ast.Slice):
@@ -110,16 +110,16 @@ class _Readings:
         return node
 
 
-def _readers(study: Study) -> Iterator[tuple[Examined, _Readings]]:
+def _readers(static: StaticExperiment) -> Iterator[tuple[CheckedFunction, _Readings]]:
     """Yield the functions that read scanners."""
     of_topics = {
         topic: beams
-        for _, sensor in read_sensors(study)
+        for _, sensor in read_sensors(static)
         if isinstance(beams := getattr(sensor, "beams", None), Beams)
         for topic in sensor.topics
     }
-    aliases = study.experiment.aliases
-    for function in study.examined:
+    aliases = static.experiment.aliases
+    for function in static.functions:
         scanners = {
             name: of_topics[topic]
             for name, mapping in function.function.mappings.items()
@@ -130,7 +130,7 @@ def _readers(study: Study) -> Iterator[tuple[Examined, _Readings]]:
             yield function, _Readings(scanners, _named_once(function))
 
 
-def _named_once(function: Examined) -> dict[str, ast.expr]:
+def _named_once(function: CheckedFunction) -> dict[str, ast.expr]:
     """Return the expressions that names stand for which are set once, and not by a loop."""
     nodes = function.declared.own
     stored = Counter(one.id for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
@@ -142,7 +142,7 @@ def _named_once(function: Examined) -> dict[str, ast.expr]:
     return named
 
 
-def _number(node: ast.expr, function: Examined) -> float | None:
+def _number(node: ast.expr, function: CheckedFunction) -> float | None:
     """Return a number that is written, or that a name of the file has."""
     if isinstance(node, ast.Name):
         match function.declared.names.get(node.id):

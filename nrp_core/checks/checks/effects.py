@@ -14,7 +14,7 @@ from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.scopes import SCOPES, own_nodes
 from nrp_core.checks.shapes import Known
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.findings import Code, Finding, Level
 
 _ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow, ast.MatMult)
@@ -37,9 +37,9 @@ _LOOKING = frozenset({"locals", "vars", "exec", "eval"})
 
 
 @checks_experiment(Code.NRP300)
-def statements_have_an_effect(study: Study) -> Iterator[Finding]:
+def statements_have_an_effect(static: StaticExperiment) -> Iterator[Finding]:
     """Look for expression statements without effect."""
-    for source in study.sources:
+    for source in static.sources:
         tried = {
             id(one)
             for node in ast.walk(source.tree)
@@ -103,7 +103,7 @@ def _is_plain(value: ast.expr) -> bool:
 
 
 @checks_function(Code.NRP300)
-def values_go_somewhere(function: Examined) -> Iterator[Finding]:
+def values_go_somewhere(function: CheckedFunction) -> Iterator[Finding]:
     """Look for messages that are not sent, and for values that only change themselves."""
     messages = {
         id(event.node)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from nrp_core.checks.imported import full_names
 from nrp_core.checks.registry import checks_function
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.checks.used import local_names, used_functions
 from nrp_core.findings import Code, Finding, Level
 
@@ -18,7 +18,7 @@ _EXCEPTIONS = frozenset({"SystemExit", "KeyboardInterrupt"})
 
 
 @checks_function(Code.NRP302)
-def the_process_goes_on(function: Examined) -> Iterator[Finding]:
+def the_process_goes_on(function: CheckedFunction) -> Iterator[Finding]:
     """Look for calls and exceptions that end the process, and for handlers of signals."""
     imported = full_names(function.declared.source.tree)
     known = imported.keys() | function.declared.names.keys()

@@ -13,7 +13,7 @@ from nrp_core.checks.events import Read
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.shapes import Instance
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.experiment.model.event_schema import TopicIs
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, Quaternion, TwistWithCovariance
@@ -44,25 +44,25 @@ _PLACES: Final = ("pose.pose.position.x", "pose.pose.position.y")
 
 
 @checks_experiment(Code.NRP248, Code.NRP320)
-def fields_can_decide(study: Study) -> Iterator[Finding]:
+def fields_can_decide(static: StaticExperiment) -> Iterator[Finding]:
     """Look for conditions on fields that are always met, or never."""
-    experiment = study.experiment
+    experiment = static.experiment
     for keys, wanted in asked(experiment, "topic", "topic_stays"):
-        info = study.topics.get(experiment.aliases.get(wanted.name, wanted.name))
+        info = static.topics.get(experiment.aliases.get(wanted.name, wanted.name))
         owner = None if info is None else _owner(info, wanted.field)
         if info is None or owner is None:
             continue  # reported where the condition is made
-        code, message = _of_settings(wanted, info) or _of_limits(study, wanted, info, owner)
+        code, message = _of_settings(wanted, info) or _of_limits(static, wanted, info, owner)
         if message:
             yield experiment.place(*keys, "field").finding(code, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP320)
-def fields_that_are_read_are_filled(study: Study) -> Iterator[Finding]:
+def fields_that_are_read_are_filled(static: StaticExperiment) -> Iterator[Finding]:
     """Look for functions that read a field which no sensor here fills."""
-    if study.scene is None or study.world is None or study.world.capabilities.own_scene:
+    if static.scene is None or static.world is None or static.world.capabilities.own_scene:
         return
-    for function in study.examined:
+    for function in static.functions:
         for event in function.events:
             match event:
                 case Read(node, Instance(cls), name) if name in _UNFILLED.get(cls, ()):
@@ -89,11 +89,11 @@ def _of_settings(wanted: TopicIs, info: TopicInfo) -> tuple[Code, str] | None:
     )
 
 
-def _of_limits(study: Study, wanted: TopicIs, info: TopicInfo, owner: Any) -> tuple[Code, str]:
+def _of_limits(static: StaticExperiment, wanted: TopicIs, info: TopicInfo, owner: Any) -> tuple[Code, str]:
     """Return that the limits of a field decide a condition; an empty text if they do not."""
     low, high, what = _LIMITED.get(type(owner), (-inf, inf, ""))
-    if info.type is Odometry and wanted.field in _PLACES and study.scene is not None:
-        across_m = width_m(study.scene)
+    if info.type is Odometry and wanted.field in _PLACES and static.scene is not None:
+        across_m = width_m(static.scene)
         low, high, what = -across_m, across_m, f"a place in a scene that is {across_m:.3g} m across"
     above = -inf if wanted.above is None else wanted.above
     below = inf if wanted.below is None else wanted.below

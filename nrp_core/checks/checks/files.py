@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from nrp_core.checks.imported import full_names
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.checks.used import local_names, used_functions
 from nrp_core.dsl.functions.mappings import MapCSVRecorder
 from nrp_core.findings import Code, Finding, Level
@@ -27,7 +27,7 @@ _WRITING = frozenset("wax+")
 
 
 @checks_function(Code.NRP303)
-def files_are_left_to_recorders(function: Examined) -> Iterator[Finding]:
+def files_are_left_to_recorders(function: CheckedFunction) -> Iterator[Finding]:
     """Look for calls that write a file."""
     imported = full_names(function.declared.source.tree)
     for used in used_functions(function.declared):
@@ -45,10 +45,10 @@ def files_are_left_to_recorders(function: Examined) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP254)
-def recorders_of_one_file_have_the_same_columns(study: Study) -> Iterator[Finding]:
+def recorders_of_one_file_have_the_same_columns(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two recorders with different headers whose rows go into one file."""
     first: dict[object, tuple[str, list[str]]] = {}
-    for function in study.examined:
+    for function in static.functions:
         for name, mapping in function.function.mappings.items():
             if not isinstance(mapping, MapCSVRecorder):
                 continue

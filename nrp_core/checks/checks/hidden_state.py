@@ -12,7 +12,7 @@ from nrp_core.checks.registry import checks_function
 from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.shapes import Known, Names
 from nrp_core.checks.statements import CHANGING
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.checks.used import local_names, root_of, used_functions
 from nrp_core.findings import Code, Finding, Level
 
@@ -25,7 +25,7 @@ _MAKERS = frozenset(
 
 
 @checks_function(Code.NRP301)
-def state_is_in_variables(function: Examined) -> Iterator[Finding]:
+def state_is_in_variables(function: CheckedFunction) -> Iterator[Finding]:
     """Look for globals, objects of the file and default values that functions change."""
     kept = _kept_in(function.declared.source.tree)
     functions = list(used_functions(function.declared))
@@ -40,14 +40,14 @@ def state_is_in_variables(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP301)
-def modules_stay_as_they_are(function: Examined) -> Iterator[Finding]:
+def modules_stay_as_they_are(function: CheckedFunction) -> Iterator[Finding]:
     """Look for names of modules that a function sets."""
     for event in function.events:
         if isinstance(event, Write) and _is_module(event.owner):
             yield _finding(function, ast.unparse(event.node), event.node)
 
 
-def _finding(function: Examined, name: str, node: ast.AST) -> Finding:
+def _finding(function: CheckedFunction, name: str, node: ast.AST) -> Finding:
     message = f"no reset and no snapshot restores '{name}': keep what changes in a MapVariable"
     return function.declared.finding(Code.NRP301, node, message, Level.WARNING)
 
@@ -144,7 +144,7 @@ def _changed(function: Function, kept: Mapping[str, frozenset[str]]) -> Iterator
             yield root.id, node
 
 
-def _messages_in(function: Examined) -> Iterator[str]:
+def _messages_in(function: CheckedFunction) -> Iterator[str]:
     """Yield the names of messages that the file of a function makes once."""
     for node in function.declared.source.tree.body:
         match node:

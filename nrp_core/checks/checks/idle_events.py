@@ -9,7 +9,7 @@ from typing import Final
 
 from nrp_core.checks.checks.conditions import asked, read_topics
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.errors import NrpError
 from nrp_core.experiment.events.values import to_message
 from nrp_core.findings import Code, Finding, Level
@@ -22,34 +22,34 @@ _MEASURED: Final = (Imu, JointState, LinkStates, ModelStates, Odometry)
 
 
 @checks_experiment(Code.NRP248)
-def measured_values_are_compared_with_bounds(study: Study) -> Iterator[Finding]:
+def measured_values_are_compared_with_bounds(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events and criteria that wait for an exact value of a position, velocity or force."""
-    for keys, wanted in asked(study.experiment, "topic", "topic_stays"):
-        info = study.topics.get(study.experiment.aliases.get(wanted.name, wanted.name))
+    for keys, wanted in asked(static.experiment, "topic", "topic_stays"):
+        info = static.topics.get(static.experiment.aliases.get(wanted.name, wanted.name))
         exact = wanted.equals
         if info is not None and info.type in _MEASURED and type(exact) in (int, float) and exact:
             message = (
                 f"'{wanted.field}' of '{wanted.name}' is measured and hardly ever exactly {exact:g}; "
                 "write 'above' and 'below'"
             )
-            yield study.experiment.place(*keys, "equals").finding(Code.NRP248, message, Level.WARNING)
+            yield static.experiment.place(*keys, "equals").finding(Code.NRP248, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP279, Code.NRP324)
-def own_topics_are_used(study: Study) -> Iterator[Finding]:
+def own_topics_are_used(static: StaticExperiment) -> Iterator[Finding]:
     """Look for topics of the experiment that nothing uses or that only events publish on.
 
     Such a topic may be for people and recordings; it is doubted if its name is nearly that of another one.
     """
-    if not study.is_complete:
+    if not static.is_complete:
         return
-    experiment, functions = study.experiment, [declared.function for declared in study.declared]
+    experiment, functions = static.experiment, [declared.function for declared in static.declared]
     aliases = experiment.aliases
 
     def named(topics: Iterable[str]) -> set[str]:
         return {name for topic in topics for name in (topic, aliases.get(topic, topic))}
 
-    read = named(read_topics(study))
+    read = named(read_topics(static))
     spoken = named(topic.name for function in functions for topic in function.published)
     events = {
         topic: name
@@ -71,12 +71,12 @@ def own_topics_are_used(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP279)
-def aliases_are_used(study: Study) -> Iterator[Finding]:
+def aliases_are_used(static: StaticExperiment) -> Iterator[Finding]:
     """Look for further names of topics that no function, event or criterion uses."""
-    if not study.is_complete:
+    if not static.is_complete:
         return
-    experiment = study.experiment
-    used = {topic.name for one in study.declared for topic in one.function.published} | read_topics(study)
+    experiment = static.experiment
+    used = {topic.name for one in static.declared for topic in one.function.published} | read_topics(static)
     used |= {one.topic for event in experiment.events.values() for one in event.publish}
     used |= set(experiment.world.sensors) | set(experiment.aliases.values())
     for alias in sorted(experiment.aliases.keys() - used):
@@ -85,13 +85,13 @@ def aliases_are_used(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP320)
-def colors_change(study: Study) -> Iterator[Finding]:
+def colors_change(static: StaticExperiment) -> Iterator[Finding]:
     """Look for visuals to which all events give the colour that they have in their file."""
-    if study.scene is None or not study.is_complete:
+    if static.scene is None or not static.is_complete:
         return
-    experiment = study.experiment
-    own = {f"/{path}/color": tuple(visual.rgba) for path, visual in study.scene.visuals.items()}
-    spoken = {topic.name for declared in study.declared for topic in declared.function.published}
+    experiment = static.experiment
+    own = {f"/{path}/color": tuple(visual.rgba) for path, visual in static.scene.visuals.items()}
+    spoken = {topic.name for declared in static.declared for topic in declared.function.published}
     given: dict[str, dict[str, object]] = defaultdict(dict)
     for name, event in experiment.events.items():
         for one in event.publish:
@@ -100,7 +100,7 @@ def colors_change(study: Study) -> Iterator[Finding]:
                 given[topic][name] = one.value
     for topic, values in given.items():
         try:
-            messages = [to_message(study.topics[topic], value) for value in values.values()]
+            messages = [to_message(static.topics[topic], value) for value in values.values()]
         except (NrpError, KeyError):  # reported by the check of events
             continue
         if all((one.r, one.g, one.b, one.a) == own[topic] for one in messages):

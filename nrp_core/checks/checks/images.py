@@ -12,7 +12,7 @@ from nrp_core.checks.events import Call
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Known
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.tf_lib.vision import find_centroid_hsv, wrong_bounds
 from nrp_core.findings import Code, Finding, Level
 
@@ -26,7 +26,7 @@ _LARGEST_BYTE: Final = 255
 
 
 @checks_function(Code.NRP320)
-def colors_can_be_found(function: Examined) -> Iterator[Finding]:
+def colors_can_be_found(function: CheckedFunction) -> Iterator[Finding]:
     """Look for HSV bounds that no pixel meets, or that are in another scale than OpenCV's."""
     for event in function.events:
         match event:
@@ -43,7 +43,7 @@ def colors_can_be_found(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def bounds_of_bytes_can_be_met(function: Examined) -> Iterator[Finding]:
+def bounds_of_bytes_can_be_met(function: CheckedFunction) -> Iterator[Finding]:
     """Look for bounds of ``cv2.inRange`` that exclude all bytes, or that no byte reaches."""
     for node in function.declared.own:
         match node:
@@ -63,7 +63,7 @@ def bounds_of_bytes_can_be_met(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP331)
-def centroids_have_columns_first(function: Examined) -> Iterator[Finding]:
+def centroids_have_columns_first(function: CheckedFunction) -> Iterator[Finding]:
     """Look for differences of the column of a centroid and a height, and of its row and a width."""
     found = {
         event.node for event in function.events
@@ -97,7 +97,7 @@ def _part(node: ast.expr, centroids: set[str]) -> str:
     return ""
 
 
-def _numbers(function: Examined, node: ast.expr) -> Any:
+def _numbers(function: CheckedFunction, node: ast.expr) -> Any:
     """Return the value of constants, of names for them and of arithmetic with them; None for others."""
     try:
         return _value(function, node.value if isinstance(node, ast.Starred) else node)
@@ -105,7 +105,7 @@ def _numbers(function: Examined, node: ast.expr) -> Any:
         return None
 
 
-def _value(function: Examined, node: ast.expr) -> Any:
+def _value(function: CheckedFunction, node: ast.expr) -> Any:
     match node:
         case ast.Constant(value) if isinstance(value, (int, float)):
             return value
@@ -128,7 +128,7 @@ def _value(function: Examined, node: ast.expr) -> Any:
     return None
 
 
-def _assigned(function: Examined, name: str) -> ast.expr | None:
+def _assigned(function: CheckedFunction, name: str) -> ast.expr | None:
     """Return what a function assigns to a name of its own, if it does so once and in one place."""
     given: list[ast.expr | None] = []
     for node in function.declared.own:

@@ -10,7 +10,7 @@ from nrp_core.checks.checks.sources import CURRENTS
 from nrp_core.checks.events import Read, Write
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance, Known
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
@@ -33,7 +33,7 @@ _EXPECTED: Final = 1.0
 
 
 @checks_function(Code.NRP297, Code.NRP248)
-def settings_are_plausible(function: Examined) -> Iterator[Finding]:
+def settings_are_plausible(function: CheckedFunction) -> Iterator[Finding]:
     """Look for weights, time constants and delays of devices in a wrong unit."""
     end_ms = milliseconds(function.experiment.duration)
     step_ms = milliseconds(function.experiment.timestep)
@@ -83,7 +83,7 @@ def _strong(size: float) -> str:
 
 
 @checks_function(Code.NRP297)
-def currents_are_plausible(function: Examined) -> Iterator[Finding]:
+def currents_are_plausible(function: CheckedFunction) -> Iterator[Finding]:
     """Look for currents that a body sets in a wrong unit."""
     for event in function.events:
         match event:
@@ -95,7 +95,7 @@ def currents_are_plausible(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP248)
-def rates_make_spikes(function: Examined) -> Iterator[Finding]:
+def rates_make_spikes(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sources whose only rate is too low for a spike in the run."""
     end_s = seconds(function.experiment.duration)
     rates = [one for one in function.events if isinstance(one, Write) and one.exists and one.name == "rate"]
@@ -118,7 +118,7 @@ def rates_make_spikes(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP248)
-def rates_are_more_than_shares(function: Examined) -> Iterator[Finding]:
+def rates_are_more_than_shares(function: CheckedFunction) -> Iterator[Finding]:
     """Look for rates that are a share of an image, which is at most 1 Hz."""
     shares = {
         id(event.node) for event in function.events
@@ -142,7 +142,7 @@ def _owners(events: list[Write]) -> list[Any]:
 
 
 @checks_function(Code.NRP248)
-def spikes_are_injected_in_time(function: Examined) -> Iterator[Finding]:
+def spikes_are_injected_in_time(function: CheckedFunction) -> Iterator[Finding]:
     """Look for single spikes after the end of the run."""
     end_ms = milliseconds(function.experiment.duration)
     for node in function.declared.own:
@@ -165,7 +165,7 @@ def _numbers(node: ast.expr) -> list[float]:
 
 
 @checks_function(Code.NRP352)
-def parameters_are_declared_at_the_top(function: Examined) -> Iterator[Finding]:
+def parameters_are_declared_at_the_top(function: CheckedFunction) -> Iterator[Finding]:
     """Look for ``nrp.parameter`` in a body, where an experiment cannot set it."""
     for node in function.declared.own:
         match node:

@@ -9,7 +9,7 @@ from typing import Any, TypeGuard
 from nrp_core.checks.events import Call, Index, Read, Rename, Write
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance, Known, Number, Row, Shape, can_set, names_of
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.csv_recorder import CSVRecorder
 from nrp_core.dsl.functions.mappings import MapCSVRecorder
@@ -23,7 +23,7 @@ _OF_MANY: tuple[Any, ...] = (min, max, sum)
 
 
 @checks_function(Code.NRP252)
-def indexed_values_have_items(function: Examined) -> Iterator[Finding]:
+def indexed_values_have_items(function: CheckedFunction) -> Iterator[Finding]:
     """Look for items of values without items, and for indices out of range."""
     for event in function.events:
         match event:
@@ -49,7 +49,7 @@ def indexed_values_have_items(function: Examined) -> Iterator[Finding]:
         yield function.declared.finding(Code.NRP252, event.node, message)
 
 
-def _without_items(function: Examined, shape: Shape) -> str:
+def _without_items(function: CheckedFunction, shape: Shape) -> str:
     """Return the kind of a value without items; empty if it may have items."""
     match shape:
         case Number() | Known(bool() | int() | float()):
@@ -64,7 +64,7 @@ def _without_items(function: Examined, shape: Shape) -> str:
 
 
 @checks_function(Code.NRP225)
-def groups_get_a_value_for_each(function: Examined) -> Iterator[Finding]:
+def groups_get_a_value_for_each(function: CheckedFunction) -> Iterator[Finding]:
     """Look for lists that have more or fewer values than a group has devices."""
     for event in function.events:
         match event:
@@ -76,7 +76,7 @@ def groups_get_a_value_for_each(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP253)
-def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
+def parameters_stay_what_they_are(function: CheckedFunction) -> Iterator[Finding]:
     """Look for parameters that are overwritten, where an attribute was probably intended."""
     lost: dict[str, Shape] = {}
     for event in function.events:
@@ -97,7 +97,7 @@ def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP253)
-def variables_are_set_by_their_value(function: Examined) -> Iterator[Finding]:
+def variables_are_set_by_their_value(function: CheckedFunction) -> Iterator[Finding]:
     """Look for ``n = n.value + 1``, which leaves the variable as it is."""
     renamed = {
         id(event.node) for event in function.events if isinstance(event, Rename) and _is_variable(event)
@@ -117,7 +117,7 @@ def variables_are_set_by_their_value(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP253)
-def loops_leave_parameters_alone(function: Examined) -> Iterator[Finding]:
+def loops_leave_parameters_alone(function: CheckedFunction) -> Iterator[Finding]:
     """Look for loops over the name of a parameter that is used after them."""
     for node in function.declared.own:
         match node:
@@ -154,7 +154,7 @@ def _counts_on(value: ast.expr, name: str) -> bool:
 
 
 @checks_function(Code.NRP254)
-def headers_are_a_list(function: Examined) -> Iterator[Finding]:
+def headers_are_a_list(function: CheckedFunction) -> Iterator[Finding]:
     """Look for headers that are a single string, of which each letter would become a column."""
     for name, mapping in function.function.mappings.items():
         node = function.declared.nodes.get(name)
@@ -171,7 +171,7 @@ def headers_are_a_list(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP254)
-def rows_fit_their_headers(function: Examined) -> Iterator[Finding]:
+def rows_fit_their_headers(function: CheckedFunction) -> Iterator[Finding]:
     """Compare the values that are recorded with the headers."""
     for event in function.events:
         if not (isinstance(event, Call) and event.is_whole and isinstance(event.callee, Known)):

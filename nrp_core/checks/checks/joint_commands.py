@@ -11,7 +11,7 @@ from typing import Final
 from nrp_core.checks.events import Call, Return
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.shapes import Known, Shape
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.parameters.topics import PublishedTopic
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.topics import TopicInfo
@@ -23,7 +23,7 @@ _WHOLE: Final = 5.0
 
 
 @checks_function(Code.NRP249)
-def joints_are_commanded_in_radians(function: Examined) -> Iterator[Finding]:
+def joints_are_commanded_in_radians(function: CheckedFunction) -> Iterator[Finding]:
     """Look for constant commands of joints that are angles in degrees."""
     made = {
         id(event.node): event.given[0]
@@ -46,15 +46,15 @@ def joints_are_commanded_in_radians(function: Examined) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP249)
-def events_command_radians(study: Study) -> Iterator[Finding]:
+def events_command_radians(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events that command a joint by an angle in degrees."""
-    for name, event in study.experiment.events.items():
+    for name, event in static.experiment.events.items():
         for said in event.publish:
-            info = study.topics.get(study.experiment.aliases.get(said.topic, said.topic))
+            info = static.topics.get(static.experiment.aliases.get(said.topic, said.topic))
             value = next(iter(said.value.values()), None) if isinstance(said.value, dict) else said.value
             message = "" if info is None else _in_degrees(info, Known(value))
             if message:
-                place = study.experiment.place("events", name, "publish")
+                place = static.experiment.place("events", name, "publish")
                 yield place.finding(Code.NRP249, message, Level.WARNING)
 
 

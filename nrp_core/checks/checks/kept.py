@@ -7,13 +7,13 @@ from collections.abc import Iterator
 
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.functions.mappings import MapVariable
 from nrp_core.findings import Code, Finding, Level
 
 
 @checks_function(Code.NRP330)
-def values_are_kept(function: Examined) -> Iterator[Finding]:
+def values_are_kept(function: CheckedFunction) -> Iterator[Finding]:
     """Look for variables that are reset before they are added to, and for copies that are changed."""
     body = function.declared.node.body
     for name, mapping in function.function.mappings.items():
@@ -38,7 +38,7 @@ def values_are_kept(function: Examined) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP330)
-def shared_variables_are_shared_by_both(study: Study) -> Iterator[Finding]:
+def shared_variables_are_shared_by_both(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a variable that one function sets for all and another reads as its own."""
     uses = [
         (
@@ -47,7 +47,7 @@ def shared_variables_are_shared_by_both(study: Study) -> Iterator[Finding]:
             mapping,
             [one for one in _nodes(function.declared.node.body) if _is_value(one, name)],
         )
-        for function in study.examined
+        for function in static.functions
         for name, mapping in function.function.mappings.items()
         if isinstance(mapping, MapVariable)
     ]

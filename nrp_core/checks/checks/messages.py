@@ -14,7 +14,7 @@ from nrp_core.checks.events import Call, Return, Write
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance, Items, Known, Number, Row, Shape, hints
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.parameters.topics import PublishedTopic
 from nrp_core.errors import TopicError
 from nrp_core.findings import Code, Finding, Level
@@ -30,7 +30,7 @@ _PLAIN: dict[Any, tuple[str, tuple[type, ...]]] = {
 
 
 @checks_function(Code.NRP227)
-def constructor_arguments_have_the_field_types(function: Examined) -> Iterator[Finding]:
+def constructor_arguments_have_the_field_types(function: CheckedFunction) -> Iterator[Finding]:
     """Compare the arguments of messages with their fields."""
     for event in function.events:
         match event:
@@ -50,7 +50,7 @@ def constructor_arguments_have_the_field_types(function: Examined) -> Iterator[F
 
 
 @checks_function(Code.NRP227)
-def assigned_values_have_the_field_types(function: Examined) -> Iterator[Finding]:
+def assigned_values_have_the_field_types(function: CheckedFunction) -> Iterator[Finding]:
     """Compare values assigned to fields of messages with the types of the fields."""
     for event in function.events:
         match event:
@@ -62,7 +62,7 @@ def assigned_values_have_the_field_types(function: Examined) -> Iterator[Finding
 
 
 @checks_function(Code.NRP227)
-def numbers_of_messages_are_no_truth_values(function: Examined) -> Iterator[Finding]:
+def numbers_of_messages_are_no_truth_values(function: CheckedFunction) -> Iterator[Finding]:
     """Look for comparisons in place of the number of a field."""
     for event in function.events:
         match event:
@@ -93,7 +93,7 @@ def _meant(value: ast.Compare) -> str:
 
 
 @checks_function(Code.NRP228)
-def sent_values_fit_the_topic(function: Examined) -> Iterator[Finding]:
+def sent_values_fit_the_topic(function: CheckedFunction) -> Iterator[Finding]:
     """Compare returned and sent values with the type of the topic."""
     for event in function.events:
         match event:
@@ -134,7 +134,7 @@ def _refused(info: TopicInfo, value: Shape) -> str:
     return ""
 
 
-def _misfit(function: Examined, shape: Shape, hint: Any) -> str:
+def _misfit(function: CheckedFunction, shape: Shape, hint: Any) -> str:
     """Return the type of a field if a value does not fit it, else an empty text."""
     wrong = no_value(function, shape) or not_called(shape)
     if wrong:

@@ -12,7 +12,7 @@ from nrp_core.checks.imported import full_names
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Known
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.clock import seconds
 from nrp_core.findings import Code, Finding, Level
 
@@ -33,7 +33,7 @@ _PARTS: Final = (
 
 
 @checks_function(Code.NRP248)
-def moments_come(function: Examined) -> Iterator[Finding]:
+def moments_come(function: CheckedFunction) -> Iterator[Finding]:
     """Look for conditions of ``t`` alone that no step of the experiment meets."""
     experiment, declared = function.experiment, function.declared
     steps = experiment.duration // experiment.timestep
@@ -54,7 +54,7 @@ def moments_come(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def remainders_are_compared(function: Examined) -> Iterator[Finding]:
+def remainders_are_compared(function: CheckedFunction) -> Iterator[Finding]:
     """Look for remainders of ``t`` in place of conditions: they are true unless they are exactly 0."""
     if "t" in assigned(function.declared.node.body):
         return
@@ -73,7 +73,7 @@ def remainders_are_compared(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP249)
-def waves_are_slower_than_steps(function: Examined) -> Iterator[Finding]:
+def waves_are_slower_than_steps(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sines of ``t`` that turn half a round or more from one step to the next."""
     declared, step_s = function.declared, seconds(function.experiment.timestep)
     if "t" in assigned(declared.node.body):
@@ -94,7 +94,7 @@ def waves_are_slower_than_steps(function: Examined) -> Iterator[Finding]:
                     yield declared.finding(Code.NRP249, node, message, Level.WARNING)
 
 
-def _numbers(function: Examined) -> dict[str, Any]:
+def _numbers(function: CheckedFunction) -> dict[str, Any]:
     """Return the functions and numbers that a condition may use, by name; a dotted name is one."""
     declared = function.declared
     changed = {

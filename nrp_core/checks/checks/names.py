@@ -10,7 +10,7 @@ from pyflakes.checker import Checker
 
 from nrp_core.checks.declared import found_in
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study, at_most
+from nrp_core.checks.static_experiment import StaticExperiment, at_most
 from nrp_core.dsl.loading.listing import PythonSource
 from nrp_core.errors import Instead, did_you_mean
 from nrp_core.findings import Code, Finding, Level
@@ -39,13 +39,13 @@ _PLAIN = {
 
 
 @checks_experiment(Code.NRP246, Code.NRP242, Code.NRP300)
-def names_are_defined_and_used(study: Study) -> Iterator[Finding]:
+def names_are_defined_and_used(static: StaticExperiment) -> Iterator[Finding]:
     """Look for undefined names, unused local values, and conditions that are always true."""
-    for listing in study.listings:
+    for listing in static.listings:
         yield from _names_of(listing.sources, set(listing.names))
-    for source in study.neighbours:
+    for source in static.neighbours:
         yield from _names_of([source], set())
-    for source in study.scripts:  # it was executed, so an undefined name is one that it did not reach
+    for source in static.scripts:  # it was executed, so an undefined name is one that it did not reach
         yield from (at_most(one, Level.WARNING) for one in _names_of([source], set(), _OF_SCRIPTS))
 
 

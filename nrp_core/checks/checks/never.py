@@ -10,7 +10,7 @@ from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.scopes import SCOPES
 from nrp_core.checks.shapes import Instance, Known, Number, Shape
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.dsl.devices.devices import LeakyIntegratorDevice
 from nrp_core.dsl.tf_lib.vision import RedShares
@@ -29,9 +29,9 @@ _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
 
 
 @checks_experiment(Code.NRP248)
-def events_come_in_time(study: Study) -> Iterator[Finding]:
+def events_come_in_time(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events after the end of the run, and for events that wait for each other."""
-    experiment = study.experiment
+    experiment = static.experiment
     for name, event in experiment.events.items():
         duration_s = f"{seconds(experiment.duration):g} s"
         if event.at is not None and event.at >= experiment.duration:
@@ -53,9 +53,9 @@ def events_come_in_time(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP248)
-def limits_of_criteria_end_in_time(study: Study) -> Iterator[Finding]:
+def limits_of_criteria_end_in_time(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria that allow more time than the run has."""
-    experiment = study.experiment
+    experiment = static.experiment
     for name, criterion in experiment.criteria.items():
         if criterion.within_of is not None and criterion.within_of.time > experiment.duration:
             message = (
@@ -104,7 +104,7 @@ def _delay_ns(event: Event) -> int:
 
 
 @checks_function(Code.NRP248)
-def times_are_reached(function: Examined) -> Iterator[Finding]:
+def times_are_reached(function: CheckedFunction) -> Iterator[Finding]:
     """Look for comparisons of ``t`` with times that it never reaches."""
     duration_s = seconds(function.experiment.duration)
     for event in function.events:
@@ -125,7 +125,7 @@ def times_are_reached(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP248)
-def times_are_met(function: Examined) -> Iterator[Finding]:
+def times_are_met(function: CheckedFunction) -> Iterator[Finding]:
     """Look for tests whether ``t`` equals a time, or is a multiple of one, that miss it."""
     step_ns, starts_at = function.experiment.timestep, function.experiment.tf_time == "start"
     multiples = {}
@@ -153,7 +153,7 @@ def times_are_met(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP248)
-def numbers_are_not_compared_with_texts(function: Examined) -> Iterator[Finding]:
+def numbers_are_not_compared_with_texts(function: CheckedFunction) -> Iterator[Finding]:
     """Look for tests whether a number equals a text."""
     for event in function.events:
         match event:
@@ -165,7 +165,7 @@ def numbers_are_not_compared_with_texts(function: Examined) -> Iterator[Finding]
 
 
 @checks_function(Code.NRP248)
-def parts_are_compared_with_parts(function: Examined) -> Iterator[Finding]:
+def parts_are_compared_with_parts(function: CheckedFunction) -> Iterator[Finding]:
     """Look for comparisons of a share of an image, or of a part of a quaternion, with a number beyond 1."""
     parts = {
         id(event.node): PARTS[event.owner.cls]
@@ -183,7 +183,7 @@ def parts_are_compared_with_parts(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def voltages_are_compared_within_their_range(function: Examined) -> Iterator[Finding]:
+def voltages_are_compared_within_their_range(function: CheckedFunction) -> Iterator[Finding]:
     """Look for thresholds of a listening neuron that its voltage is always above."""
     resting = {
         id(event.node)
@@ -203,7 +203,7 @@ def voltages_are_compared_within_their_range(function: Examined) -> Iterator[Fin
                     yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
-def _rests_at_0(function: Examined, shape: Shape) -> bool:
+def _rests_at_0(function: CheckedFunction, shape: Shape) -> bool:
     """Return whether the integrator of a parameter has no settings that let its voltage fall below 0."""
     decorator = function.declared.nodes.get(function.parameter_of(shape) or "")
     return isinstance(decorator, ast.Call) and not {one.arg for one in decorator.keywords} & _LOWERING
@@ -228,7 +228,7 @@ def _missed(period_s: float, step_ns: int) -> str:
 
 
 @checks_function(Code.NRP251)
-def loops_end(function: Examined) -> Iterator[Finding]:
+def loops_end(function: CheckedFunction) -> Iterator[Finding]:
     """Look for ``while True`` loops without an exit."""
     for node in ast.walk(ast.Module(function.declared.node.body, [])):
         if isinstance(node, ast.While) and _is_true(node.test) and not _can_be_left(node):

@@ -10,7 +10,7 @@ from nrp_core.checks.events import Add, Divide, Read, Write
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import UNITS, Known, Number, Shape, item_of
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.clock import seconds
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
@@ -20,7 +20,7 @@ _THOUSAND: Final = 1000.0
 
 
 @checks_function(Code.NRP232)
-def nothing_is_divided_by_zero(function: Examined) -> Iterator[Finding]:
+def nothing_is_divided_by_zero(function: CheckedFunction) -> Iterator[Finding]:
     """Look for constant divisors that are zero."""
     for event in function.events:
         match event:
@@ -30,7 +30,7 @@ def nothing_is_divided_by_zero(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP233)
-def units_agree(function: Examined) -> Iterator[Finding]:
+def units_agree(function: CheckedFunction) -> Iterator[Finding]:
     """Look for quantities in one unit that are used in place of another."""
     for event in function.events:
         match event:
@@ -48,7 +48,7 @@ def units_agree(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP233)
-def times_of_recorders_are_in_ms(function: Examined) -> Iterator[Finding]:
+def times_of_recorders_are_in_ms(function: CheckedFunction) -> Iterator[Finding]:
     """Look for times of a recorder, in ms, that are combined with a time in s."""
     times = {
         id(event.node)
@@ -71,7 +71,7 @@ def times_of_recorders_are_in_ms(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP233)
-def times_in_loops_are_in_ms(function: Examined) -> Iterator[Finding]:
+def times_in_loops_are_in_ms(function: CheckedFunction) -> Iterator[Finding]:
     """Look for loops over the times of a recorder, in ms, that compare them with ``t``, in s."""
     nodes = function.declared.own
     for loop in nodes:
@@ -99,7 +99,7 @@ def _is_time(node: ast.expr) -> bool:
 
 
 @checks_function(Code.NRP233)
-def the_time_is_in_s(function: Examined) -> Iterator[Finding]:
+def the_time_is_in_s(function: CheckedFunction) -> Iterator[Finding]:
     """Look for a time in s that is divided by 1000, as one in ms would be."""
     end_s = seconds(function.experiment.duration)
     for event in function.events:

@@ -11,7 +11,7 @@ from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.shapes import UNITS
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.variables import Variable
@@ -22,7 +22,7 @@ _SIDES = re.compile(r"(?<![a-z])(?:left|right)")
 
 
 @checks_function(Code.NRP320)
-def computed_values_are_not_replaced(function: Examined) -> Iterator[Finding]:
+def computed_values_are_not_replaced(function: CheckedFunction) -> Iterator[Finding]:
     """Look for a source that is set to a computed value and, in the next statements, to a number."""
     first: dict[str, int] = {}
     for statement in function.declared.node.body:
@@ -44,7 +44,7 @@ def computed_values_are_not_replaced(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def last_times_are_set_last(function: Examined) -> Iterator[Finding]:
+def last_times_are_set_last(function: CheckedFunction) -> Iterator[Finding]:
     """Look for a variable that is set to ``t`` before the time since its last value is computed."""
     set_to_t: dict[str, int] = {}
     for statement in function.declared.node.body:
@@ -66,7 +66,7 @@ def last_times_are_set_last(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def loops_keep_more_than_the_last_value(function: Examined) -> Iterator[Finding]:
+def loops_keep_more_than_the_last_value(function: CheckedFunction) -> Iterator[Finding]:
     """Look for loops over numbers that only set a name to one item after the other."""
     for loop in function.declared.own:
         match loop:
@@ -82,7 +82,7 @@ def loops_keep_more_than_the_last_value(function: Examined) -> Iterator[Finding]
 
 
 @checks_function(Code.NRP320)
-def sides_have_their_own_values(function: Examined) -> Iterator[Finding]:
+def sides_have_their_own_values(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sources of the left and right side that are set to the same part of something, in one go."""
     for (one, value), (other, same) in _pairs(function):
         names = [_SIDES.sub("", ast.unparse(each)) for each in (one, other)]
@@ -97,7 +97,7 @@ def sides_have_their_own_values(function: Examined) -> Iterator[Finding]:
 _Setting = tuple[ast.expr, ast.expr]
 
 
-def _pairs(function: Examined) -> Iterator[tuple[_Setting, _Setting]]:
+def _pairs(function: CheckedFunction) -> Iterator[tuple[_Setting, _Setting]]:
     """Yield the pairs of sources that one block sets to parts of something."""
     for block in _blocks(function.declared.node):
         yield from combinations(
@@ -133,14 +133,14 @@ def _assigned(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr | None]]:
                 yield target, node.value
 
 
-def _is_setting(function: Examined, target: ast.expr) -> bool:
+def _is_setting(function: CheckedFunction, target: ast.expr) -> bool:
     match target:
         case ast.Attribute(ast.Name(name), attribute) if attribute in UNITS:
             return isinstance(function.adapters.get(name), Device | DeviceGroup)
     return False
 
 
-def _is_variable(function: Examined, target: ast.Attribute) -> bool:
+def _is_variable(function: CheckedFunction, target: ast.Attribute) -> bool:
     return isinstance(target.value, ast.Name) and isinstance(function.adapters.get(target.value.id), Variable)
 
 

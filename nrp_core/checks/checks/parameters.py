@@ -10,7 +10,7 @@ from nrp_core.checks.declared import Unread
 from nrp_core.checks.events import Return
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSource
 from nrp_core.dsl.functions.monitors import MonitoringFunction
 from nrp_core.dsl.parameters.messages import message_packages
@@ -21,7 +21,7 @@ _WIRING: Final = {"connector", "weight", "delay", "receptor_type", "synapse_type
 
 
 @checks_function(Code.NRP220, Code.NRP231)
-def parameters_are_used(function: Examined) -> Iterator[Finding]:
+def parameters_are_used(function: CheckedFunction) -> Iterator[Finding]:
     """Look for parameters that a body does not use, and for sources that it never sets."""
     loads = [node for node in _names(function) if not isinstance(node.ctx, ast.Store)]
     used = {node.id for node in loads}
@@ -42,7 +42,7 @@ def parameters_are_used(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP231)
-def sources_have_weight(function: Examined) -> Iterator[Finding]:
+def sources_have_weight(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sources whose spikes have no effect."""
     for name, mapping in function.function.mappings.items():
         weight = mapping.options.get("weight") if isinstance(mapping, MapSpikeSource) else None
@@ -52,12 +52,12 @@ def sources_have_weight(function: Examined) -> Iterator[Finding]:
             yield function.declared.finding(Code.NRP231, node, message, Level.WARNING)
 
 
-def _names(function: Examined) -> Iterator[ast.Name]:
+def _names(function: CheckedFunction) -> Iterator[ast.Name]:
     for statement in function.declared.node.body:
         yield from (node for node in ast.walk(statement) if isinstance(node, ast.Name))
 
 
-def _only_read(function: Examined) -> set[str]:
+def _only_read(function: CheckedFunction) -> set[str]:
     """Return the parameters whose attributes the body only reads; a method call may set them."""
     body = ast.Module(function.declared.node.body, [])
     parents = {id(child): node for node in ast.walk(body) for child in ast.iter_child_nodes(node)}
@@ -71,7 +71,7 @@ def _only_read(function: Examined) -> set[str]:
 
 
 @checks_function(Code.NRP236)
-def parameters_hide_nothing(function: Examined) -> Iterator[Finding]:
+def parameters_hide_nothing(function: CheckedFunction) -> Iterator[Finding]:
     """Look for parameters that hide a predefined name of every file."""
     for name in function.function.parameters:
         if name in ("nrp", "Topic", *message_packages()):
@@ -81,7 +81,7 @@ def parameters_hide_nothing(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP237)
-def returned_values_are_used(function: Examined) -> Iterator[Finding]:
+def returned_values_are_used(function: CheckedFunction) -> Iterator[Finding]:
     """Look for return values without a topic, and for topics that get none."""
     if not function.declared.is_read or isinstance(function.function, MonitoringFunction):
         return
@@ -97,7 +97,7 @@ def returned_values_are_used(function: Examined) -> Iterator[Finding]:
         yield function.declared.finding(Code.NRP237, values[0].node, message, level)
 
 
-def _returns(function: Examined) -> bool:
+def _returns(function: CheckedFunction) -> bool:
     """Return whether a body returns a value anywhere, including code that is meant to fail."""
     for node in function.declared.own:
         if isinstance(node, ast.Return) and node.value is not None:

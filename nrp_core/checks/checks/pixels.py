@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.findings import Code, Finding, Level
 
 _BYTES = ("uint8", "imgmsg_to_cv2")
@@ -16,7 +16,7 @@ _DIFFERENCE = "'{}' subtracts bytes, and 10 - 20 is then 246; convert one first:
 
 
 @checks_function(Code.NRP331)
-def images_have_rows_of_columns(function: Examined) -> Iterator[Finding]:
+def images_have_rows_of_columns(function: CheckedFunction) -> Iterator[Finding]:
     """Look for arrays with the width of an image before its height."""
     for node in function.declared.own:
         match node:
@@ -32,7 +32,7 @@ def images_have_rows_of_columns(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP331)
-def colours_keep_their_order(function: Examined) -> Iterator[Finding]:
+def colours_keep_their_order(function: CheckedFunction) -> Iterator[Finding]:
     """Look for conversions of pixels as BGR that are RGB, as those of all cameras, and vice versa."""
     orders: dict[str, str] = {}
     for node in sorted(function.declared.own, key=_end):
@@ -73,7 +73,7 @@ def _order(value: ast.expr, orders: Mapping[str, str]) -> str:
 
 
 @checks_function(Code.NRP331)
-def differences_of_bytes_do_not_wrap(function: Examined) -> Iterator[Finding]:
+def differences_of_bytes_do_not_wrap(function: CheckedFunction) -> Iterator[Finding]:
     """Look for differences of pixels that are unsigned bytes."""
     nodes = function.declared.own
     assigned = [node for node in nodes if isinstance(node, ast.Assign)]

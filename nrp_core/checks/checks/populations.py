@@ -13,7 +13,7 @@ from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.state_recorder import StateRecorderPort
 from nrp_core.brain.network.implausible import FEWEST_SPIKES
 from nrp_core.checks.registry import checks_experiment, checks_function
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.findings import Code, Finding, Level
@@ -23,27 +23,27 @@ _MANY: Final = 8
 
 
 @checks_experiment(Code.NRP290)
-def populations_take_part(study: Study) -> Iterator[Finding]:
+def populations_take_part(static: StaticExperiment) -> Iterator[Finding]:
     """Look for populations without a synapse and without a device, as far as all devices are known.
 
     Look also for those whose spikes a function reads although nothing can make them fire.
     """
-    if study.network is None or not _knows_devices(study):
+    if static.network is None or not _knows_devices(static):
         return
-    experiment = study.experiment
-    connected = {end for pair in study.joined for end in pair}
+    experiment = static.experiment
+    connected = {end for pair in static.summary.joined for end in pair}
     place = experiment.place("brain", "model")
     # functions of the platform change cells by the brain's variables, and interventions drive them
-    mute = [] if experiment.compatibility or experiment.brain.interventions else study.mute
-    for label, population in study.network.populations.items():
-        devices = _devices(study, label)
+    mute = [] if experiment.compatibility or experiment.brain.interventions else static.summary.mute
+    for label, population in static.network.populations.items():
+        devices = _devices(static, label)
         if label not in connected and not devices:
             message = f"the population '{label}' ({population.size} cells) has no synapse and no device"
             yield place.finding(Code.NRP290, message, Level.NOTE)
         reads_spikes = any(
             isinstance(one, SinkPort) and not isinstance(one, StateRecorderPort) for one in devices
         )
-        leads_on = bool(study.devices) and any(pre == label for pre, _ in study.joined)
+        leads_on = bool(static.devices) and any(pre == label for pre, _ in static.summary.joined)
         is_mute = label in mute and not any(isinstance(one, SourcePort) for one in devices)
         if is_mute and (reads_spikes or leads_on):
             then = "a function reads its spikes" if reads_spikes else "its synapses transmit none"
@@ -52,7 +52,7 @@ def populations_take_part(study: Study) -> Iterator[Finding]:
                 "it, and its own current does not take it to its threshold"
             )
             yield place.finding(Code.NRP290, message, Level.WARNING)
-        for cell in _forgotten(study, label):
+        for cell in _forgotten(static, label):
             message = (
                 f"cell {cell} of the population '{label}' has a device and no synapse, and all other cells "
                 "have some"
@@ -60,55 +60,55 @@ def populations_take_part(study: Study) -> Iterator[Finding]:
             yield place.finding(Code.NRP290, message, Level.WARNING)
 
 
-def _forgotten(study: Study, label: str) -> list[int]:
+def _forgotten(static: StaticExperiment, label: str) -> list[int]:
     """Return the only cell without synapses of a population, if a device has it with others.
 
     Where synapses are drawn at random, a cell may have none by chance; one among many is so at most if cells
     have few. A device of its own may take a cell as something else.
     """
-    assert study.network is not None
-    onto, out = study.linked[label]
+    assert static.network is not None
+    onto, out = static.summary.linked[label]
     alone = np.flatnonzero(~(onto | out))
     if len(alone) != 1 or len(onto) < _MANY:
         return []
-    first = study.network.offsets[label]
-    has = [one for one in study.devices if (one.neurons == first + alone[0]).any()]
+    first = static.network.offsets[label]
+    has = [one for one in static.devices if (one.neurons == first + alone[0]).any()]
     return alone.tolist() if any(len(one.neurons) > 1 for one in has) else []
 
 
 @checks_experiment(Code.NRP290)
-def driven_cells_lead_to_those_that_are_read(study: Study) -> Iterator[Finding]:
+def driven_cells_lead_to_those_that_are_read(static: StaticExperiment) -> Iterator[Finding]:
     """Look for networks in which no synapses lead from what functions drive to what they read."""
-    if study.network is None or not _knows_devices(study) or study.experiment.compatibility:
+    if static.network is None or not _knows_devices(static) or static.experiment.compatibility:
         return
-    devices = {label: _devices(study, label) for label in study.network.populations}
+    devices = {label: _devices(static, label) for label in static.network.populations}
     driven, read = (
         {label for label, some in devices.items() if any(isinstance(one, kind) for one in some)}
         for kind in (SourcePort, SinkPort)
     )
     reached = set(driven)
-    while more := {post for pre, post in study.joined if pre in reached} - reached:
+    while more := {post for pre, post in static.summary.joined if pre in reached} - reached:
         reached |= more
     if driven and read and not reached & read:
         message = (
             "nothing that functions drive reaches anything that they read: no synapses lead from "
             f"{_listed(driven)} to {_listed(read)}"
         )
-        place = study.experiment.place("brain", "model")
+        place = static.experiment.place("brain", "model")
         yield place.finding(Code.NRP290, message, Level.WARNING)
 
 
-def _knows_devices(study: Study) -> bool:
+def _knows_devices(static: StaticExperiment) -> bool:
     """Return whether all devices and their neurons are known before the run."""
-    return study.is_complete and all(one.code is not Code.NRP239 for one in study.collector.findings)
+    return static.is_complete and all(one.code is not Code.NRP239 for one in static.findings)
 
 
-def _devices(study: Study, label: str) -> list[SourcePort | SinkPort]:
+def _devices(static: StaticExperiment, label: str) -> list[SourcePort | SinkPort]:
     """Return the devices on cells of a population."""
-    assert study.network is not None
-    first = study.network.offsets[label]
-    after = first + study.network.populations[label].size
-    return [one for one in study.devices if ((one.neurons >= first) & (one.neurons < after)).any()]
+    assert static.network is not None
+    first = static.network.offsets[label]
+    after = first + static.network.populations[label].size
+    return [one for one in static.devices if ((one.neurons >= first) & (one.neurons < after)).any()]
 
 
 def _listed(labels: set[str]) -> str:
@@ -116,7 +116,7 @@ def _listed(labels: set[str]) -> str:
 
 
 @checks_function(Code.NRP320)
-def devices_of_a_group_differ(function: Examined) -> Iterator[Finding]:
+def devices_of_a_group_differ(function: CheckedFunction) -> Iterator[Finding]:
     """Look for groups whose devices all have the same neurons, so that a number of them is lost."""
     for name, adapter in function.adapters.items():
         if not isinstance(adapter, DeviceGroup) or len(adapter) < 2:
@@ -129,38 +129,38 @@ def devices_of_a_group_differ(function: Examined) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP248)
-def spikes_come_in_time(study: Study) -> Iterator[Finding]:
+def spikes_come_in_time(static: StaticExperiment) -> Iterator[Finding]:
     """Look for sources and projections without an effect before the end of the run."""
-    end_ms = milliseconds(study.experiment.duration)
-    for part, first_ms, is_rare in study.silent:
+    end_ms = milliseconds(static.experiment.duration)
+    for part, first_ms, is_rare in static.summary.silent:
         if first_ms is None or first_ms >= end_ms:
             when = "" if first_ms is None else f" before {first_ms:g} ms, and the run ends at {end_ms:g} ms"
-            place = study.experiment.place("brain", "model")
+            place = static.experiment.place("brain", "model")
             has_none = is_rare and first_ms is not None and end_ms < FEWEST_SPIKES * first_ms
             yield place.finding(Code.NRP248, part + when, Level.WARNING if has_none else Level.NOTE)
 
 
 @checks_experiment(Code.NRP211)
-def neurons_are_picked_once(study: Study) -> Iterator[Finding]:
+def neurons_are_picked_once(static: StaticExperiment) -> Iterator[Finding]:
     """Look for named populations that have a neuron twice."""
-    if study.network is None:
+    if static.network is None:
         return
-    for name in study.experiment.brain.populations:
-        neurons = study.network.views.get(name)
+    for name in static.experiment.brain.populations:
+        neurons = static.network.views.get(name)
         if neurons is not None and len(set(neurons.tolist())) < len(neurons):
             message = f"the population '{name}' has {len(set(neurons.tolist()))} neurons, some of them twice"
-            place = study.experiment.place("brain", "populations", name)
+            place = static.experiment.place("brain", "populations", name)
             yield place.finding(Code.NRP211, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP304)
-def populations_are_apart_or_nested(study: Study) -> Iterator[Finding]:
+def populations_are_apart_or_nested(static: StaticExperiment) -> Iterator[Finding]:
     """Look for named populations that share some of their neurons, but not all neurons of either."""
-    if study.network is None:
+    if static.network is None:
         return
-    views = study.network.views
+    views = static.network.views
     named = {
-        name: frozenset(views[name].tolist()) for name in study.experiment.brain.populations if name in views
+        name: frozenset(views[name].tolist()) for name in static.experiment.brain.populations if name in views
     }
     for (one, first), (other, second) in combinations(named.items(), 2):
         shared = first & second
@@ -169,5 +169,5 @@ def populations_are_apart_or_nested(study: Study) -> Iterator[Finding]:
                 f"'{one}' and '{other}' share {len(shared)} of their {len(first)} and {len(second)} neurons; "
                 "a slice ends before its second number, so that '0:5' and '5:8' share none"
             )
-            place = study.experiment.place("brain", "populations", other)
+            place = static.experiment.place("brain", "populations", other)
             yield place.finding(Code.NRP304, message, Level.WARNING)

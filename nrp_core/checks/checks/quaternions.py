@@ -12,7 +12,7 @@ from nrp_core.checks.events import Add, Read
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance, Known
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.geometry_msgs import Quaternion
 
@@ -29,7 +29,7 @@ _ORDERS: Final = {
 
 
 @checks_function(Code.NRP233)
-def parts_of_quaternions_are_no_angles(function: Examined) -> Iterator[Finding]:
+def parts_of_quaternions_are_no_angles(function: CheckedFunction) -> Iterator[Finding]:
     """Look for a component of an orientation that is kept as an angle, or given to a function of angles."""
     for node in function.declared.own:
         match node:
@@ -48,7 +48,7 @@ def parts_of_quaternions_are_no_angles(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP233)
-def parts_of_quaternions_are_no_terms(function: Examined) -> Iterator[Finding]:
+def parts_of_quaternions_are_no_terms(function: CheckedFunction) -> Iterator[Finding]:
     """Look for a component of an orientation that is added to a number beyond 1, or subtracted from it."""
     parts = {
         id(event.node)
@@ -66,7 +66,7 @@ def parts_of_quaternions_are_no_terms(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP249)
-def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
+def quaternions_are_read_in_order(function: CheckedFunction) -> Iterator[Finding]:
     """Look for parts of quaternions in the order of another library, and for their angle upside down."""
     own = {one.name for one in function.declared.source.tree.body if isinstance(one, ast.FunctionDef)}
     for node in function.declared.own:

@@ -7,7 +7,7 @@ from itertools import combinations
 
 from nrp_core.checks.checks.conditions import asked
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.dsl.functions.function import TIME
 from nrp_core.experiment.model.experiment import Experiment
@@ -17,41 +17,41 @@ from nrp_core.world.raycast.solids import inside_m, outside_m
 
 
 @checks_experiment(Code.NRP248)
-def places_are_in_the_scene(study: Study) -> Iterator[Finding]:
+def places_are_in_the_scene(static: StaticExperiment) -> Iterator[Finding]:
     """Look for points that are farther outside the scene than a model may be away from them."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    for keys, near in asked(study.experiment, "near", "near"):
-        away_m = 0.0 if near.point is None else outside_m(study.scene, near.point)
+    for keys, near in asked(static.experiment, "near", "near"):
+        away_m = 0.0 if near.point is None else outside_m(static.scene, near.point)
         if away_m > near.within:
             message = (
                 f"'point' is {away_m:.3g} m outside the scene: no model comes within {near.within:g} m of it"
             )
-            yield study.experiment.place(*keys, "point").finding(Code.NRP248, message, Level.WARNING)
+            yield static.experiment.place(*keys, "point").finding(Code.NRP248, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP248)
-def places_are_free(study: Study) -> Iterator[Finding]:
+def places_are_free(static: StaticExperiment) -> Iterator[Finding]:
     """Look for points that are deeper inside a part of the room than a model may be away from them."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    heights_m = {model.name: model.pose.position[2] for model in study.scene.models}
-    for keys, near in asked(study.experiment, "near", "near"):
+    heights_m = {model.name: model.pose.position[2] for model in static.scene.models}
+    for keys, near in asked(static.experiment, "near", "near"):
         if near.point is None or near.model not in heights_m:
             continue
-        inside = inside_m(study.scene, near.point, heights_m[near.model])
+        inside = inside_m(static.scene, near.point, heights_m[near.model])
         if inside is not None and inside[1] > near.within:
             message = (
                 f"'point' is {inside[1]:.2g} m inside '{inside[0]}': '{near.model}' does not come within "
                 f"{near.within:g} m of it"
             )
-            yield study.experiment.place(*keys, "point").finding(Code.NRP248, message, Level.WARNING)
+            yield static.experiment.place(*keys, "point").finding(Code.NRP248, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP248)
-def limits_last_a_step(study: Study) -> Iterator[Finding]:
+def limits_last_a_step(static: StaticExperiment) -> Iterator[Finding]:
     """Look for time limits that are over before anything can follow their event."""
-    experiment, step_ms = study.experiment, milliseconds(study.experiment.timestep)
+    experiment, step_ms = static.experiment, milliseconds(static.experiment.timestep)
     for name, criterion in experiment.criteria.items():
         limit = criterion.within_of
         if limit is not None and limit.time < experiment.timestep:
@@ -64,9 +64,9 @@ def limits_last_a_step(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP229)
-def events_do_not_contradict(study: Study) -> Iterator[Finding]:
+def events_do_not_contradict(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two events that publish different values on one topic at one time."""
-    experiment = study.experiment
+    experiment = static.experiment
     timed = [(name, event) for name, event in experiment.events.items() if event.at is not None]
     for (first, one), (second, other) in combinations(timed, 2):
         if one.at != other.at:
@@ -83,12 +83,12 @@ def events_do_not_contradict(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP229)
-def events_are_not_overwritten(study: Study) -> Iterator[Finding]:
+def events_are_not_overwritten(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events that publish on a topic that a function writes again in the next step."""
-    experiment = study.experiment
+    experiment = static.experiment
     writers = {
         experiment.aliases.get(function.topic.name, function.topic.name): function.name
-        for function in (examined.function for examined in study.examined)
+        for function in (examined.function for examined in static.functions)
         if function.active and function.topic is not None and TIME in function.triggers
     }
     for name, event in experiment.events.items():
@@ -101,14 +101,14 @@ def events_are_not_overwritten(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP298)
-def coloured_shapes_are_seen(study: Study) -> Iterator[Finding]:
+def coloured_shapes_are_seen(static: StaticExperiment) -> Iterator[Finding]:
     """Look for shapes that events colour, and that are invisible until then."""
-    if study.scene is None:
+    if static.scene is None:
         return
     invisible = {
-        f"/{path}/color": path for path, visual in study.scene.visuals.items() if visual.rgba[3] == 0
+        f"/{path}/color": path for path, visual in static.scene.visuals.items() if visual.rgba[3] == 0
     }
-    experiment = study.experiment
+    experiment = static.experiment
     for name, event in experiment.events.items():
         for said in event.publish:
             visual = invisible.get(_target(experiment, said.topic))
@@ -118,12 +118,12 @@ def coloured_shapes_are_seen(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP298)
-def given_colours_are_seen(study: Study) -> Iterator[Finding]:
+def given_colours_are_seen(static: StaticExperiment) -> Iterator[Finding]:
     """Look for colours of events that leave out the opacity, which is then 0."""
-    experiment = study.experiment
+    experiment = static.experiment
     for name, event in experiment.events.items():
         for said in event.publish:
-            info = study.topics.get(_target(experiment, said.topic))
+            info = static.topics.get(_target(experiment, said.topic))
             if info is None or info.type is not ColorRGBA or not isinstance(said.value, Mapping):
                 continue
             if "a" not in said.value and any(said.value.values()):

@@ -12,7 +12,7 @@ from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.shapes import Instance
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.functions.mappings import MapRobotSubscriber
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
@@ -34,7 +34,7 @@ _CHANGING: Final = (
 
 
 @checks_function(Code.NRP300)
-def received_messages_stay(function: Examined) -> Iterator[Finding]:
+def received_messages_stay(function: CheckedFunction) -> Iterator[Finding]:
     """Look for received messages that are changed and not sent on."""
     received = _received(function)
     nodes = function.declared.own
@@ -61,20 +61,20 @@ def received_messages_stay(function: Examined) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP332)
-def joints_of_messages_exist(study: Study) -> Iterator[Finding]:
+def joints_of_messages_exist(static: StaticExperiment) -> Iterator[Finding]:
     """Look for names of joints that the messages of a robot do not have."""
-    if study.scene is None:
+    if static.scene is None:
         return
     joints = {
         one.joint_states_topic: [
             *(joint.name for joint in one.joints),
             *(pair.name for pair in one.pair_controllers),
         ]
-        for one in study.scene.models
+        for one in static.scene.models
         if one.joint_states_topic is not None
     }
-    aliases = study.experiment.aliases
-    for function in study.examined:
+    aliases = static.experiment.aliases
+    for function in static.functions:
         received = _received(function)
         for node in function.declared.own:
             match node:
@@ -91,12 +91,12 @@ def joints_of_messages_exist(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP320)
-def places_in_states_are_of_moving_models(study: Study) -> Iterator[Finding]:
+def places_in_states_are_of_moving_models(static: StaticExperiment) -> Iterator[Finding]:
     """Look for the state of a model by its place in a message, where a model is that never moves."""
-    if study.scene is None or not study.is_complete:
+    if static.scene is None or not static.is_complete:
         return
-    models = study.scene.models
-    for function in study.examined:
+    models = static.scene.models
+    for function in static.functions:
         read = {id(one.node) for one in function.events if isinstance(one, Read) and _is_of_states(one)}
         for node in function.declared.own:
             match node:
@@ -114,9 +114,9 @@ def _is_of_states(read: Read) -> bool:
 
 
 @checks_experiment(Code.NRP300)
-def preprocessed_messages_are_returned(study: Study) -> Iterator[Finding]:
+def preprocessed_messages_are_returned(static: StaticExperiment) -> Iterator[Finding]:
     """Look for functions of preprocessed topics that return nothing, so that ``value`` is None."""
-    for source in [source for listing in study.listings for source in listing.sources]:
+    for source in [source for listing in static.listings for source in listing.sources]:
         defined = {one.name: one for one in ast.walk(source.tree) if isinstance(one, ast.FunctionDef)}
         for node in ast.walk(source.tree):
             match node:
@@ -145,7 +145,7 @@ def _given(node: ast.AST) -> list[ast.expr]:
     return []
 
 
-def _received(function: Examined) -> dict[str, str]:
+def _received(function: CheckedFunction) -> dict[str, str]:
     """Return the topics of the expressions that are received messages: ``camera.value`` and its aliases."""
     mappings = function.function.mappings
     found = {

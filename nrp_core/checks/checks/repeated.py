@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from nrp_core.checks.declared import found_in
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.findings import Code, Finding, Level
 
 _COMPUTED = (ast.Call, ast.Await, ast.NamedExpr, ast.Lambda)
@@ -15,9 +15,9 @@ _COMPUTED = (ast.Call, ast.Await, ast.NamedExpr, ast.Lambda)
 
 
 @checks_experiment(Code.NRP300)
-def constants_are_given_once(study: Study) -> Iterator[Finding]:
+def constants_are_given_once(static: StaticExperiment) -> Iterator[Finding]:
     """Look for constants of a file that a later line gives again, with nothing between that reads them."""
-    for source in study.sources:
+    for source in static.sources:
         given: dict[str, int] = {}
         for statement in source.tree.body:
             name = _constant(statement)

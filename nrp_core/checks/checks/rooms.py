@@ -13,7 +13,7 @@ from nrp_core._support.words import first_of
 from nrp_core.checks.checks.conditions import asked
 from nrp_core.checks.checks.sensors import read_sensors
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.enclosing import CLOSED, corners_of, filled_share
@@ -28,26 +28,26 @@ _MOST_NAMES: Final = 3
 
 
 @checks_experiment(Code.NRP298)
-def things_are_seen_and_felt(study: Study) -> Iterator[Finding]:
+def things_are_seen_and_felt(static: StaticExperiment) -> Iterator[Finding]:
     """Look for things that robots drive through, and for those that no image shows."""
-    if study.scene is None:
+    if static.scene is None:
         return
-    names = study.experiment.world.robots
-    robots = [model for model in study.scene.models if model.name in names]
-    room = [model for model in study.scene.models if model.static and model.name not in names]
-    place = study.experiment.place("world", "scene")
+    names = static.experiment.world.robots
+    robots = [model for model in static.scene.models if model.name in names]
+    room = [model for model in static.scene.models if model.static and model.name not in names]
+    place = static.experiment.place("world", "scene")
     with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
         feet = [box for box in (_box(robot, Collision) for robot in robots if _drives(robot)) if box]
         if feet:
             low, high = min(box[0][2] for box in feet), max(box[1][2] for box in feet)
-            goals = {near.other for _, near in asked(study.experiment, "near", "near")}
+            goals = {near.other for _, near in asked(static.experiment, "near", "near")}
             only_seen = [
                 one.name for one in room if one.name not in goals and _only_seen(one, low + _LEAST_M, high)
             ]
             if only_seen:
                 message = f"robots pass through {_listed(only_seen)}: seen, and without collision shapes"
                 yield place.finding(Code.NRP298, message, Level.NOTE)
-    if any(sensor.views for _, sensor in read_sensors(study)):
+    if any(sensor.views for _, sensor in read_sensors(static)):
         only_felt = [one.name for one in room if not _shown(one) and _is_felt(one)]
         if only_felt:
             message = f"no image shows {_listed(only_felt)}: touched, and without anything to see"
@@ -55,13 +55,13 @@ def things_are_seen_and_felt(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP298)
-def things_stand_apart(study: Study) -> Iterator[Finding]:
+def things_stand_apart(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two models of the room with the same shapes at the same place: one changes nothing."""
-    if study.scene is None:
+    if static.scene is None:
         return
     first: dict[tuple[object, ...], str] = {}
-    for model in study.scene.models:
-        if model.name in study.experiment.world.robots or not _is_felt(model):
+    for model in static.scene.models:
+        if model.name in static.experiment.world.robots or not _is_felt(model):
             continue
         shapes = [(link.pose, one.pose, one.geometry) for link in model.links for one in link.collisions]
         other = first.setdefault((model.pose, *shapes), model.name)
@@ -70,17 +70,17 @@ def things_stand_apart(study: Study) -> Iterator[Finding]:
                 f"'{model.name}' is exactly where '{other}' is, and has the same collision shapes: is one of "
                 "them meant to be elsewhere?"
             )
-            yield study.experiment.place("world", "scene").finding(Code.NRP298, message, Level.WARNING)
+            yield static.experiment.place("world", "scene").finding(Code.NRP298, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP298)
-def meshes_face_outward(study: Study) -> Iterator[Finding]:
+def meshes_face_outward(static: StaticExperiment) -> Iterator[Finding]:
     """Look for closed meshes that are turned inside out, so that no image shows them from outside."""
-    if study.scene is None or not any(sensor.views for _, sensor in read_sensors(study)):
+    if static.scene is None or not any(sensor.views for _, sensor in read_sensors(static)):
         return
-    names = study.experiment.world.robots
-    feet = np.array([model.pose.position for model in study.scene.models if model.name in names])
-    for model in study.scene.models:
+    names = static.experiment.world.robots
+    feet = np.array([model.pose.position for model in static.scene.models if model.name in names])
+    for model in static.scene.models:
         keys = ("world", "robots", model.name) if model.name in names else ("world", "scene")
         with suppress(SceneError):
             for link, visual, corners in _meshes(model):
@@ -91,7 +91,7 @@ def meshes_face_outward(study: Study) -> Iterator[Finding]:
                         f"the mesh of the visual '{visual}' of '{model.name}/{link}' faces inward, and "
                         "surfaces are drawn where they face: no image shows it from outside"
                     )
-                    yield study.experiment.place(*keys).finding(Code.NRP298, message, Level.WARNING)
+                    yield static.experiment.place(*keys).finding(Code.NRP298, message, Level.WARNING)
 
 
 def _meshes(model: Model) -> Iterator[tuple[str, str, FloatArray]]:

@@ -9,7 +9,7 @@ from typing import Final
 
 from nrp_core.checks.checks.conditions import read_topics
 from nrp_core.checks.registry import checks_experiment
-from nrp_core.checks.study import Study
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
@@ -45,19 +45,19 @@ _LEAST_PIXELS: Final = 4
 
 
 @checks_experiment(Code.NRP298)
-def sensors_see_the_room(study: Study) -> Iterator[Finding]:
+def sensors_see_the_room(static: StaticExperiment) -> Iterator[Finding]:
     """Look for scanners and cameras that see little but their own robot, or nothing at any heading."""
-    scene, read = study.scene, _read(study)
-    for model in _robots(study):
+    scene, read = static.scene, _read(static)
+    for model in _robots(static):
         assert scene is not None
         with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
             inside = {(link, one.name): _inside(shape, model) for link, one, shape in enclosed(scene, model)}
             for sight in sights(scene, model):
-                is_read = _is_read(sight.sensor, model, study, read)
+                is_read = _is_read(sight.sensor, model, static, read)
                 behind = inside.get((sight.link, sight.sensor.name), "") if is_read else ""
                 message, level = (behind, Level.WARNING) if behind else _doubt(sight, scene, model)
                 if message and (is_read or sight.own >= _ALL):
-                    place = study.experiment.place("world", "robots", model.name)
+                    place = static.experiment.place("world", "robots", model.name)
                     who = f"the {_kind(sight.sensor)} '{sight.sensor.name}' on '{model.name}/{sight.link}'"
                     yield place.finding(Code.NRP298, f"{who} {message}", level if is_read else Level.NOTE)
 
@@ -100,13 +100,13 @@ def _doubt(sight: Sight, scene: Scene, model: Model) -> tuple[str, Level]:
 
 
 @checks_experiment(Code.NRP298)
-def sensors_measure_as_often_as_needed(study: Study) -> Iterator[Finding]:
+def sensors_measure_as_often_as_needed(static: StaticExperiment) -> Iterator[Finding]:
     """Look for scanners and cameras that are read more often than the world moves, or a few times in all."""
-    step_ns = study.world.capabilities.step_ns if study.world else None
-    run_s = study.experiment.duration / NS_PER_S
-    for model, sensor in read_sensors(study):
+    step_ns = static.world.capabilities.step_ns if static.world else None
+    run_s = static.experiment.duration / NS_PER_S
+    for model, sensor in read_sensors(static):
         owner = f"the {_kind(sensor)} '{sensor.name}' has a rate of {sensor.rate_hz:g} Hz"
-        place = study.experiment.place("world", "robots", model.name)
+        place = static.experiment.place("world", "robots", model.name)
         if (
             step_ns and _FASTER * NS_PER_S / step_ns < sensor.rate_hz <= FASTEST_HZ
         ):  # more is doubted anywhere
@@ -122,9 +122,9 @@ def sensors_measure_as_often_as_needed(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP298)
-def event_cameras_see_changes(study: Study) -> Iterator[Finding]:
+def event_cameras_see_changes(static: StaticExperiment) -> Iterator[Finding]:
     """Look for thresholds that a change from black to white does not reach."""
-    for model in _robots(study):
+    for model in _robots(static):
         for sensor in (sensor for link in model.links for sensor in link.sensors):
             if isinstance(sensor, EventCamera) and sensor.threshold > BLACK_TO_WHITE:
                 message = (
@@ -132,15 +132,15 @@ def event_cameras_see_changes(study: Study) -> Iterator[Finding]:
                     f"logarithm of the intensity changes by at most {BLACK_TO_WHITE:.2g}, from black to "
                     "white: it has no events"
                 )
-                place = study.experiment.place("world", "robots", model.name)
+                place = static.experiment.place("world", "robots", model.name)
                 yield place.finding(Code.NRP298, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP298)
-def images_have_pixels(study: Study) -> Iterator[Finding]:
+def images_have_pixels(static: StaticExperiment) -> Iterator[Finding]:
     """Look for cameras that are read, and whose images are too narrow to show where something is."""
-    scale = getattr(study.world.options, "image_scale", 1.0) if study.world else 1.0
-    for model, sensor in read_sensors(study):
+    scale = getattr(static.world.options, "image_scale", 1.0) if static.world else 1.0
+    for model, sensor in read_sensors(static):
         for view in sensor.views.values():
             optics = Optics.of(view, scale)
             if optics.width < _LEAST_PIXELS:
@@ -149,40 +149,40 @@ def images_have_pixels(study: Study) -> Iterator[Finding]:
                     f"the images of '{sensor.name}' have {optics.width} x {optics.height} pixels{scaled}: "
                     "they hardly show where something is"
                 )
-                place = study.experiment.place("world", "robots", model.name)
+                place = static.experiment.place("world", "robots", model.name)
                 yield place.finding(Code.NRP298, message, Level.WARNING)
                 break
 
 
-def _robots(study: Study) -> list[Model]:
-    names = study.experiment.world.robots
-    return [model for model in study.scene.models if model.name in names] if study.scene else []
+def _robots(static: StaticExperiment) -> list[Model]:
+    names = static.experiment.world.robots
+    return [model for model in static.scene.models if model.name in names] if static.scene else []
 
 
-def read_sensors(study: Study) -> Iterator[tuple[Model, MountedSensor]]:
+def read_sensors(static: StaticExperiment) -> Iterator[tuple[Model, MountedSensor]]:
     """Yield the scanners and cameras of robots that something reads."""
-    read = _read(study)
-    for model in _robots(study):
+    read = _read(static)
+    for model in _robots(static):
         for sensor in (sensor for link in model.links for sensor in link.sensors):
             sees = sensor.views or isinstance(getattr(sensor, "beams", None), Beams)
-            if sees and _is_read(sensor, model, study, read):
+            if sees and _is_read(sensor, model, static, read):
                 yield model, sensor
 
 
-def _read(study: Study) -> set[str]:
+def _read(static: StaticExperiment) -> set[str]:
     """Return the topics that functions, events and criteria read."""
-    aliases = study.experiment.aliases
-    return {aliases.get(name, name) for name in read_topics(study)}
+    aliases = static.experiment.aliases
+    return {aliases.get(name, name) for name in read_topics(static)}
 
 
-def _is_read(sensor: MountedSensor, model: Model, study: Study, read: set[str]) -> bool:
+def _is_read(sensor: MountedSensor, model: Model, static: StaticExperiment, read: set[str]) -> bool:
     """Return whether one of these topics is a sensor's, or the experiment itself adds it."""
-    return not read.isdisjoint(sensor.topics) or _is_added(study, model, sensor)
+    return not read.isdisjoint(sensor.topics) or _is_added(static, model, sensor)
 
 
-def _is_added(study: Study, model: Model, sensor: MountedSensor) -> bool:
+def _is_added(static: StaticExperiment, model: Model, sensor: MountedSensor) -> bool:
     """Return whether the experiment itself adds a sensor: it is for a recording if nothing else reads it."""
-    added = study.experiment.world.robots[model.name].add_sensors
+    added = static.experiment.world.robots[model.name].add_sensors
     return any((one.name or one.type) == sensor.name for one in added)
 
 

@@ -9,7 +9,7 @@ from nrp_core.checks.events import Call
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.shapes import Instance, Known
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.parameters.topics import PublishedTopic
 from nrp_core.findings import Code, Finding, Level
 
@@ -18,7 +18,7 @@ _AGAIN = (ast.For, ast.AsyncFor, ast.While, ast.FunctionDef, ast.Lambda, ast.Glo
 
 
 @checks_function(Code.NRP300)
-def messages_are_sent_when_they_are_whole(function: Examined) -> Iterator[Finding]:
+def messages_are_sent_when_they_are_whole(function: CheckedFunction) -> Iterator[Finding]:
     """Look for fields that are set after the message was sent, and of a message that is not used again."""
     body = function.declared.node.body
     nodes = list(own_nodes(body))

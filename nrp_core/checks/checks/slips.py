@@ -16,7 +16,7 @@ from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.shapes import Known, Number
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.findings import Code, Finding, Level
 
 _GATHERS: Final = frozenset({"append", "extend", "add"})
@@ -28,9 +28,9 @@ _POWERS: Final = (2, 3)
 
 
 @checks_experiment(Code.NRP320)
-def code_does_what_it_looks_like(study: Study) -> Iterator[Finding]:
+def code_does_what_it_looks_like(static: StaticExperiment) -> Iterator[Finding]:
     """Look for slips in the files of transfer functions and in the modules beside them."""
-    for source in study.sources:
+    for source in static.sources:
         for node in ast.walk(source.tree):
             message = next(filter(None, (look(node) for look in _LOOKS)), "")
             if message:
@@ -136,7 +136,7 @@ _LOOKS: Final[tuple[Callable[[ast.AST], str], ...]] = (
 
 
 @checks_function(Code.NRP320)
-def numbers_of_generators_go_on(function: Examined) -> Iterator[Finding]:
+def numbers_of_generators_go_on(function: CheckedFunction) -> Iterator[Finding]:
     """Look for random numbers that begin again in every call, and generators that are read twice."""
     imported = full_names(function.declared.source.tree)
     nodes = function.declared.own
@@ -163,7 +163,7 @@ def numbers_of_generators_go_on(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def truth_values_are_negated_by_not(function: Examined) -> Iterator[Finding]:
+def truth_values_are_negated_by_not(function: CheckedFunction) -> Iterator[Finding]:
     """Look for ``~`` before the comparison of two numbers, which gives -1 or -2."""
     compared = {
         id(event.node)
@@ -180,7 +180,7 @@ def truth_values_are_negated_by_not(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def conditions_are_of_values(function: Examined) -> Iterator[Finding]:
+def conditions_are_of_values(function: CheckedFunction) -> Iterator[Finding]:
     """Look for conditions that are a parameter itself, which is true whatever its value is."""
     changed = assigned(function.declared.node.body)
     for node in function.declared.own:
@@ -197,7 +197,7 @@ def conditions_are_of_values(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP242)
-def parameters_are_not_lost(function: Examined) -> Iterator[Finding]:
+def parameters_are_not_lost(function: CheckedFunction) -> Iterator[Finding]:
     """Look for values that replace a parameter after its last use, outside of loops."""
     body = function.declared.node.body
     nodes = list(own_nodes(body))

@@ -13,7 +13,7 @@ from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.shapes import UNITS, Instance, Known, Number, Shape
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.clock import seconds
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
@@ -32,7 +32,7 @@ _PERIODS: Final = 0.5
 
 
 @checks_function(Code.NRP297)
-def currents_are_in_na(function: Examined) -> Iterator[Finding]:
+def currents_are_in_na(function: CheckedFunction) -> Iterator[Finding]:
     """Look for currents with a factor that turns nA into A, and for phases in radians."""
     products = {id(event.node): event for event in function.events if isinstance(event, Multiply)}
     for event in function.events:
@@ -58,7 +58,7 @@ _DEGREES: Final = "'phase' is in degrees, and pi belongs to radians: half a turn
 
 
 @checks_function(Code.NRP248)
-def waves_have_periods(function: Examined) -> Iterator[Finding]:
+def waves_have_periods(function: CheckedFunction) -> Iterator[Finding]:
     """Look for frequencies with which a current hardly changes during the run."""
     end_s = seconds(function.experiment.duration)
     for event in function.events:
@@ -73,7 +73,7 @@ def waves_have_periods(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def currents_are_not_rounded(function: Examined) -> Iterator[Finding]:
+def currents_are_not_rounded(function: CheckedFunction) -> Iterator[Finding]:
     """Look for currents that are set to a rate or voltage divided with ``//``."""
     read = {id(node) for node, owner in _levels(function) if isinstance(owner, Known)}
     for event in function.events:
@@ -89,7 +89,7 @@ def currents_are_not_rounded(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def sources_are_switched_off(function: Examined) -> Iterator[Finding]:
+def sources_are_switched_off(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sources that are only ever set to one number, where a level was passed, and so keep it."""
     if any(isinstance(one, Variable) for one in function.adapters.values()):
         return  # the function may remember that it set them, and they stay on purpose
@@ -120,7 +120,7 @@ def sources_are_switched_off(function: Examined) -> Iterator[Finding]:
                 yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
-def _levels(function: Examined) -> Iterator[tuple[ast.expr, Shape]]:
+def _levels(function: CheckedFunction) -> Iterator[tuple[ast.expr, Shape]]:
     """Yield the reads of rates, voltages and parts of messages, which rise and fall, and their owners."""
     for event in function.events:
         match event:
@@ -130,7 +130,7 @@ def _levels(function: Examined) -> Iterator[tuple[ast.expr, Shape]]:
                 yield node, owner
 
 
-def _assigned(function: Examined, target: ast.expr) -> ast.expr | None:
+def _assigned(function: CheckedFunction, target: ast.expr) -> ast.expr | None:
     """Return the value that a plain assignment gives to an attribute."""
     for node in function.declared.own:
         if isinstance(node, ast.Assign) and any(one is target for one in node.targets):

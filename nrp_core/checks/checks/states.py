@@ -8,19 +8,19 @@ from collections.abc import Iterator, Mapping
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.shapes import Known, Shape
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.functions.mappings import MapVariable
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
 
 @checks_experiment(Code.NRP248)
-def states_are_set_somewhere(study: Study) -> Iterator[Finding]:
+def states_are_set_somewhere(static: StaticExperiment) -> Iterator[Finding]:
     """Look for comparisons of a variable with a text that is neither its first value nor set anywhere."""
-    if not study.is_complete:
+    if not static.is_complete:
         return
-    uses: dict[str, list[tuple[Examined, str]]] = {}
-    for function in study.examined:
+    uses: dict[str, list[tuple[CheckedFunction, str]]] = {}
+    for function in static.functions:
         for name, mapping in function.function.mappings.items():
             if isinstance(mapping, MapVariable):
                 key = mapping.global_key or f"{function.function.name}.{name}"
@@ -33,7 +33,7 @@ def states_are_set_somewhere(study: Study) -> Iterator[Finding]:
                 yield from _asked_in_vain(function, name, known)
 
 
-def _values(function: Examined, name: str) -> set[str] | None:
+def _values(function: CheckedFunction, name: str) -> set[str] | None:
     """Return the texts that a function gives to a variable, the first one included; None if not all are."""
     mapping = function.function.mappings[name]
     assert isinstance(mapping, MapVariable)
@@ -63,7 +63,7 @@ def _values(function: Examined, name: str) -> set[str] | None:
     return found
 
 
-def _asked_in_vain(function: Examined, name: str, known: set[str]) -> Iterator[Finding]:
+def _asked_in_vain(function: CheckedFunction, name: str, known: set[str]) -> Iterator[Finding]:
     for node in ast.walk(function.declared.node):
         match node:
             case ast.Compare(left, [ast.Eq() | ast.NotEq() as op], [right]) | ast.Compare(

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from nrp_core.checks.imported import full_names
 from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.checks.used import local_names, used_functions
 from nrp_core.findings import Code, Finding, Level
 
@@ -27,7 +27,7 @@ _EVERYTHING = frozenset({"Exception", "BaseException"})
 
 
 @checks_function(Code.NRP243)
-def nothing_comes_from_outside(function: Examined) -> Iterator[Finding]:
+def nothing_comes_from_outside(function: CheckedFunction) -> Iterator[Finding]:
     """Look for uses of the environment that a run does not control, record or replay."""
     imported = full_names(function.declared.source.tree)
     for used in used_functions(function.declared):
@@ -68,7 +68,7 @@ def _outside(name: str, written: str) -> str:
 
 
 @checks_function(Code.NRP309)
-def errors_are_seen(function: Examined) -> Iterator[Finding]:
+def errors_are_seen(function: CheckedFunction) -> Iterator[Finding]:
     """Look for handlers that drop every error."""
     for node in function.declared.own:
         if isinstance(node, ast.ExceptHandler) and _takes_all(node) and _drops(node):
@@ -85,9 +85,9 @@ def _drops(handler: ast.ExceptHandler) -> bool:
 
 
 @checks_experiment(Code.NRP243)
-def brain_scripts_repeat(study: Study) -> Iterator[Finding]:
+def brain_scripts_repeat(static: StaticExperiment) -> Iterator[Finding]:
     """Look for what makes a brain script build another network in each run."""
-    path = study.experiment.brain.model
+    path = static.experiment.brain.model
     try:
         tree = ast.parse(path.read_bytes() if path.suffix == ".py" else b"")
     except (OSError, SyntaxError, ValueError):  # reported where it is executed

@@ -10,7 +10,7 @@ from typing import Final
 from nrp_core._support.dotted import last_name
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.shapes import Known
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.cle.latency import paths
 from nrp_core.clock import NS_PER_S, milliseconds, seconds
 from nrp_core.dsl.parameters.topics import SubscribedTopic
@@ -24,7 +24,7 @@ _COUNTING: Final = ("int", "round", "range", "ceil", "arange", "linspace")
 
 
 @checks_function(Code.NRP234)
-def throttling_has_an_effect(function: Examined) -> Iterator[Finding]:
+def throttling_has_an_effect(function: CheckedFunction) -> Iterator[Finding]:
     """Look for rate limits above the rate of the loop."""
     rate_hz, timestep_ns = function.function.throttle.rate_hz, function.experiment.timestep
     if rate_hz is not None and rate_hz > NS_PER_S / timestep_ns * (1 + 1e-9):
@@ -41,7 +41,7 @@ def throttling_has_an_effect(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def steps_are_those_of_the_loop(function: Examined) -> Iterator[Finding]:
+def steps_are_those_of_the_loop(function: CheckedFunction) -> Iterator[Finding]:
     """Look for a constant ``DT`` that is not how often the function runs."""
     step_s = seconds(function.experiment.timestep)
     rates_hz = [function.function.throttle.rate_hz]
@@ -78,7 +78,7 @@ def _is_own_step(node: ast.AST) -> bool:
 
 
 @checks_function(Code.NRP248)
-def measurements_come_during_the_run(function: Examined) -> Iterator[Finding]:
+def measurements_come_during_the_run(function: CheckedFunction) -> Iterator[Finding]:
     """Look for topics that are published more rarely than once in the run."""
     duration_ns = function.experiment.duration
     for name, adapter in function.adapters.items():
@@ -95,7 +95,7 @@ def measurements_come_during_the_run(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP233)
-def stamps_are_read_whole(function: Examined) -> Iterator[Finding]:
+def stamps_are_read_whole(function: CheckedFunction) -> Iterator[Finding]:
     """Look for the nanoseconds of a stamp next to ``t``, which are those since its last whole second."""
     for node in function.declared.own:
         match node:
@@ -113,10 +113,10 @@ def stamps_are_read_whole(function: Examined) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP238)
-def paths_take_time(study: Study) -> Iterator[Finding]:
+def paths_take_time(static: StaticExperiment) -> Iterator[Finding]:
     """Report the latency of each path from a sensor to an actuator."""
-    timestep_ms = milliseconds(study.experiment.timestep)
-    for path in paths([one.function for one in study.examined if one.function.active]):
-        last = next(e.declared for e in study.examined if e.function.name == path.via[-1])
+    timestep_ms = milliseconds(static.experiment.timestep)
+    for path in paths([one.function for one in static.functions if one.function.active]):
+        last = next(e.declared for e in static.functions if e.function.name == path.via[-1])
         message = f"{path} of {timestep_ms:g} ms, {path.steps * timestep_ms:g} ms in all"
         yield last.finding(Code.NRP238, last.nodes.get(""), message, Level.NOTE)

@@ -16,7 +16,7 @@ from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import UNITS, Instance, Items, Known, Number, Row, Shape, names_of
 from nrp_core.checks.statements import Written
-from nrp_core.checks.study import Examined
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.parameters.adapter import Adapter
@@ -31,7 +31,7 @@ _ARITHMETIC = ("__add__", "__radd__", "__sub__", "__mul__", "__rmul__", "__trued
 
 
 @checks_function(Code.NRP247)
-def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
+def numbers_are_computed_with(function: CheckedFunction) -> Iterator[Finding]:
     """Look for values that are not numbers in computations and in arguments of numeric functions."""
     for event in function.events:
         match event:
@@ -62,7 +62,7 @@ def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP247)
-def truth_values_are_not_computed_with(function: Examined) -> Iterator[Finding]:
+def truth_values_are_not_computed_with(function: CheckedFunction) -> Iterator[Finding]:
     """Look for True and False as they are written in computations."""
     for event in function.events:
         match event:
@@ -76,7 +76,7 @@ def truth_values_are_not_computed_with(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP247)
-def ordered_values_are_compared(function: Examined) -> Iterator[Finding]:
+def ordered_values_are_compared(function: CheckedFunction) -> Iterator[Finding]:
     """Look for strings that are compared with numbers."""
     for event in function.events:
         match event:
@@ -87,7 +87,7 @@ def ordered_values_are_compared(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP225)
-def settings_are_numbers(function: Examined) -> Iterator[Finding]:
+def settings_are_numbers(function: CheckedFunction) -> Iterator[Finding]:
     """Look for settings of devices that are assigned values that are not numbers, or are true or false."""
     compared = {
         id(target)
@@ -109,7 +109,7 @@ def settings_are_numbers(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
-def parameters_are_not_compared_with_none(function: Examined) -> Iterator[Finding]:
+def parameters_are_not_compared_with_none(function: CheckedFunction) -> Iterator[Finding]:
     """Look for parameters that are compared with None, in place of their values."""
     for node in function.declared.own:
         match node:
@@ -198,7 +198,7 @@ def _is_sized(shape: Shape) -> bool:
     return isinstance(shape, Known) and hasattr(type(shape.value), "__len__")
 
 
-def _no_number(function: Examined, shape: Shape) -> str:
+def _no_number(function: CheckedFunction, shape: Shape) -> str:
     """Return why a value cannot be used in a computation; empty if it can or if it is unknown."""
     match shape:
         case Instance(cls) if not any(hasattr(cls, name) for name in _ARITHMETIC):
@@ -208,7 +208,7 @@ def _no_number(function: Examined, shape: Shape) -> str:
     return no_value(function, shape)
 
 
-def no_value(function: Examined, shape: Shape) -> str:
+def no_value(function: CheckedFunction, shape: Shape) -> str:
     """Return why a parameter is not a value; empty if it may be one."""
     match shape:
         case Known(DeviceGroup()):

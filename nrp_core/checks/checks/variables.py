@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from nrp_core.checks.events import Compute, Read, Write
 from nrp_core.checks.registry import checks_experiment, checks_function
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.functions.mappings import MapVariable
 from nrp_core.findings import Code, Finding, Level
 
@@ -19,7 +19,7 @@ _COMPARABLE = (int, float, str, bool, tuple, list, dict)
 
 
 @checks_function(Code.NRP210)
-def shared_variables_are_global(function: Examined) -> Iterator[Finding]:
+def shared_variables_are_global(function: CheckedFunction) -> Iterator[Finding]:
     """Look for variables that have a key for all functions and are local."""
     for name, node in _local(function):
         if any(one.arg == "global_key" for one in node.keywords):
@@ -28,10 +28,10 @@ def shared_variables_are_global(function: Examined) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP210)
-def shared_variables_begin_once(study: Study) -> Iterator[Finding]:
+def shared_variables_begin_once(static: StaticExperiment) -> Iterator[Finding]:
     """Look for functions that give different initial values to one shared variable."""
-    first: dict[str, tuple[Examined, object]] = {}
-    for function in study.examined:
+    first: dict[str, tuple[CheckedFunction, object]] = {}
+    for function in static.functions:
         for name, mapping in function.function.mappings.items():
             if not isinstance(mapping, MapVariable) or mapping.global_key is None:
                 continue
@@ -48,11 +48,11 @@ def shared_variables_begin_once(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP210)
-def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
+def shared_variables_are_set_and_read(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a shared variable that is only read beside another that is only set."""
-    readers: dict[str, tuple[Examined, str]] = {}
+    readers: dict[str, tuple[CheckedFunction, str]] = {}
     read, written = set[str](), set[str]()
-    for function in study.examined:
+    for function in static.functions:
         for event in function.events:
             if not (isinstance(event, Read | Write) and event.name == "value"):
                 continue
@@ -65,7 +65,7 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
                 readers.setdefault(mapping.global_key, (function, name))
     shared = [
         mapping
-        for function in study.examined
+        for function in static.functions
         for mapping in function.function.mappings.values()
         if isinstance(mapping, MapVariable)
     ]
@@ -73,22 +73,24 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
     mapped = Counter(one.global_key for one in shared)
     begun = {
         mapping.global_key
-        for function in study.examined
+        for function in static.functions
         for name, mapping in function.function.mappings.items()
         if isinstance(mapping, MapVariable) and _begins(function.declared.nodes.get(name))
     }
-    for key in sorted(read - written - begun if study.is_complete and written and not written - read else ()):
+    for key in sorted(
+        read - written - begun if static.is_complete and written and not written - read else ()
+    ):
         function, name = readers[key]
         message = f"nothing sets the shared variable '{key}', and it has no initial_value: it is always None"
         node = function.declared.nodes.get(name)
         yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
     alone = {key for key in (read - written) & plain if mapped[key] == 1}
-    for key in sorted(alone if study.is_complete and not written - read else ()):
+    for key in sorted(alone if static.is_complete and not written - read else ()):
         function, name = readers[key]
         message = f"nothing sets the shared variable '{key}', and no other function has it: it never changes"
         node = function.declared.nodes.get(name)
         yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
-    for key in sorted(read - written if study.is_complete and written - read else ()):
+    for key in sorted(read - written if static.is_complete and written - read else ()):
         function, name = readers[key]
         others = ", ".join(map(repr, sorted(written - read)))
         message = f"nothing sets the shared variable '{key}', and nothing reads {others}; is one name meant?"
@@ -98,7 +100,7 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP247)
-def variables_begin_with_a_value(function: Examined) -> Iterator[Finding]:
+def variables_begin_with_a_value(function: CheckedFunction) -> Iterator[Finding]:
     """Look for variables without an initial value that are used in a computation in the first run."""
     computed = {_place(event.node): event.node for event in function.events if isinstance(event, Compute)}
     for name, node in _local(function):
@@ -112,7 +114,7 @@ def variables_begin_with_a_value(function: Examined) -> Iterator[Finding]:
             yield function.declared.finding(Code.NRP247, wrong, message)
 
 
-def _local(function: Examined) -> Iterator[tuple[str, ast.Call]]:
+def _local(function: CheckedFunction) -> Iterator[tuple[str, ast.Call]]:
     for name, mapping in function.function.mappings.items():
         node = function.declared.nodes.get(name)
         if isinstance(mapping, MapVariable) and mapping.global_key is None and isinstance(node, ast.Call):

@@ -10,7 +10,7 @@ import numpy as np
 
 from nrp_core.checks.declared import Declared
 from nrp_core.checks.registry import checks_experiment, checks_function
-from nrp_core.checks.study import Examined, Study
+from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.collector import name_taken
@@ -25,10 +25,10 @@ _OF_ONE_THING = ("std_msgs/", "geometry_msgs/")
 
 
 @checks_experiment(Code.NRP235)
-def names_are_used_once(study: Study) -> Iterator[Finding]:
+def names_are_used_once(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two functions with the same name."""
     first: dict[str, Declared] = {}
-    for declared in study.declared:
+    for declared in static.declared:
         name = declared.function.name
         if not (declared.is_read and declared.is_named):  # a decorator in the user's file may have renamed it
             continue
@@ -41,10 +41,10 @@ def names_are_used_once(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP229)
-def topics_have_one_writer(study: Study) -> Iterator[Finding]:
+def topics_have_one_writer(static: StaticExperiment) -> Iterator[Finding]:
     """Look for topics that two functions publish on, or one function twice."""
     first: dict[str, tuple[TransferFunction, str]] = {}
-    for examined in study.examined:
+    for examined in static.functions:
         function = examined.function
         written = {(topic.name, "") for topic in [function.topic] if topic is not None}
         written |= {
@@ -63,7 +63,7 @@ def topics_have_one_writer(study: Study) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP319)
-def messages_are_not_overwritten(function: Examined) -> Iterator[Finding]:
+def messages_are_not_overwritten(function: CheckedFunction) -> Iterator[Finding]:
     """Look for two messages on one topic in a sequence of statements that all run.
 
     Messages about several things, such as trajectories of some joints each, may follow each other.
@@ -101,7 +101,7 @@ def messages_are_not_overwritten(function: Examined) -> Iterator[Finding]:
                     first.clear()
 
 
-def _is_of_one_thing(function: Examined, topic: str) -> bool:
+def _is_of_one_thing(function: CheckedFunction, topic: str) -> bool:
     served = function.world.topics.get(topic)
     return served is not None and type_name(served.type).startswith(_OF_ONE_THING)
 
@@ -115,11 +115,11 @@ def _sequences(function: ast.AST) -> Iterator[list[ast.stmt]]:
 
 
 @checks_experiment(Code.NRP230)
-def neurons_have_one_source_of_a_kind(study: Study) -> Iterator[Finding]:
+def neurons_have_one_source_of_a_kind(static: StaticExperiment) -> Iterator[Finding]:
     """Look for sources of the same kind that drive the same neurons."""
     sources = [
         (examined.declared, name, mapping, _neurons(examined.adapters[name]))
-        for examined in study.examined
+        for examined in static.functions
         for name, mapping in examined.function.mappings.items()
         if isinstance(mapping, MapSpikeSource) and name in examined.adapters and examined.function.active
     ]
@@ -133,7 +133,7 @@ def neurons_have_one_source_of_a_kind(study: Study) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP250)
-def sinks_measure_different_things(function: Examined) -> Iterator[Finding]:
+def sinks_measure_different_things(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sinks with the same kind and settings that read the same neurons."""
     sinks = [
         (name, mapping, _neurons(function.adapters[name]))

@@ -73,7 +73,7 @@ def _account(
     seed: int | None,
 ) -> Account:  # fmt: skip
     """Return the reports of the requested backend, the experiment's backend, or the only one with reports."""
-    from nrp_core.checks.network import build_confined
+    from nrp_core.checks.confined_network import build_confined
     from nrp_core.clock import seconds
     from nrp_core.errors import CapabilityError
     from nrp_core.experiment.reading.find import load_experiment

@@ -6,10 +6,7 @@ from collections.abc import Iterable, Iterator
 from itertools import combinations
 from typing import Final
 
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code
-from nrp_core.quantities import unit_of
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.drives.flight import Flight
 from nrp_core.world.raycast.solids import (
@@ -81,19 +78,6 @@ def falling(scene: Scene, robots: Iterable[str]) -> Iterator[str]:
                 f"nothing is below the model '{model.name}' of the room: it falls, and what stands on it; is "
                 "it meant to be <static>?"
             )
-
-
-def wrong_units(experiment: Experiment, scene: Scene) -> Iterator[tuple[tuple[Key, ...], str]]:
-    """Yield the keys and the message of each length for a joint that turns, and angle for one that slides."""
-    robots = {model.name: model for model in scene.models if model.name in experiment.world.robots}
-    for name, model in robots.items():
-        kinds = {joint.name: joint.kind for joint in model.joints}
-        for joint in sorted(kinds.keys() & experiment.world.robots[name].joints.keys()):
-            keys = "world", "robots", name, "joints", joint
-            wanted = "length" if kinds[joint] == "prismatic" else "angle"
-            written = experiment.source.nearest(keys)[0].value
-            if unit_of(written) not in ("", wanted):
-                yield keys, f"the joint '{joint}' of '{name}' takes {wanted}s, not '{written}'"
 
 
 def _inside_each_other(models: list[Model]) -> Iterator[tuple[str, Code, str]]:

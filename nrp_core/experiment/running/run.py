@@ -40,8 +40,7 @@ from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.events.values import to_message
 from nrp_core.experiment.making.interventions import Interventions
 from nrp_core.experiment.making.maker import load_functions, maker_of
-from nrp_core.experiment.making.prepare import Plan, ProgressCallback, network_for, no_progress, prepare
-from nrp_core.experiment.making.renewed import renewed
+from nrp_core.experiment.making.prepare import Plan, ProgressCallback, load_network_only, no_progress, prepare
 from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
@@ -131,7 +130,7 @@ class Run(Closing):
             )
         if beside is not None and isinstance(experiment.maker, Participant):
             raise CapabilityError("an experiment with state machines has only one run at a time")
-        plan = prepare(experiment, progress, build) if beside is None else renewed(beside.plan)
+        plan = prepare(experiment, progress, build) if beside is None else beside.plan.with_fresh_functions()
         if revise is not None:
             plan = revise(plan)
         self.experiment = experiment
@@ -396,7 +395,7 @@ class Run(Closing):
         if isinstance(self.experiment.maker, Participant):
             raise CapabilityError("the state machines of an experiment cannot start over")
         experiment = self.experiment.with_seed(seed)
-        if network_for(experiment, self._build).digest != self.brain.network.digest:
+        if load_network_only(experiment, self._build).digest != self.brain.network.digest:
             raise CapabilityError(f"seed {seed} gives another network")
         self.loop.reset(seed=seed)
         self.continue_as(experiment)  # its functions are new, for files may keep values of their own

@@ -8,12 +8,7 @@ from typing import Any
 import pytest
 
 import nrp_core
-from nrp_core.checks import doubts
-from nrp_core.checks.study import Study
-from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.findings import Code
+from nrp_core.checks import warnings
 
 Nrp = Callable[..., Any]
 
@@ -93,25 +88,13 @@ def test_an_error_is_followed_by_the_doubts_that_may_be_its_cause(nrp: Nrp, expe
 def test_a_check_that_fails_is_told_and_the_run_takes_place(
     nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fails(*_: Study) -> None:
+    def fails(*_: object) -> None:
         raise ZeroDivisionError("in a check")
 
-    monkeypatch.setattr(doubts, "findings_of", fails)
+    monkeypatch.setattr(warnings, "check", fails)
     done = nrp("run", experiment)
     assert done.code == 0
     assert "the check of the experiment failed: ZeroDivisionError: in a check [NRP239]" in done.out
-
-
-def test_a_run_takes_place_although_its_file_cannot_be_read_again(experiment: Path) -> None:
-    read = load_experiment(experiment)
-
-    def again() -> Experiment:
-        raise ExperimentError("there is no such file", path=experiment)
-
-    with doubts.checked_run(read, again) as run:
-        (told,) = [one.message for one in run.problems if one.code is Code.NRP239]
-    assert "the check of the experiment ended early" in told
-    assert "there is no such file" in told
 
 
 def test_a_long_run_that_was_asked_for_with_a_unit_is_said_once(nrp: Nrp, experiment: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.files.script import load_network
-from nrp_core.checks import network as analysis_network
+from nrp_core.checks import confined_network
 from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
@@ -40,7 +40,7 @@ transfer_functions: [drive.py]
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(analysis_network, "TIME_LIMIT_S", 300.0)  # a slow machine finds the same
+    monkeypatch.setattr(confined_network, "TIME_LIMIT_S", 300.0)  # a slow machine finds the same
     (tmp_path / "experiment.yaml").write_text(FILE)
     (tmp_path / "room.sdf").write_text('<sdf version="1.9"><world name="room"/></sdf>')
     (tmp_path / "brain.py").write_text(BRAIN)

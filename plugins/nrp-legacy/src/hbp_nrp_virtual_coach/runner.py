@@ -10,12 +10,13 @@ from contextlib import suppress
 from typing import Any, TypeVar
 
 from hbp_nrp_virtual_coach.once import log
-from nrp_core.checks.doubts import announcement, checked_run
+from nrp_core.checks.warnings import announcement
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import LifecycleError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Weight
+from nrp_core.running import open_checked_run
 
 T = TypeVar("T")
 
@@ -147,7 +148,7 @@ class Runner:
 
     def _main(self) -> None:
         try:
-            with checked_run(self._read(), self._read) as run:
+            with open_checked_run(self._read()) as run:
                 run.on_step.append(self._look_at_clock)
                 with run.loop.attended():
                     self._run, self._reported_at = run, time.monotonic()

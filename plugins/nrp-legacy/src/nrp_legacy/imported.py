@@ -86,14 +86,14 @@ class ImportedMaker(ShimmedMaker):
         yield from self._ready(loaded, collector)
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
-        self.names = self._begun(experiment)
+        names = self._begun(experiment)  # a run may use those of its functions
         sources: list[listing.PythonSource] = []
         for i, path in enumerate(experiment.transfer_functions):
             omission = Omission(Code.NRP272, "file", path.name)
             with collector.during(Code.NRP210, "transfer_functions", i, omission=omission):
                 tree = Source.of_file(path).tree(self._note)
                 sources.append(listing.PythonSource(path, tree))
-        yield self._listing(sources, collector)
+        yield self._listing(names, sources, collector)
 
     def _load(self, path: Path) -> list[TransferFunction]:
         """Return the functions of a file; the names of a file without functions are shared with others."""

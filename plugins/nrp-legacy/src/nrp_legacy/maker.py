@@ -144,12 +144,12 @@ class ShimmedMaker(Maker, Participant, ABC):
         # of equal priority, those to the robot ran before those to the brain
         return sorted(functions, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
 
-    def _listing(self, sources: Iterable[PythonSource], collector: Collector) -> Listing:
+    def _listing(self, names: Namespace, sources: Iterable[PythonSource], collector: Collector) -> Listing:
         """Return pieces of code that share the names of the platform, once all notes are taken."""
         pieces = tuple(sources)
         collector.findings += dict.fromkeys(self._notes)
-        names = {name: value for name, value in vars(self.names.module).items() if name[:2] != "__"}
-        return Listing(pieces, names, self.names.scope, self._folders, quotient)
+        known = {name: value for name, value in vars(names.module).items() if name[:2] != "__"}
+        return Listing(pieces, known, names.scope, self._folders, quotient)
 
     def declare_missing_topics(self, world: World, functions: Sequence[TransferFunction]) -> None:
         if CLOCK in {
@@ -257,10 +257,10 @@ class LegacyMaker(ShimmedMaker):
         yield from self._ready(loaded, collector)
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
-        self.names = self._begun(experiment)
+        names = self._begun(experiment)  # a run may use those of its functions
         sources: list[PythonSource] = []
         for element in self.bibi.functions:
             omission = Omission(Code.NRP272, "transfer function")
             with collector.during(Code.NRP210, "transfer_functions", omission=omission):
                 sources += sources_of(element, self.bibi.element, self.library, self._note)
-        yield self._listing(sources, collector)
+        yield self._listing(names, sources, collector)

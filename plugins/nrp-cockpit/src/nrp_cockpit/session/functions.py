@@ -13,8 +13,8 @@ from nrp_cockpit.session.completion import words_of
 from nrp_cockpit.session.costs import Costs
 from nrp_cockpit.session.drafts import Drafts
 from nrp_cockpit.session.findings import finding_data, function_data
-from nrp_core.checks.doubts import new_doubts
 from nrp_core.checks.validate import validate
+from nrp_core.checks.warnings import new_warnings
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.making.maker import load_functions
 from nrp_core.experiment.model.experiment import Experiment
@@ -189,7 +189,7 @@ class Functions:
 
     def _note(self, checked: Iterable[Finding]) -> None:
         """Let the problems of the run include what these findings doubt."""
-        self._doubts = tuple(new_doubts(checked, self._run.plan.warnings))
+        self._doubts = tuple(new_warnings(checked, self._run.plan.warnings))
 
     def _errors(self, experiment: Experiment, checked: Iterable[Finding]) -> list[Finding]:
         """Change to the functions of an experiment, or return those of its findings that prevent it."""

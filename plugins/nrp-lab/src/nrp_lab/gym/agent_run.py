@@ -14,7 +14,7 @@ import numpy as np
 from gymnasium import spaces
 
 from nrp_core._support.callables import takes
-from nrp_core.checks.doubts import announcement
+from nrp_core.checks.warnings import announcement
 from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError

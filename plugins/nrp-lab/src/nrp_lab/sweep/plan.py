@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from nrp_core.brain.backends import brains
-from nrp_core.checks.doubts import announcement, doubts_of
+from nrp_core.checks.warnings import announcement, experiment_warnings
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.backends import code_of
@@ -126,7 +126,7 @@ class Plan:
         """Tell what a check doubts about the experiment without what varies, unless it was told before."""
         settings = [written(key, _absolute(value)) for key, value in self.sweep.settings.items()]
         until_s = None if self.sweep.until is None else seconds(self.sweep.until)
-        found = doubts_of(partial(load_experiment, self.experiment, settings), until_s)
+        found = experiment_warnings(partial(load_experiment, self.experiment, settings), until_s)
         if text := announcement(self.name, found):
             say(text)
 

@@ -15,7 +15,7 @@ from nrp_core.clock import milliseconds
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.making.maker import Maker
-from nrp_core.experiment.making.prepare import Examination, no_progress
+from nrp_core.experiment.making.prepare import Plan, load_functions, make_parts, prepare
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
 from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.world.scene.model import Scene
@@ -63,12 +63,11 @@ def write_folder(experiment: Experiment, folder: Path) -> Report:
     """
     maker = experiment.maker
     assert isinstance(maker, LegacyMaker)
-    examined = Examination(experiment, no_progress)
-    examined.collector.raise_errors()
+    plan = prepare(experiment)
     folder.mkdir(parents=True, exist_ok=True)
     kept: dict[str, str] = {}
     while True:
-        writing = _Import(experiment, maker, examined, folder, kept)
+        writing = _Import(experiment, maker, plan, folder, kept)
         missing = writing.done()
         if not missing.keys() - kept.keys():
             return writing.finished(missing)
@@ -89,7 +88,7 @@ class _Import:
     Args:
         experiment: the original.
         maker: makes its parts.
-        examined: its parts.
+        plan: its parts.
         folder: the target folder.
         kept: functions that need the platform, with the reasons.
     """
@@ -98,13 +97,13 @@ class _Import:
         self,
         experiment: Experiment,
         maker: LegacyMaker,
-        examined: Examination,
+        plan: Plan,
         folder: Path,
         kept: Mapping[str, str],
     ) -> None:
-        self._experiment, self._maker, self._folder, self._examined = experiment, maker, folder, examined
-        self._report = Report(noted=[str(one.message) for one in examined.collector.findings])
-        self._functions = Functions(maker, examined.functions, kept)
+        self._experiment, self._maker, self._folder, self._plan = experiment, maker, folder, plan
+        self._report = Report(noted=[str(one.message) for one in plan.warnings])
+        self._functions = Functions(maker, plan.functions, kept)
 
     def done(self) -> dict[str, str]:
         """Write the experiment; return the functions that are missing from it, with the reasons."""
@@ -146,7 +145,7 @@ class _Import:
     # -- brain and world
 
     def _brain(self) -> dict[str, Any]:
-        network = self._examined.network
+        network = self._plan.network
         assert network is not None
         names, exp = list(self._maker.bibi.populations), self._experiment
         brain = write_brain(exp.brain.model, network, names, exp.seed, self._folder, self._beside)
@@ -191,17 +190,16 @@ class _Import:
 
     @property
     def _scene(self) -> Scene:
-        assert self._examined.scene is not None
-        return self._examined.scene
+        return self._plan.scene
 
     def _aliases(self) -> dict[str, str]:
-        return self._maker.aliases(MockWorld(scene=self._scene), self._examined.functions)
+        return self._maker.aliases(MockWorld(scene=self._scene), self._plan.functions)
 
     # -- transfer functions and state machines
 
     def _conversations(self) -> list[str]:
         """Return the topics that only the platform allows: used in both directions, or by several parts."""
-        functions = self._examined.functions
+        functions = self._plan.functions
         topics = {topic for one in functions for topic in (*one.published, *one.subscribed)}
         names = sorted({plain_name(topic) for topic in topics if topic.name != plain_name(topic)})
         shared = [
@@ -279,15 +277,15 @@ class _Import:
 
     def _missing(self) -> dict[str, str]:
         """Return every function that is missing from the written experiment, with the reason."""
-        again = Examination(read_yaml(self._folder / FILE), no_progress)
-        written = {function.name for function in again.functions}
+        again = make_parts(read_yaml(self._folder / FILE))
+        written = {function.name for function in load_functions(again)}
         reasons: dict[str, list[str]] = {}
         for found in again.collector.findings:
             for name in {found.subject or "", found.path.stem if found.path else ""}:
                 reasons.setdefault(name, []).append(str(found))
         return {
             one.name: "; ".join(reasons.get(one.name, ["cannot be bound"]))
-            for one in self._examined.functions
+            for one in self._plan.functions
             if one.name not in written
         }
 

@@ -1,17 +1,53 @@
-"""A network without its synapses and nearly all parameters: enough to know its neurons and models."""
+"""What checks need to know about a network, and the network without its synapses and most parameters.
+
+A network may have been built in another process, which describes it in JSON.
+"""
 
 from __future__ import annotations
 
 import base64
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.checks.silence import mute, silent_parts
+from nrp_core.checks.silence import Silence, mute, silent_parts
+from nrp_core.findings import Code, Finding, Findings
+
+Ends = tuple[BoolArray, BoolArray]
+"""Whether each cell of a population has synapses onto it, and whether it has some onto others."""
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkSummary:
+    """Facts about a network that need its synapses and parameters.
+
+    Args:
+        joined: the pairs of populations that have synapses, source first.
+        linked: which cells of each population have synapses onto them, and which have some onto others.
+        silent: its parts without spikes at first.
+        mute: labels of its populations that cannot fire unless a device drives them.
+        findings: implausible values, and remarks of whatever read it.
+    """
+
+    joined: list[tuple[str, str]] = field(default_factory=list)
+    linked: dict[str, Ends] = field(default_factory=dict)
+    silent: list[Silence] = field(default_factory=list)
+    mute: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+
+
+def summary_of(network: Network) -> NetworkSummary:
+    """Return the facts about a complete network."""
+    findings = [*Findings(implausible(network), general=Code.NRP297)]
+    findings += Findings(network.remarks, general=Code.NRP308)
+    return NetworkSummary(_joined(network), _linked(network), silent_parts(network), mute(network), findings)
+
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
 _NO_VALUE = np.empty(0)
@@ -19,7 +55,8 @@ _FOR_WEIGHTS = ("tau_syn_E", "tau_syn_I", "v_rest", "v_thresh", "e_rev_E", "e_re
 
 
 def described(network: Network) -> dict[str, Any]:
-    """Return a network's skeleton as plain data, from which :func:`skeleton_of` makes a network."""
+    """Return a network as plain data, from which :func:`skeleton_of` and :func:`summary_from` read it."""
+    summary = summary_of(network)
     kinds: dict[tuple[str, bool, bool], Projection] = {}
     for one in network.projections:
         kinds.setdefault((one.synapse_type, one.rewiring is None, one.neuromodulation is None), one)
@@ -39,27 +76,24 @@ def described(network: Network) -> dict[str, Any]:
             ]
             for one in kinds.values()
         ],
-        "joined": joined(network),
-        "linked": {label: _packed(ends) for label, ends in linked(network).items()},
-        "silent": silent_parts(network),
-        "mute": mute(network),
+        "joined": summary.joined,
+        "linked": {label: _packed(ends) for label, ends in summary.linked.items()},
+        "silent": summary.silent,
+        "mute": summary.mute,
+        "findings": [finding.to_dict() for finding in summary.findings],
         "leaks": {p.label: leak for p in network.populations.values() if (leak := _least_leak(p))},
         "views": {name: _short(ids) for name, ids in network.views.items()},
         "timestep_ms": network.timestep_ms,
     }
 
 
-def joined(network: Network) -> list[tuple[str, str]]:
+def _joined(network: Network) -> list[tuple[str, str]]:
     """Return the pairs of populations, source first, that have synapses or may grow some."""
     pairs = ((one.pre, one.post) for one in network.projections if one.size or one.rewiring is not None)
     return list(dict.fromkeys(pairs))
 
 
-Ends = tuple[BoolArray, BoolArray]
-"""Whether each cell of a population has synapses onto it, and whether it has some onto others."""
-
-
-def linked(network: Network) -> dict[str, Ends]:
+def _linked(network: Network) -> dict[str, Ends]:
     """Return which cells of each population have synapses, or may grow some."""
     found = {
         one.label: (np.zeros(one.size, bool), np.zeros(one.size, bool))
@@ -74,15 +108,22 @@ def linked(network: Network) -> dict[str, Ends]:
     return found
 
 
-def ends_of(packed: dict[str, list[str]], network: Network) -> dict[str, Ends]:
-    """Return which cells have synapses, as a child has written it."""
-    return {
+def summary_from(described: dict[str, Any], network: Network) -> NetworkSummary:
+    """Return the facts about a network that :func:`described` wrote; ``network`` has its sizes."""
+    linked = {
         label: (
             _unpacked(onto, network.populations[label].size),
             _unpacked(out, network.populations[label].size),
         )
-        for label, (onto, out) in packed.items()
+        for label, (onto, out) in described["linked"].items()
     }
+    return NetworkSummary(
+        [(pre, post) for pre, post in described["joined"]],
+        linked,
+        [Silence(*one) for one in described["silent"]],
+        described["mute"],
+        [Finding.from_dict(one) for one in described["findings"]],
+    )
 
 
 def _packed(ends: Ends) -> list[str]:

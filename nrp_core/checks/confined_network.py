@@ -29,11 +29,11 @@ from nrp_core._support.probe import ChildResult, run_module, run_probe
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.files import read_network
 from nrp_core.brain.network.data import Network
-from nrp_core.checks.silence import Silence, mute, silent_parts
-from nrp_core.checks.skeleton import Ends, ends_of, joined, linked, skeleton_of
+from nrp_core.checks.network_summary import NetworkSummary, skeleton_of, summary_from, summary_of
 from nrp_core.errors import NetworkError, NrpError, SlowScriptError
 from nrp_core.experiment.making.maker import build_here
-from nrp_core.findings import Finding
+from nrp_core.experiment.making.prepare import Side
+from nrp_core.findings import Finding, Findings
 
 TIME_LIMIT_S = 20.0
 _DAY_S = 86_400.0
@@ -41,35 +41,24 @@ _LARGE = 10_000_000
 CHILD = "nrp_core.checks.child"
 
 
-class ChildBuilder:
+class ConfinedBuild:
     """Builds networks in a confined child process.
 
     Args:
-        backend: reports the properties of the network that it would change; None: no reports.
-        options: its options.
+        brain: the backend that reviews the network; None: no review.
         limit_s: time that a script may take, s, if that is less than :data:`TIME_LIMIT_S`; time in which
             other programs had the processors does not count.
 
     Attributes:
-        warnings: the backend's warnings about the last network.
-        joined: the pairs of populations of the last network that have synapses, source first.
-        linked: which cells of each population have synapses onto them, and which have some onto others.
-        silent: its parts without spikes, see :mod:`nrp_core.checks.silence`.
-        mute: labels of its populations that cannot fire unless a device drives them.
-        refusal: the reason why it cannot simulate it.
+        summary: facts about the last network.
     """
 
-    def __init__(
-        self, backend: BrainBackend | None, options: BrainOptions | None, limit_s: float | None = None
-    ) -> None:
-        self._backend, self._options = backend, options
+    def __init__(self, brain: Side[BrainBackend] | None, limit_s: float | None = None) -> None:
+        self._brain = brain
         self._limit_s = min(TIME_LIMIT_S, limit_s or TIME_LIMIT_S)
-        self.warnings: list[Finding] = []
-        self.joined: list[tuple[str, str]] = []
-        self.linked: dict[str, Ends] = {}
-        self.silent: list[Silence] = []
-        self.mute: list[str] = []
-        self.refusal: NrpError | None = None
+        self.summary = NetworkSummary()
+        self._warnings = Findings()
+        self._refusal: NrpError | None = None
 
     def __call__(self, make: Callable[[], Network]) -> Network:
         """Return the network to be made without its synapses, parameters and positions.
@@ -77,26 +66,30 @@ class ChildBuilder:
         Raises:
             NrpError: the error of ``make``.
         """
-        question = _question(make, self._backend, _parts(self._options))
+        backend, options = (self._brain.backend, self._brain.options) if self._brain else (None, None)
+        question = _question(make, backend, _parts(options))
         if question is None:
-            return self.described(build_here(make))
-        data = self._asked(question, _contents(make, self._backend))
-        self.warnings = [Finding.from_dict(one) for one in data["warnings"]]
-        self.joined = [(pre, post) for pre, post in data["network"]["joined"]]
-        self.silent = [Silence(*one) for one in data["network"]["silent"]]
-        self.mute = data["network"]["mute"]
-        self.refusal = _error_of(data["refusal"]) if data["refusal"] else None
+            network = build_here(make)
+            self.summary = summary_of(network)
+            return network
+        data = self._answer(question, _contents(make, backend))
+        self._warnings = Findings(Finding.from_dict(one) for one in data["warnings"])
+        self._refusal = _error_of(data["refusal"]) if data["refusal"] else None
         network = skeleton_of(data["network"])
-        self.linked = ends_of(data["network"]["linked"], network)
+        self.summary = summary_from(data["network"], network)
         return network
 
-    def described(self, network: Network) -> Network:
-        """Return a complete network, whose parts are described from now on."""
-        self.joined, self.silent = joined(network), silent_parts(network)
-        self.mute, self.linked = mute(network), linked(network)
-        return network
+    def review(self, brain: Side[BrainBackend], network: Network) -> Findings:
+        """Return what the backend would change in the last network.
 
-    def _asked(self, question: str, depends_on: str) -> dict[str, Any]:
+        Raises:
+            NrpError: it refuses the network.
+        """
+        if self._refusal is not None:
+            raise self._refusal
+        return self._warnings
+
+    def _answer(self, question: str, depends_on: str) -> dict[str, Any]:
         """Return the answer of the child, or a cached one if the environment is the same for the script."""
         for refresh in (False, True):
             answer = run_probe(

@@ -1,0 +1,338 @@
+"""An experiment as it is read: its parts, and the code of its transfer functions, which is not executed."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+from nrp_core.brain.backend import BrainBackend
+from nrp_core.brain.devices.ports import SourcePort
+from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import Network
+from nrp_core.checks.declarations import Declarations
+from nrp_core.checks.declared import Declared, found_in
+from nrp_core.checks.evaluation import UnreadableError
+from nrp_core.checks.events import Event
+from nrp_core.checks.function_body import FunctionBody
+from nrp_core.checks.network_summary import NetworkSummary
+from nrp_core.checks.scripts import scripts_from
+from nrp_core.checks.shapes import UNKNOWN, Known, Number, Shape
+from nrp_core.cle.wiring import declare_topics
+from nrp_core.dsl.functions.function import TIME, TransferFunction
+from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.loading.listing import Listing, PythonSource
+from nrp_core.dsl.loading.loader import DECLARES_NOTHING
+from nrp_core.dsl.parameters import binding
+from nrp_core.dsl.parameters.adapter import Adapter
+from nrp_core.dsl.parameters.binding import Binding
+from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
+from nrp_core.dsl.selection.selection import BrainRoot, Selection
+from nrp_core.dsl.selection.selectors import Selector, evaluate
+from nrp_core.dsl.testing.mocks import MockBrain
+from nrp_core.errors import NrpError, TopicError
+from nrp_core.experiment.making.maker import maker_of
+from nrp_core.experiment.making.prepare import Side, name_cause
+from nrp_core.experiment.making.watch import warn_of_missing_topics
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.findings import Code, Finding, Level, has_errors
+from nrp_core.findings.error_codes import code_of
+from nrp_core.world.interface import WorldBackend
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.topics import TopicInfo
+from nrp_core.world.world import World
+
+Slices = list[tuple[PythonSource, ast.expr, Selector, slice]]
+"""Choices of neurons by slices, with their place, the neurons and the slice."""
+
+
+class Checkable(Protocol):
+    """What a check needs of an experiment: a :class:`.Plan`, or :class:`.Parts` that may be missing."""
+
+    @property
+    def experiment(self) -> Experiment:
+        """The experiment."""
+
+    @property
+    def brain(self) -> Side[BrainBackend] | None:
+        """The brain backend."""
+
+    @property
+    def world(self) -> Side[WorldBackend] | None:
+        """The world backend."""
+
+    @property
+    def network(self) -> Network | None:
+        """The network of the brain."""
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene of the world, robots included."""
+
+    @property
+    def stage(self) -> World | None:
+        """A world without an engine, with the topics and aliases of the experiment."""
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedFunction:
+    """A transfer function and the operations of its body.
+
+    Args:
+        declared: the function as it is written.
+        adapters: the adapter of each parameter that could be bound.
+        events: the operations of its body.
+        experiment: the experiment that it belongs to.
+        world: the world with the topics.
+    """
+
+    declared: Declared
+    adapters: dict[str, Adapter]
+    events: list[Event]
+    experiment: Experiment
+    world: World
+
+    @property
+    def function(self) -> TransferFunction:
+        """The function, with an empty body."""
+        return self.declared.function
+
+    @property
+    def returns_to(self) -> TopicInfo | None:
+        """The topic of its return value, if there is one."""
+        topic = self.function.topic
+        return None if topic is None or _is_changed(topic) else self.world.topics.get(topic.name)
+
+    def parameter_of(self, shape: Shape) -> str | None:
+        """Return the parameter with an adapter, if there is one."""
+        found = shape.value if isinstance(shape, Known) else None
+        return next((name for name, adapter in self.adapters.items() if adapter is found), None)
+
+
+@dataclass
+class StaticExperiment:
+    """An experiment as it is read; made by :func:`read_experiment`.
+
+    Args:
+        experiment: the experiment.
+        brain, world: its backends; None, like all parts here, if it could not be made.
+        network: the network of its brain, perhaps without synapses and parameters.
+        scene: the scene of its world.
+        summary: facts about all synapses and parameters of the network.
+        stage: a world without an engine, with its topics.
+        listings: the files of its transfer functions.
+        declared: its transfer functions, in the order of the files.
+        functions: the same, bound to mocks, in the order in which they run.
+        devices: the devices of these functions.
+        neighbours: the modules beside its files that they import.
+        is_complete: whether all functions are known: every file and all its declarations could be read.
+        findings: what is wrong with the declarations of its functions.
+    """
+
+    experiment: Experiment
+    brain: Side[BrainBackend] | None
+    world: Side[WorldBackend] | None
+    network: Network | None
+    scene: Scene | None
+    summary: NetworkSummary
+    stage: World | None = None
+    listings: list[Listing] = field(default_factory=list)
+    declared: list[Declared] = field(default_factory=list)
+    functions: list[CheckedFunction] = field(default_factory=list)
+    devices: Sequence[SourcePort | SinkPort] = ()
+    neighbours: list[PythonSource] = field(default_factory=list)
+    is_complete: bool = True
+    findings: list[Finding] = field(default_factory=list)
+
+    @property
+    def topics(self) -> Mapping[str, TopicInfo]:
+        """The topics of its world, as far as it could be made."""
+        return {} if self.stage is None else self.stage.topics
+
+    @cached_property
+    def scripts(self) -> list[PythonSource]:
+        """Its brain script and the modules beside it that it imports, as far as they are plain Python."""
+        known = {source.path for source in self._sources_of_functions}
+        return [one for one in scripts_from(self.experiment.brain.model) if one.path not in known]
+
+    @cached_property
+    def sources(self) -> list[PythonSource]:
+        """The files of its transfer functions, those of its brain, and the modules beside them."""
+        return [*self._sources_of_functions, *self.scripts]
+
+    @property
+    def _sources_of_functions(self) -> list[PythonSource]:
+        return [*(source for listing in self.listings for source in listing.sources), *self.neighbours]
+
+
+def read_experiment(parts: Checkable, summary: NetworkSummary) -> StaticExperiment:
+    """Read the code of an experiment's transfer functions, and bind them to mocks.
+
+    Args:
+        parts: its other parts.
+        summary: facts about its network.
+    """
+    scene = None if parts.stage is None else parts.scene  # its topics contradict each other
+    static = StaticExperiment(
+        parts.experiment, parts.brain, parts.world, parts.network, scene, summary, parts.stage
+    )
+    collector = Collector(static.experiment.source)
+    slices = _read_files(static, collector)
+    if static.network is not None and static.stage is not None:
+        before = len(collector.findings)
+        with collector.during(Code.NRP216, "brain", "backend"):
+            brain = _mock_brain(parts, static.network)
+            collector.findings += _beyond(slices, BrainRoot(static.network))
+            _bind_functions(static, brain, static.stage, collector)
+        collector.findings[before:] = name_cause(
+            collector.findings[before:], static.experiment, static.network
+        )
+    static.findings = collector.findings
+    return static
+
+
+def _read_files(
+    static: StaticExperiment, collector: Collector
+) -> list[tuple[PythonSource, ast.expr, Selector, slice]]:
+    """Read the files of transfer functions; return the choices of neurons by slices."""
+    experiment = static.experiment
+    level = Level.ERROR if experiment.strict else Level.WARNING
+    neighbours: dict[Path, PythonSource] = {}
+    slices: Slices = []
+    for listing in maker_of(experiment).listings(experiment, collector):
+        declarations = Declarations(listing)
+        static.listings.append(listing)
+        neighbours |= {source.path: source for source in declarations.neighbours}
+        collector.findings += (at_most(finding, level) for finding in declarations.findings)
+        static.declared += declarations.functions
+        if not (declarations.functions or declarations.neighbours or experiment.compatibility):
+            collector.findings += _declares_nothing(listing)
+        static.is_complete &= declarations.is_complete
+        slices += declarations.slices
+    # the functions of a file that could not be read are unknown
+    static.is_complete &= not has_errors(collector.findings)
+    static.neighbours = list(neighbours.values())
+    return slices
+
+
+def _mock_brain(parts: Checkable, network: Network) -> MockBrain:
+    """Return a brain without a simulator that refuses what the backend refuses.
+
+    Raises:
+        CapabilityError: it refuses the network.
+    """
+    is_accepted = parts.brain is not None and getattr(parts, "is_accepted", True)
+    return MockBrain(network, capabilities=parts.brain.capabilities if parts.brain and is_accepted else None)
+
+
+def _bind_functions(static: StaticExperiment, brain: MockBrain, stage: World, collector: Collector) -> None:
+    functions = [declared.function for declared in static.declared]
+    warn_of_missing_topics(collector, static.experiment, stage, functions)
+    ordered = sorted(static.declared, key=lambda declared: -declared.function.priority)
+    declare_topics([declared.function for declared in ordered], stage)
+    variables: dict[str, Any] = {}
+    for declared in ordered:
+        adapters = _adapters(static, declared, brain, stage, variables, collector)
+        events = _events(declared, adapters)
+        static.functions.append(CheckedFunction(declared, adapters, events, static.experiment, stage))
+    static.devices = brain.devices
+
+
+def _adapters(
+    static: StaticExperiment, declared: Declared, brain: Brain, world: World, variables: dict[str, Any],
+    collector: Collector,
+) -> dict[str, Adapter]:  # fmt: skip
+    """Return the adapters of a function's parameters; one that cannot be bound is a finding."""
+    function = declared.function
+    try:
+        bound = function.bind(brain, world, variables=variables).adapters
+        return {name: bound[name] for name in function.mappings}
+    except (NrpError, ValueError, TypeError) as error:
+        whole = error
+    before = len(collector.findings)
+    binding, adapters = Binding(function.name, brain, world, variables), {}
+    for name, mapping in function.mappings.items():
+        try:
+            adapters[name] = mapping.bind(binding)
+        except (NrpError, ValueError, TypeError) as error:
+            collector.findings.append(_refusal(static, declared, name, error))
+    is_mapped = all(name in function.mappings for name in function.parameters)
+    if is_mapped and len(collector.findings) == before:
+        collector.findings.append(_refusal(static, declared, "", whole))
+    return adapters
+
+
+def _refusal(static: StaticExperiment, declared: Declared, name: str, error: Exception) -> Finding:
+    """Return the finding that a parameter, or without a name the function, cannot be bound."""
+    node = declared.nodes.get(name, declared.node)
+    if isinstance(error, UnreadableError):
+        message = f"the mapping of '{name or declared.function.name}' is known only when it runs"
+        return declared.finding(Code.NRP239, node, message, Level.NOTE)
+    level = Level.ERROR if static.experiment.strict else Level.WARNING
+    if isinstance(error, TopicError) and not static.is_complete:
+        level = Level.WARNING  # a file that could not be read may publish it
+    code = _code_of(error, declared.function.mappings.get(name))
+    message, instead = getattr(error, "message", str(error)), getattr(error, "instead", None)
+    return declared.finding(code, node, message, level, instead)
+
+
+_DECORATOR = re.compile(r"Neuron2Robot|Robot2Neuron|NeuronMonitor|import \*|exec|__import__|import_module")
+"""Code with which a file may declare functions."""
+
+
+def _declares_nothing(listing: Listing) -> Iterator[Finding]:
+    """Yield a finding if a Python file names no decorator, so that it cannot declare functions."""
+    paths = [source.path for source in listing.sources]
+    names = {name for source in listing.sources for name in _DECORATOR.findall(ast.unparse(source.tree))}
+    if len(paths) == 1 and paths[0].suffix == ".py" and not names:
+        yield Finding(Code.NRP210, DECLARES_NOTHING, path=paths[0], line=1)
+
+
+def _beyond(slices: Slices, root: BrainRoot) -> Iterator[Finding]:
+    """Yield slices beyond the end of a population, which Python silently shortens."""
+    for source, node, neurons, index in slices:
+        try:
+            of, bounds = evaluate(neurons, root), evaluate([index.start, index.stop], root)
+        except NrpError:  # reported where it is used
+            continue
+        beyond = [
+            one for one in bounds if isinstance(one, int) and isinstance(of, Selection) and one > of.size
+        ]
+        if beyond:
+            message = f"{neurons!r} has {of.size} neurons, 0..{of.size - 1}; {beyond[-1]} is beyond them"
+            yield found_in(source, Code.NRP211, node, message, Level.WARNING)
+
+
+def _code_of(error: Exception, mapping: binding.Mapping | None) -> Code:
+    is_device = isinstance(mapping, (MapSpikeSink, MapSpikeSource))
+    return code_of(error, Code.NRP225 if is_device else Code.NRP210)
+
+
+def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:
+    """Return the operations of a function's body."""
+    names: dict[str, Shape] = {**declared.names, TIME: Number("s")}
+    names |= dict.fromkeys(declared.function.parameters, UNKNOWN)
+    names |= {
+        name: Known(adapter)
+        for name, adapter in adapters.items()
+        if type(adapter) is not Adapter and not _is_changed(declared.function.mappings[name].reads)
+    }
+    path = declared.source.path
+    return FunctionBody(names, declared.node.body, lambda node: declared.imports(node, path)).events
+
+
+def _is_changed(topic: Topic | None) -> bool:
+    """Return whether the messages of a topic are converted."""
+    return isinstance(topic, PreprocessedTopic)
+
+
+def at_most(finding: Finding, level: Level) -> Finding:
+    """Return a finding with its level lowered to a limit."""
+    is_worse = finding.level is Level.ERROR and level is not Level.ERROR
+    return replace(finding, level=level) if is_worse else finding
