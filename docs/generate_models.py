@@ -15,10 +15,9 @@ from typing import Any
 
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.capabilities import BrainCapabilities
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.parameters import Parameter
-from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE, SynapseLaw
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses import EVERY_SYNAPSE, LAWS, SynapseLaw
 
 ROOT = Path(__file__).parents[1]
 TARGET = ROOT / "docs" / "reference" / "models.md"

@@ -46,9 +46,9 @@ if TYPE_CHECKING:
     from nrp_core.brain.network.grid import Grid as Grid
     from nrp_core.brain.network.origin import Origin as Origin
     from nrp_core.brain.network.synapse_order import same_order as same_order
-    from nrp_core.brain.network.synapses.static import STATIC as STATIC
-    from nrp_core.brain.network.synapses.stdp import STDP as STDP
-    from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM as TSODYKS_MARKRAM
+    from nrp_core.brain.network.synapses import STATIC as STATIC
+    from nrp_core.brain.network.synapses import STDP as STDP
+    from nrp_core.brain.network.synapses import TSODYKS_MARKRAM as TSODYKS_MARKRAM
     from nrp_core.brain.pynn import builder as builder
     from nrp_core.brain.pynn.export import network_of as network_of
     from nrp_core.brain.remote import RemoteBrain as RemoteBrain
@@ -91,9 +91,7 @@ else:
             "nrp_core.brain.network.origin": "Origin",
             "nrp_core.brain.network.grid": "Grid",
             "nrp_core.brain.network.synapse_order": "same_order",
-            "nrp_core.brain.network.synapses.static": "STATIC",
-            "nrp_core.brain.network.synapses.stdp": "STDP",
-            "nrp_core.brain.network.synapses.tsodyks_markram": "TSODYKS_MARKRAM",
+            "nrp_core.brain.network.synapses": "STATIC STDP TSODYKS_MARKRAM",
             "nrp_core.brain.pynn": "builder",
             "nrp_core.brain.pynn.export": "network_of",
             "nrp_core.brain.remote": "RemoteBrain RemoteOptions Sole",

@@ -18,7 +18,7 @@ from nrp_core.brain.backends import brains
 from nrp_core.brain.changes import Rewirings, Synapses
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.implausible import implausible
-from nrp_core.brain.network.synapses.laws import PLASTIC
+from nrp_core.brain.network.synapses import PLASTIC
 from nrp_core.brain.pynn.export import network_of, unique
 from nrp_core.brain.pynn.late_changes import late_changes
 from nrp_core.brain.pynn.populations import SPIKE_TIMES

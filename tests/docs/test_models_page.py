@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.parameters import Parameter
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses import LAWS
 
 GENERATOR = Path(__file__).parents[2] / "docs" / "generate_models.py"
 

@@ -14,8 +14,9 @@ from nrp_brain_event.records import JUMP, Array, ShortTerm
 from nrp_brain_event.synapse_laws import SHARES
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.drawing.drawn import extremes, kept
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.drawing import extremes
+from nrp_core.brain.network.indices import stored_form
+from nrp_core.brain.network.synapses import LAWS
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
@@ -63,7 +64,7 @@ def delay_range(network: Network) -> tuple[float, float]:
     for projection in network.projections:
         if projection.size == 0:
             continue
-        delays = extremes(kept(projection, "delay_ms"))
+        delays = extremes(stored_form(projection, "delay_ms"))
         delay = float(delays.min())
         longest = max(longest, float(delays.max()))
         if network.populations[projection.pre].is_source:

@@ -9,7 +9,6 @@ from math import inf, nextafter
 from typing import Final
 
 from nrp_brain_event.agenda import gather, next_round, post, release, schedule
-from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.handles import opened
 from nrp_brain_event.linear import is_linear, search
 from nrp_brain_event.modes import deliver, freeze, postpone, set_time, thaw, voltage_of
@@ -34,6 +33,7 @@ from nrp_brain_event.records import (
     Work,
 )
 from nrp_brain_event.runge_kutta import state_at
+from nrp_brain_event.synapse_kernels import released_share
 from nrp_brain_event.synaptic_inputs import remaining_at
 from nrp_core._support.arrays import CACHE_LINE
 from nrp_core._support.jit import inlined, jit, prefetch

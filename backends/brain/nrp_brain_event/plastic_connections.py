@@ -12,8 +12,7 @@ from nrp_brain_event.records import Array, Plastic, Rule
 from nrp_brain_event.synapse_laws import RULES
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses.law import SynapseLaw
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses import LAWS, SynapseLaw
 from nrp_core.errors import CapabilityError, NetworkError
 
 _LIMITS: Final = ("w_min", "w_max")

@@ -1,7 +1,7 @@
 """Plastic synapses process the spikes of their source and target in the order in which these reach them.
 
 A synapse processes a spike of its source after the axonal part of its delay, and one of its target after the
-dendritic part. What they do to the weight is the rule's: see :mod:`nrp_brain_event.rules`.
+dendritic part. What they do to the weight is the rule's: see :mod:`nrp_brain_event.synapse_kernels`.
 
 A synapse is updated when a spike reaches its target: then all earlier spikes of the target are known for any
 delay. A target stores a spike until all its synapses have processed it.
@@ -11,9 +11,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from nrp_brain_event.compiled_laws import on_source, on_target
 from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule
-from nrp_brain_event.rules.weights import SIMULTANEOUS
+from nrp_brain_event.synapse_kernels import SIMULTANEOUS, on_source, on_target
 from nrp_core._support.jit import jit
 
 _MANY: Final = 64

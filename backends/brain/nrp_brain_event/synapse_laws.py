@@ -7,109 +7,38 @@ synapse) and ``t`` (the last spike, ms; 0 at first). A
 kernel that draws calls :func:`nrp_brain_event.random_numbers.uniform` with the record.
 
 A law whose spikes change the weight is one entry in :data:`RULES`, by its own name or by that of its part
-that sets it apart: a module with two kernels; see :mod:`nrp_brain_event.rules`.
-
-A law that is given as equations is an entry in both, since its kernel is written for it: see
-:mod:`nrp_brain_event.equations.synapse_kernels`.
+that sets it apart. A law that is given as equations is an entry in both, since its kernel is written for it.
+The kernels are in :mod:`nrp_brain_event.synapse_kernels`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Final, Protocol
+from collections.abc import Iterable
+from typing import Final
 
 from nrp_core.brain.network.equations.synapse_model import SYNAPSE_TYPE
-from nrp_core.brain.network.synapses.law import SynapseLaw
-from nrp_core.brain.network.synapses.laws import LAWS, PLASTIC
-from nrp_core.brain.network.synapses.multiquantal import MULTIQUANTAL
-from nrp_core.brain.network.synapses.simple_stochastic import SIMPLE_STOCHASTIC
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stochastic_tsodyks_markram import STOCHASTIC_TSODYKS_MARKRAM
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import (
+    LAWS,
+    MULTIQUANTAL,
+    PLASTIC,
+    SIMPLE_STOCHASTIC,
+    STATIC,
+    STOCHASTIC_TSODYKS_MARKRAM,
+    TSODYKS_MARKRAM,
+    SynapseLaw,
+)
 
-Share = Callable[[Any, float], float]
+SHARES: Final = (
+    TSODYKS_MARKRAM,
+    SIMPLE_STOCHASTIC,
+    STOCHASTIC_TSODYKS_MARKRAM,
+    MULTIQUANTAL,
+    SYNAPSE_TYPE,
+)
+"""The laws whose spikes transmit a share of the weight."""
 
-
-class PlasticityRule(Protocol):
-    """The module of a rule."""
-
-    def on_source(self, rule: Any, synapse: Any, t: float) -> None:
-        """Update a synapse for a spike of its source that it processes at t (ms)."""
-
-    def on_target(self, rule: Any, synapse: Any, t: float) -> None:
-        """Update a synapse for a spike of its target that it processes at t (ms)."""
-
-
-def _tsodyks_markram() -> Share:
-    from nrp_core.brain.network.synapses.tsodyks_markram_kernel import released_share
-
-    return released_share
-
-
-def _simple_stochastic() -> Share:
-    from nrp_brain_event.shares.simple_stochastic import share
-
-    return share
-
-
-def _stochastic_tsodyks_markram() -> Share:
-    from nrp_brain_event.shares.stochastic_tsodyks_markram import share
-
-    return share
-
-
-def _multiquantal() -> Share:
-    from nrp_brain_event.shares.multiquantal import share
-
-    return share
-
-
-def _spike_pairs() -> PlasticityRule:
-    from nrp_brain_event.rules import spike_pairs
-
-    return spike_pairs
-
-
-def _vogels() -> PlasticityRule:
-    from nrp_brain_event.rules import vogels
-
-    return vogels
-
-
-def _spike_triplets() -> PlasticityRule:
-    from nrp_brain_event.rules import spike_triplets
-
-    return spike_triplets
-
-
-def _equation_share() -> Share:
-    from nrp_brain_event.equations.synapse_kernels import strength
-
-    return strength
-
-
-def _equation_rule() -> PlasticityRule:
-    from nrp_brain_event.equations import synapse_kernels
-
-    return synapse_kernels
-
-
-SHARES: Final[Mapping[str, Callable[[], Share]]] = {
-    TSODYKS_MARKRAM: _tsodyks_markram,
-    SIMPLE_STOCHASTIC: _simple_stochastic,
-    STOCHASTIC_TSODYKS_MARKRAM: _stochastic_tsodyks_markram,
-    MULTIQUANTAL: _multiquantal,
-    SYNAPSE_TYPE: _equation_share,
-}
-"""The loader of each law's kernel."""
-
-RULES: Final[Mapping[str, Callable[[], PlasticityRule]]] = {
-    "SpikePairRule": _spike_pairs,
-    "Vogels2011Rule": _vogels,
-    "PfisterSpikeTripletRule": _spike_triplets,
-    SYNAPSE_TYPE: _equation_rule,
-}
-"""The loader of each rule's module."""
+RULES: Final = ("SpikePairRule", "Vogels2011Rule", "PfisterSpikeTripletRule", SYNAPSE_TYPE)
+"""The rules of plasticity."""
 
 SYNAPSES: Final = frozenset(
     {
@@ -118,7 +47,7 @@ SYNAPSES: Final = frozenset(
         *(
             name
             for name in PLASTIC
-            if RULES.keys() & {name, *(one for of in LAWS[name].parts.values() for one in of)}
+            if {*RULES} & {name, *(one for of in LAWS[name].parts.values() for one in of)}
         ),
     }
 )

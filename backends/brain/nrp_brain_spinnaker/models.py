@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from nrp_brain_spinnaker.machine import kinds
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 Semantics = Literal["pynn", "released"]
 

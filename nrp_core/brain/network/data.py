@@ -20,7 +20,7 @@ import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments, require_fields
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.checked import (
     fixed,
     global_ids,
@@ -31,14 +31,14 @@ from nrp_core.brain.network.checked import (
     require_timestep,
     require_values,
 )
-from nrp_core.brain.network.drawing.drawn import kept, redrawn
+from nrp_core.brain.network.drawing import redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.model import INHIBITORY
 from nrp_core.brain.network.equations.model import RECEPTORS as RECEPTORS
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.equations.units import Unit, unit_of
 from nrp_core.brain.network.hashed import feed
-from nrp_core.brain.network.indices import ends_of, folded, indices_of
+from nrp_core.brain.network.indices import ends_of, folded, indices_of, stored_form
 from nrp_core.brain.network.limits import (
     check_cells,
     check_positions,
@@ -58,8 +58,7 @@ from nrp_core.brain.network.names import (
 from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
 from nrp_core.brain.network.origin import LISTED, Origin
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.network.synapses.laws import LAWS, PLASTIC
-from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses import LAWS, PLASTIC, STATIC
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
 HINTS: Final = frozenset(
@@ -167,9 +166,9 @@ class Projection:
             so use :meth:`pairs` to read a few at a time.
         weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
             may share memory (a broadcast array). Those of large projections may be drawn again for each
-            read (:class:`~nrp_core.brain.network.drawing.drawn.Drawn`).
+            read (:class:`~nrp_core.brain.network.drawing.Drawn`).
         delay_ms: shape ``(n_synapses,)``, like the weights.
-        synapse_type: name of the synapse law, see :mod:`nrp_core.brain.network.synapses.laws`.
+        synapse_type: name of the synapse law, see :mod:`nrp_core.brain.network.synapses`.
         synapse_parameters: the law's parameters, PyNN names and units, shape ``(n_synapses,)``.
         plasticity: PyNN's class of each part of the law, if it has parts.
         origin: how the projection was made.
@@ -204,7 +203,9 @@ class Projection:
         require_fields(self, owner, "label", "pre", "post", "receptor", "synapse_type")
         keep_mappings(self, owner, "synapse_parameters", "plasticity", "initial_values")
         for name in ("weight", "delay_ms"):
-            object.__setattr__(self, name, require_values(f"{owner}: its {name}", fixed(kept(self, name))))
+            object.__setattr__(
+                self, name, require_values(f"{owner}: its {name}", fixed(stored_form(self, name)))
+            )
         sources, targets = len(indices_of(self, "pre_index")), len(indices_of(self, "post_index"))
         if sources != targets:
             raise NetworkError(f"{owner}: {sources} pre_index and {targets} post_index; it needs as many")
@@ -452,7 +453,7 @@ class Network:
         self._check_values(where, projection)
 
     def _check_values(self, where: str, projection: Projection) -> None:
-        values = {"weight": kept(projection, "weight"), "delay": kept(projection, "delay_ms")}
+        values = {"weight": stored_form(projection, "weight"), "delay": stored_form(projection, "delay_ms")}
         for name, array in values.items():
             if array.shape != (projection.size,):
                 raise NetworkError(f"{where}: {name} has shape {array.shape}, not ({projection.size},)")

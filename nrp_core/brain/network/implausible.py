@@ -13,11 +13,12 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projection
-from nrp_core.brain.network.drawing.drawn import extremes, kept
+from nrp_core.brain.network.drawing import extremes
 from nrp_core.brain.network.equations.cell_doubts import doubts_about_cells, doubts_about_weights
 from nrp_core.brain.network.equations.synapse_doubts import doubts_about_synapses
+from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.network.learning_doubts import doubts_about_learning
 from nrp_core.brain.network.limits import distinct
 
@@ -387,7 +388,7 @@ def _leak_us(cells: Population) -> float | None:
 
 def _extremes(projection: Projection, name: str) -> FloatArray:
     """Return values of a projection; one if all share it, two if those between would be drawn again."""
-    return distinct(extremes(kept(projection, name)))
+    return distinct(extremes(stored_form(projection, name)))
 
 
 def _largest(values: FloatArray) -> float:

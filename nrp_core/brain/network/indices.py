@@ -15,10 +15,45 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import IndexArray
-from nrp_core.brain.network.stored import stored, stored_form
 from nrp_core.errors import NetworkError
 
 T = TypeVar("T")
+
+Change = Callable[[Any], Any]
+
+
+def stored(*names: str, store: Change, read: Change) -> Callable[[type[T]], type[T]]:
+    """Make a class store attributes in another form.
+
+    Args:
+        names: the attributes.
+        store: returns the stored form of a value that is set.
+        read: returns the array of a stored form.
+    """
+
+    def decorate(owner: type[T]) -> type[T]:
+        for name in names:
+            setattr(owner, name, _Stored(name, store, read))
+        return owner
+
+    return decorate
+
+
+def stored_form(owner: object, name: str) -> Any:
+    """Return the stored form of an attribute."""
+    return vars(owner)[name]
+
+
+class _Stored:
+    def __init__(self, name: str, store: Change, read: Change) -> None:
+        self._name, self._store, self._read = name, store, read
+
+    def __get__(self, owner: object | None, kind: type) -> Any:
+        return self if owner is None else self._read(stored_form(owner, self._name))
+
+    def __set__(self, owner: object, value: Any) -> None:
+        vars(owner)[self._name] = self._store(value)
+
 
 _FEW: Final = 1 << 16
 """Up to this number, indices are not compressed."""

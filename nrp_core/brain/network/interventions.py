@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.origin import LISTED
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses import LAWS
 
 Synapses = npt.NDArray[np.bool_]
 """For each synapse of a projection, whether it is selected."""

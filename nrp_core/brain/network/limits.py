@@ -9,12 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.cells.izhikevich import PEAK_MV
-from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.drawing.drawn import Drawn, extremes, whole
+from nrp_core.brain.network.cells import CELLS, PEAK_MV
+from nrp_core.brain.network.drawing import Drawn, extremes, whole
 from nrp_core.brain.network.parameters import FINITE, Limit, limits_of
-from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses import EVERY_SYNAPSE, LAWS
 from nrp_core.errors import NetworkError
 
 OF_CELLS: Final = limits_of(

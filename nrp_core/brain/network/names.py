@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import Final
 
-from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.cells import CELLS
+from nrp_core.brain.network.synapses import LAWS
 from nrp_core.errors import NetworkError, did_you_mean
 
 _INPUTS: Final = ("gsyn_exc", "gsyn_inh", "isyn_exc", "isyn_inh")

@@ -15,8 +15,8 @@ from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
 
 from nrp_core._support.numbers import is_number
-from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.cells import CELLS
+from nrp_core.brain.network.synapses import LAWS
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.arguments import refuse_misspelt
 from nrp_core.brain.pynn.callbacks import checked

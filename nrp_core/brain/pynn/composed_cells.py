@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Final
 
 from pyNN.standardmodels import cells, receptors
 
-from nrp_core.brain.network.cells.cell_type import CellType
+from nrp_core.brain.network.cells import CellType
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_values

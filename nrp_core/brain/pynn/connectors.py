@@ -20,7 +20,7 @@ import numpy.typing as npt
 from pyNN import connectors
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network.drawing.sorting import sorted_by
+from nrp_core.brain.network.drawing import sorted_by
 from nrp_core.brain.pynn.arguments import require_arguments, require_shape
 from nrp_core.brain.pynn.expected import require_room
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, WrongKindError

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core.brain.network.cells.cell_type import CellType
+from nrp_core.brain.network.cells import CellType
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.expressions import TextOrigin
 from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT

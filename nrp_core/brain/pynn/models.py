@@ -19,10 +19,8 @@ from pyNN.standardmodels import (
     synapses,
 )
 
-from nrp_core.brain.network.cells.cell_type import CellType
-from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.synapses.law import RulePart, SynapseLaw
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.cells import CELLS, CellType
+from nrp_core.brain.network.synapses import LAWS, RulePart, SynapseLaw
 from nrp_core.brain.pynn.arguments import require_by_name, require_names, require_values
 from nrp_core.brain.pynn.own_names import own_name
 from nrp_core.errors import CapabilityError

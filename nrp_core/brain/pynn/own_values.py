@@ -9,7 +9,7 @@ from typing import Any
 
 from pyNN.random import NumpyRNG, RandomDistribution
 
-from nrp_core.brain.network.drawing.drawn import Drawn, are_drawn_again
+from nrp_core.brain.network.drawing import Drawn, are_drawn_again
 from nrp_core.brain.pynn.synapse_columns import constant
 
 _PLAIN = frozenset({"normal", "uniform"})

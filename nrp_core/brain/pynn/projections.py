@@ -17,11 +17,11 @@ from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
 from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.brain.network.drawing.drawn import Columns
+from nrp_core.brain.network.drawing import Columns
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
 from nrp_core.brain.network.parameters import Limit
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses import LAWS
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
 from nrp_core.brain.pynn.populations import parts_of, require_existing

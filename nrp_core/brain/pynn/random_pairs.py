@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from pyNN.random import NumpyRNG
 
-from nrp_core.brain.network.drawing import loops
+from nrp_core.brain.network.drawing import compiled, pairs_among
 
 Indices = npt.NDArray[np.int32]
 
@@ -49,7 +48,7 @@ def _interleaved(
     high = np.array([n_first, n_second], np.uint32)
     masks = np.array([(1 << (size - 1).bit_length()) - 1 for size in (n_first, n_second)], np.uint32)
     pairs, at = np.empty((2, n), np.int32), np.zeros(2, np.int64)
-    take = _loop(n)
+    take = pairs_among if n <= _FEW else compiled(pairs_among)
     while at[0] < n:
         before = state.get_state(legacy=False)
         words, at[1] = _words(state, min(_BLOCK, 8 * (n - int(at[0])) + 8)), 0
@@ -57,14 +56,6 @@ def _interleaved(
         state.set_state(before)
         _words(state, int(at[1]))
     return pairs[0], pairs[1]
-
-
-def _loop(n: int) -> Callable[..., None]:
-    if n <= _FEW:
-        return loops.pairs_among
-    from nrp_core.brain.network.drawing.compiled import pairs_among
-
-    return pairs_among
 
 
 def _words(state: np.random.RandomState, n: int) -> npt.NDArray[np.uint32]:

@@ -8,7 +8,7 @@ from typing import Final
 from pyNN.parameters import ArrayParameter
 from pyNN.standardmodels import cells
 
-from nrp_core.brain.network.cells.cell_type import CellType
+from nrp_core.brain.network.cells import CellType
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.pynn.equation_cells import bound, equation_cell
 

@@ -10,7 +10,7 @@ import numpy as np
 from pyNN.parameters import LazyArray
 
 from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.brain.network.drawing.drawn import Drawn, whole
+from nrp_core.brain.network.drawing import Drawn, whole
 from nrp_core.brain.network.indices import Indices, index_type
 
 _DRAWN_AT_ONCE = 2**22

@@ -11,9 +11,7 @@ from pyNN.parameters import LazyArray
 from pyNN.standardmodels import StandardSynapseType, synapses
 
 from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
-from nrp_core.brain.network.synapses.law import SynapseLaw
-from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import LAWS, STDP, SynapseLaw
 from nrp_core.brain.pynn.arguments import (
     require_arguments,
     require_by_name,

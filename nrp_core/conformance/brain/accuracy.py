@@ -16,8 +16,7 @@ import pytest
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, LeakyIntegratorExp, PopulationRate
 from nrp_core.brain.devices.sources import FixedFrequencySource
 from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.capability import RULE
 from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record, times

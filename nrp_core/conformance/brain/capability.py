@@ -11,8 +11,7 @@ from pydantic import ValidationError
 
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.network.data import Population
-from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import LAWS, STDP
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.kit import BrainKit, record, train
 from nrp_core.conformance.brain.parts import cells, connect, spikes

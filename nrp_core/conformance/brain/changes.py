@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STDP
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.capability import RULE, SYNAPSES
 from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record, times

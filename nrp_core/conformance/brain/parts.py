@@ -9,7 +9,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses import STATIC
 from nrp_core.conformance.brain.samples import Sample
 
 Part = Population | Projection

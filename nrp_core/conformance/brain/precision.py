@@ -9,10 +9,7 @@ from __future__ import annotations
 import pytest
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import LAWS, STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.conformance.brain.capability import SYNAPSES
 from nrp_core.conformance.brain.kit import BrainKit
 from nrp_core.conformance.brain.parts import connect, spikes

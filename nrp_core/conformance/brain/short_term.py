@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.conformance.brain.kit import BrainKit, record, times, train
 from nrp_core.conformance.brain.parts import connect, spikes
 from nrp_core.conformance.guard import undeclared

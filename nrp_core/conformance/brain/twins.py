@@ -12,7 +12,7 @@ import pytest
 
 from nrp_core.brain.devices.injector import SpikeInjector
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.accuracy import EXACT_MV, GRID_PRECISION, released
 from nrp_core.conformance.brain.kit import BrainKit

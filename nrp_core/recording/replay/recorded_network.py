@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Network, Population
 
 

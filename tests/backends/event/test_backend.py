@@ -16,7 +16,7 @@ from pyNN.standardmodels import cells as standard_cells
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, DivergedError, LifecycleError, NetworkError

@@ -13,7 +13,7 @@ from pyNN.standardmodels import cells as standard
 
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STDP
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 from nrp_core.errors import CapabilityError, NetworkError
 

@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
 
 TRAIN_MS = [1.0, 4.0, 4.5, 20.0, 90.0, 90.25, 91.0]

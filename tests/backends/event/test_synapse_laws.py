@@ -6,13 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_event.compiled_laws import one_of
+from nrp_brain_event.synapse_kernels import one_of
 from nrp_brain_event.synapse_laws import share_fields
 
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import LAWS, STDP, TSODYKS_MARKRAM
 
 
 @jit

@@ -14,7 +14,7 @@ from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, PopulationRate, S
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import NS_PER_MS
 

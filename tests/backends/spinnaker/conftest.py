@@ -8,7 +8,7 @@ import pytest
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Network, Population, Projection
 
 _REFRACTORY_MS = 2.0

@@ -16,13 +16,11 @@ from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
-from nrp_core.brain.network.cells.types import CELLS as TYPES
+from nrp_core.brain.network.cells import CELLS as TYPES
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 LEAKY = {
     "v_rest": -65.0, "cm": 1.0, "tau_m": 20.0, "tau_refrac": 2.0, "v_reset": -65.0, "v_thresh": -50.0,

@@ -8,8 +8,7 @@ import pytest
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, NetworkError
 

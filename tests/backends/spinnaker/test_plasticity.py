@@ -11,8 +11,7 @@ from machine_rules import ADDITIVE, MS, MULTIPLICATIVE, OBEDIENT, PAIRS, fire, f
 
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError
 
 TRAINS = st.lists(st.integers(3, 150), unique=True, max_size=14).map(sorted)

@@ -26,7 +26,7 @@ from machine_rules import (
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.network.neuromodulation import Neuromodulation
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError
 
 MODULATION = Neuromodulation(tau_c=90.0, tau_d=40.0, w_min=0.2, w_max=1.5)

@@ -13,7 +13,7 @@ from nrp_brain_spinnaker.synapses.rewiring_rules import formation_probabilities
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError
 
 MS = 1_000_000

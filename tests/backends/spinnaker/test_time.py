@@ -13,8 +13,7 @@ from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, Poiss
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.network.origin import Origin
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError, NetworkError, SimulationError, TimestepError
 

@@ -14,8 +14,7 @@ from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STATIC, STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 FOUND_BY: Found = {}

@@ -13,9 +13,9 @@ from small_brain import STEP_MS, SmallBackend, SmallBrain
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainOptions
+from nrp_core.brain.devices.short_term import CONSTANTS, released_share
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses.tsodyks_markram_kernel import CONSTANTS, released_share
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, SmallBackend, "brain")

@@ -15,7 +15,7 @@ from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses import STATIC
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError, NrpError
 

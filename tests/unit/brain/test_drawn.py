@@ -15,9 +15,9 @@ from pyNN.random import NumpyRNG, RandomDistribution
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.drawing.drawn import Drawn, kept
-from nrp_core.brain.network.drawing.sorting import sorted_by
+from nrp_core.brain.network.drawing import Drawn, sorted_by
 from nrp_core.brain.network.implausible import implausible
+from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.random_pairs import random_pairs
 from nrp_core.errors import NetworkError
@@ -62,7 +62,7 @@ def test_values_replaced_after_the_last_column_would_be_others() -> None:
 
 
 def built(fewest: int, monkeypatch: pytest.MonkeyPatch) -> Network:
-    monkeypatch.setattr("nrp_core.brain.network.drawing.drawn.FEWEST", fewest)
+    monkeypatch.setattr("nrp_core.brain.network.drawing.FEWEST", fewest)
     sim = builder(seed=1)
     sim.setup(timestep=0.1)
     pre, post = (
@@ -80,8 +80,8 @@ def test_a_network_is_the_same_whether_values_are_kept_or_drawn_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     small, large = built(10**6, monkeypatch), built(100, monkeypatch)
-    assert isinstance(kept(large.projections[0], "weight"), Drawn) == COMPILED
-    assert isinstance(kept(small.projections[0], "weight"), np.ndarray)
+    assert isinstance(stored_form(large.projections[0], "weight"), Drawn) == COMPILED
+    assert isinstance(stored_form(small.projections[0], "weight"), np.ndarray)
     np.testing.assert_array_equal(large.projections[0].delay_ms, small.projections[0].delay_ms)
     assert large.digest == small.digest
 
@@ -90,7 +90,7 @@ def test_a_network_is_the_same_whether_values_are_kept_or_drawn_again(
 def test_an_impossible_value_among_drawn_ones_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     network = built(100, monkeypatch)
     (one,) = network.projections
-    values = Drawn.by(np.random.RandomState(1), (0.1, 0.05, -inf, inf), kept(one, "weight").counts)
+    values = Drawn.by(np.random.RandomState(1), (0.1, 0.05, -inf, inf), stored_form(one, "weight").counts)
     first = int(np.argmax(values.whole() < 0))
     with pytest.raises(NetworkError, match=rf"delay of synapse {first} \(\d+ -> \d+\) is -"):
         Network(network.populations, (replace(one, delay_ms=values),))
@@ -103,7 +103,7 @@ def test_drawn_values_are_doubted_by_their_extremes(monkeypatch: pytest.MonkeyPa
     network = built(100, monkeypatch)
     (one,) = network.projections
     assert implausible(network) == []
-    slow = Drawn.by(np.random.RandomState(1), (3000.0, 500.0, 0.1, inf), kept(one, "delay_ms").counts)
+    slow = Drawn.by(np.random.RandomState(1), (3000.0, 500.0, 0.1, inf), stored_form(one, "delay_ms").counts)
     doubtful = Network(network.populations, (replace(one, delay_ms=slow),))
     monkeypatch.setattr(Drawn, "_draw", None)
     (doubt,) = implausible(doubtful)
@@ -119,7 +119,7 @@ def test_many_synapses_are_paired_and_sorted_as_few_are(monkeypatch: pytest.Monk
 
     few, after = made()
     monkeypatch.setattr("nrp_core.brain.pynn.random_pairs._FEW", 0)
-    monkeypatch.setattr("nrp_core.brain.network.drawing.sorting._FEW", 0)
+    monkeypatch.setattr("nrp_core.brain.network.drawing._FEW", 0)
     many, after_many = made()
     for one, other in zip(few, many, strict=True):
         np.testing.assert_array_equal(one, other)

@@ -6,10 +6,9 @@ import pytest
 from pyNN.parameters import Sequence
 from pyNN.standardmodels import cells, synapses
 
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.parameters import FRACTION, POSITIVE, Parameter, limits_of
-from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses import EVERY_SYNAPSE, LAWS
 
 
 @pytest.mark.parametrize("name", [name for name in CELLS if hasattr(cells, name)])

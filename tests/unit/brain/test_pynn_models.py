@@ -7,7 +7,7 @@ import pyNN.mock
 import pytest
 from pyNN import standardmodels
 
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pyNN import errors
 from pyNN.parameters import Sequence
 
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError

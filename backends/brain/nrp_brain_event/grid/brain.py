@@ -40,8 +40,9 @@ from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.state_recorder import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.drawing.drawn import extremes, kept
+from nrp_core.brain.network.drawing import extremes
 from nrp_core.brain.network.grid import Grid as TimeGrid
+from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError
@@ -280,5 +281,5 @@ class GridBrain(Brain):
             )
 
     def _is_rounded(self, projection: Projection) -> bool:
-        delays = distinct(extremes(kept(projection, "delay_ms")))
+        delays = distinct(extremes(stored_form(projection, "delay_ms")))
         return bool((abs(self._times.time_ms(self._times.delays(delays)) - delays) > _EXACT_MS).any())

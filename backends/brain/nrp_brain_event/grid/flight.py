@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.grid.delivery import send_all
 from nrp_brain_event.grid.inputs import sort, waiting, with_waiting
 from nrp_brain_event.grid.loader import changing, enlarged
@@ -12,7 +11,7 @@ from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid, Input
 from nrp_brain_event.grid.synapses import transmitted
 from nrp_brain_event.plasticity import bring_up_to
 from nrp_brain_event.records import Array
-from nrp_brain_event.rules.weights import SIMULTANEOUS
+from nrp_brain_event.synapse_kernels import SIMULTANEOUS, released_share
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 

@@ -11,9 +11,10 @@ from nrp_brain_event.grid.tables import common
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.drawing.drawn import extremes, kept
+from nrp_core.brain.network.drawing import extremes
 from nrp_core.brain.network.grid import Grid as TimeGrid
-from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.indices import stored_form
+from nrp_core.brain.network.synapses import STATIC
 
 _NEVER = 1 << 62
 
@@ -35,7 +36,9 @@ def _is_private(size: int, projections: list[Projection]) -> bool:
     if len(projections) != 1 or projections[0].synapse_type != STATIC or not projections[0].size:
         return False
     (projection,) = projections
-    alike = all(common(extremes(kept(projection, name))) is not None for name in ("weight", "delay_ms"))
+    alike = all(
+        common(extremes(stored_form(projection, name))) is not None for name in ("weight", "delay_ms")
+    )
     return alike and np.array_equal(np.sort(projection.pre_index), np.arange(size))
 
 

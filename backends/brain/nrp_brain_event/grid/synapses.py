@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.grid.delivery import Arrive, delivering
 from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock, Segment, Table
 from nrp_brain_event.handles import opened
 from nrp_brain_event.plasticity import store_spike, transmit
 from nrp_brain_event.records import Array
+from nrp_brain_event.synapse_kernels import released_share
 from nrp_core._support.jit import inlined
 
 Dynamic = Callable[[Grid, Array, Segment, Table, float], None]

@@ -23,8 +23,9 @@ from nrp_brain_event.plastic_connections import rows_of_plastic
 from nrp_brain_event.records import Array, ShortTerm
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.drawing.drawn import extremes, kept
+from nrp_core.brain.network.drawing import extremes
 from nrp_core.brain.network.grid import Grid as TimeGrid
+from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.network.limits import distinct
 
 _SPAN: Final = 1 << 16
@@ -165,7 +166,7 @@ def _parts(
     post_first = int(row_of[network.offsets[projection.post]])
     targets = cells[post_first : post_first + network.populations[projection.post].size]
     line = line_of(targets[0], network.populations[projection.post].receptor_number(projection.receptor))
-    weight, dynamic, dynamics = common(extremes(kept(projection, "weight"))), 0, None
+    weight, dynamic, dynamics = common(extremes(stored_form(projection, "weight"))), 0, None
     if is_share(projection) or projection.is_plastic:  # in the order of the table
         steps = grid.delays(projection.delay_ms)
         order = np.lexsort((projection.post_index, steps, projection.pre_index))
@@ -230,7 +231,9 @@ def _fill(store: Store, first: IntArray, targets: Array, weights: Array, grid: T
             sorting.place(pre, post, *part.bounds, shift, at[part.pre_first :], targets)
     if len(weights):
         _place_values(parts, first, weights, lambda part: part.projection.weight, lambda _, given: given)
-    ends = np.concatenate([_steps(extremes(kept(part.projection, "delay_ms")), grid) for part in parts])
+    ends = np.concatenate(
+        [_steps(extremes(stored_form(part.projection, "delay_ms")), grid) for part in parts]
+    )
     if common(ends) is not None and not len(weights):
         sorting.sort_targets(first, targets)
         neuron = np.flatnonzero(np.diff(first))

@@ -14,7 +14,7 @@ from nrp_brain_spinnaker.models import EXTENDED_SYNAPSES, CellModel
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Projection
 from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STDP
 
 GENERATED_ON_MACHINE = frozenset(
     f"{name}Connector"

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from nrp_brain_spinnaker import hardware
 from nrp_brain_spinnaker.host.wiring import Wires, sending
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses import STATIC
 
 _POISSON = "SpikeSourcePoisson"
 

@@ -7,7 +7,7 @@ import numpy as np
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STDP
 
 
 def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:

@@ -14,7 +14,7 @@ from nrp_brain_spinnaker.hardware import SYNAPSE_CORES
 from nrp_brain_spinnaker.hints import Hints
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.mapping.memory import longest_row
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STDP
 
 _SHARED_FROM_US: Final = 1000
 _STATIC_EVENTS_PER_S: Final = 13e6

@@ -28,9 +28,7 @@ from nrp_brain_spinnaker.synapses.tsodyks_markram import (
 )
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 
 class Stores(NamedTuple):

@@ -15,7 +15,7 @@ from nrp_brain_spinnaker.synapses.layout import Layout
 from nrp_brain_spinnaker.synapses.rewiring_rules import Rules
 from nrp_brain_spinnaker.synapses.sites import Group, Site
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import NetworkError
 
 _CHANGES = 1024

@@ -17,8 +17,7 @@ from nrp_brain_spinnaker.machine.rewired_rows import Rewired
 from nrp_brain_spinnaker.synapses.layout import Layout
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses import STATIC, STDP
 from nrp_core.errors import CapabilityError
 
 _ALIKE = ("partner", "f_rew", "initial_weight", "initial_delay_low", "initial_delay_high", "s_max")

@@ -28,7 +28,7 @@ from nrp_core.brain import (
     Spikes,
     SynapticEvents,
 )
-from nrp_core.brain.network.synapses.tsodyks_markram_kernel import CONSTANTS, released_share
+from nrp_core.brain.devices.short_term import CONSTANTS, released_share
 from nrp_core.clock import NS_PER_MS
 
 GRID = Grid(100_000)

@@ -22,7 +22,7 @@ from nrp_core.brain import (
     Spikes,
     SynapticEvents,
 )
-from nrp_core.brain.network.cells.traub import settled_gates
+from nrp_core.brain.network.cells import settled_gates
 
 from nrp_brain_pynn.checks import check_change
 from nrp_brain_pynn.options import PyNNOptions

@@ -20,9 +20,9 @@ from nrp_cockpit.designer.brain.script import read_script, script_of
 from nrp_cockpit.designer.tree import walk
 from visitors import RefusedError, cockpit
 
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.neuromodulation import Neuromodulation
-from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.network.synapses import LAWS
 from nrp_core.conformance.brain import parts
 from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.errors import ExperimentError

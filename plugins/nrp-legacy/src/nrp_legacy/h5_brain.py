@@ -16,7 +16,7 @@ from pyNN.standardmodels.cells import EIF_cond_alpha_isfa_ista
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.files.hdf5 import array, reading
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_legacy.nest.models import CELLS, recovering
 
 CELL = "aeif_cond_alpha"

@@ -15,9 +15,7 @@ from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
 from nrp_core.conformance.brain import parts
 from nrp_core.conformance.brain.capability import RULE

@@ -6,7 +6,6 @@ from math import isfinite
 from typing import Final
 
 from nrp_brain_event.addresses import call
-from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.grid.advance import accept, emit
 from nrp_brain_event.grid.delivery import delivering
 from nrp_brain_event.grid.inputs import arrange
@@ -17,6 +16,7 @@ from nrp_brain_event.grid.records import PLASTIC, TAKE_SAMPLES, Grid, GridClock,
 from nrp_brain_event.grid.synapses import transmitted
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array
+from nrp_brain_event.synapse_kernels import released_share
 from nrp_core._support.jit import borrowed, inlined, jit, prefetch
 
 _AHEAD: Final = 12

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_formats.connectome.doubts import doubts_about

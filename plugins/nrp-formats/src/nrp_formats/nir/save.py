@@ -10,7 +10,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses import STATIC
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import path_of
 from nrp_formats.nir.graph import library

@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 
-from nrp_core.brain.network.cells.nest_models import NEST_CELLS, CellModel
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
+from nrp_core.brain.network.nest_models import NEST_CELLS, CellModel
 from nrp_core.errors import CapabilityError
 
 _PYNN = {name: CellModel(name, {}) for name in CELLS}

@@ -10,9 +10,9 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import column
-from nrp_core.brain.network.cells.nest_models import LEAK_NS, CellModel, Parameter
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Population
+from nrp_core.brain.network.nest_models import LEAK_NS, CellModel, Parameter
 from nrp_core.errors import CapabilityError, NetworkError
 from nrp_formats.sonata.doubts import require_places
 from nrp_formats.sonata.items import SonataItems

@@ -17,11 +17,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.brain.network.data import Population
-from nrp_core.brain.network.synapses.law import SynapseLaw
-from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import LAWS, STATIC, STDP, TSODYKS_MARKRAM, SynapseLaw
 from nrp_core.errors import CapabilityError
 from nrp_formats.sonata.items import SonataItems
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
 from nrp_legacy.nest.kernel import Block, Group, Kernel
 from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKE_RECORDERS, SPIKES

@@ -11,10 +11,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core.brain.network.cells.nest_models import LEAK_NS, NEST_CELLS, CellModel, Parameter
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, Parameter
+from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 PARROT: Final = "parrot_neuron"
 POISSON: Final = "poisson_generator"

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network.cells.nest_models import LEAK_NS
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.nest_models import LEAK_NS
+from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.nest.models import CELLS, defaults_of

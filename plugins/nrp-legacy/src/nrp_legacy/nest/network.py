@@ -10,12 +10,10 @@ import numpy as np
 from pyNN.standardmodels import cells as standard
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
-from nrp_core.brain.network.cells.nest_models import LEAK_NS, Parameter
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.nest_models import LEAK_NS, Parameter
 from nrp_core.brain.network.picking import CIRCUIT
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.brain.pynn.export import unique
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, recovering

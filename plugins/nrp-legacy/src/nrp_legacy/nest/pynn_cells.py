@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import ModuleType
 from typing import Any
 
-from nrp_core.brain.network.cells.nest_models import LEAK_NS, CellModel
+from nrp_core.brain.network.nest_models import LEAK_NS, CellModel
 from nrp_core.brain.pynn.export import cell_type_of
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_legacy.nest.models import CELLS

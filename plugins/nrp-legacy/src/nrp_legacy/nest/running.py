@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.cells.nest_models import LEAK_NS
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.synapses.static import STATIC
-from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.brain.network.nest_models import LEAK_NS
+from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.running.run import Run
 from nrp_legacy.live.built import BuiltBrain

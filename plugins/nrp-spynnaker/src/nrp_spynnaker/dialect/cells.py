@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from pyNN.parameters import Sequence
 
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.pynn.invalid import WrongKindError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 

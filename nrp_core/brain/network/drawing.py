@@ -1,7 +1,8 @@
-"""Normally distributed values of synapses, kept as the state of their generator.
+"""Random values and pairs of large projections, drawn as PyNN draws them.
 
 300 million synapses with weights and delays of their own have 5 GB of them, which are read once, when a brain
-is opened. So large projections keep only the state of the generator.
+is opened. So large projections keep only the state of the generator. Few numbers are treated by the loops
+as they are, many by :func:`compiled` ones: these load a compiler.
 """
 
 from __future__ import annotations
@@ -9,14 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.stored import stored, stored_form
+from nrp_core.brain.network.indices import stored
 
+Array = npt.NDArray[Any]
+F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 
 FEWEST: Final = 1 << 20
@@ -24,6 +28,9 @@ FEWEST: Final = 1 << 20
 _AT_ONCE: Final = 1 << 20
 _REDRAWN: Final = 1.0 / 8
 """Numbers drawn ahead for those that are replaced, as a share."""
+
+_FEW = 1 << 16
+"""Up to this number, a sort by comparing takes less time than loading a compiler."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +77,6 @@ class Drawn:
 
     def _draw(self, generator: np.random.RandomState) -> FloatArray:
         """Draw all values; the generator ends behind the last number that was needed."""
-        from nrp_core.brain.network.drawing.compiled import clipped  # loads a compiler
-
         out, at = np.empty(len(self)), np.zeros(3, np.int64)
         ahead = np.empty(0)
         while at[0] < len(self.counts):
@@ -80,7 +85,7 @@ class Drawn:
             more = max(missing + int(missing * _REDRAWN) + 8 - len(ahead), 8)
             drawn = np.concatenate([ahead, generator.normal(self.mean, self.deviation, more)])
             at[2] = 0
-            clipped(drawn, self.low, self.high, self.counts, out, at)
+            compiled(clipped)(drawn, self.low, self.high, self.counts, out, at)
             ahead = drawn[at[2] :]
         if len(ahead):
             generator.set_state(before)
@@ -100,11 +105,6 @@ def are_drawn_again(n: int) -> bool:
 def redrawn(*names: str) -> Callable[[type[T]], type[T]]:
     """Make a class store attributes as arrays or :class:`Drawn`, and return them as arrays."""
     return stored(*names, store=_as_given, read=whole)
-
-
-def kept(owner: object, name: str) -> Any:
-    """Return the stored form of a :func:`redrawn` attribute."""
-    return stored_form(owner, name)
 
 
 def whole(values: Any) -> FloatArray:
@@ -136,3 +136,83 @@ class Columns(dict[str, Any]):
 
 def _as_given(values: Any) -> Any:
     return values
+
+
+@cache
+def compiled(loop: F) -> F:
+    """Return a compiled loop of this module; the first one loads a compiler."""
+    from nrp_core._support.jit import jit
+
+    return jit(loop)
+
+
+def sorted_by(keys: Array, values: Array, n_keys: int) -> tuple[Array, Array]:
+    """Return values in the stable order of their keys below ``n_keys``, and the number of each key."""
+    counts = np.bincount(keys, minlength=n_keys)
+    if len(keys) <= _FEW:
+        return values[np.argsort(keys, kind="stable")], counts
+    out = np.empty_like(values)
+    compiled(place_by)(keys, values, np.cumsum(counts) - counts, out)
+    return out, counts
+
+
+def clipped(drawn: Array, low: float, high: float, counts: Array, out: Array, at: Array) -> None:
+    """Fill columns with numbers of a sequence; those out of range are replaced after each column.
+
+    Args:
+        drawn: the sequence.
+        low: the lowest that is in range.
+        high: the highest.
+        counts: the length of each column.
+        out: the columns, one after the other.
+        at: the next column, its first element, and the next number: advanced by whole columns only.
+    """
+    column, first, taken = at[0], at[1], at[2]
+    while column < len(counts):
+        last = first + counts[column]
+        used = taken
+        missing = last - first
+        if used + missing > len(drawn):
+            return
+        out[first:last] = drawn[used : used + missing]
+        used += missing
+        while missing > 0:
+            missing = 0
+            for k in range(first, last):
+                if out[k] < low or out[k] > high:
+                    if used == len(drawn):
+                        return
+                    out[k] = drawn[used]
+                    used += 1
+                    missing += 1
+        column, first, taken = column + 1, last, used
+        at[0], at[1], at[2] = column, first, taken
+
+
+def pairs_among(words: Array, high: Array, masks: Array, out: Array, at: Array) -> None:
+    """Take pairs of integers from words: masked, and rejected if they are too high.
+
+    Args:
+        words: random words.
+        high: the numbers are below these two.
+        masks: the bits of a word that count for each.
+        out: the pairs, shape ``(2, n)``.
+        at: the next pair and the next word: advanced by whole pairs only.
+    """
+    word = at[1]
+    for pair in range(at[0], out.shape[1]):
+        for side in range(2):
+            while word < len(words) and words[word] & masks[side] >= high[side]:
+                word += 1
+            if word == len(words):
+                return
+            out[side, pair] = words[word] & masks[side]
+            word += 1
+        at[0], at[1] = pair + 1, word
+
+
+def place_by(keys: Array, values: Array, at: Array, out: Array) -> None:
+    """Write values in the order of their keys, equal keys in the given order; ``at`` has the first places."""
+    for k in range(len(keys)):
+        out[at[keys[k]]] = values[k]
+        at[keys[k]] += 1

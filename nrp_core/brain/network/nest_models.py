@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from nrp_core.brain.network.cells.izhikevich import PEAK_MV
-from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.cells import CELLS, PEAK_MV
 
 _KILO = 1e-3
 """pF to nF, pA to nA, nS to uS."""

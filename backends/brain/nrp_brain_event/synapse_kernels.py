@@ -1,0 +1,270 @@
+"""The kernels of synapse laws, compiled into one for each purpose; the record of a synapse selects its own.
+
+The share of a law is ``share(synapse, t)``: the part of the weight with which a spike emitted at t (ms)
+arrives. A rule of plasticity is ``on_source(rule, synapse, t)`` and ``on_target(rule, synapse, t)``: they
+update weight and traces for a spike of the source or of the target that the synapse processes at t (ms). The
+tables are in :mod:`nrp_brain_event.synapse_laws`.
+
+A change of a weight is a share of ``w_max (d / w_max)^mu``, where d is the distance of the weight from the
+limit: ``w_max`` itself for mu = 0 (additive), d for mu = 1 (multiplicative; Morrison, Diesmann & Gerstner
+2008, Biol Cybern 98:459), and powers between (Gütig et al. 2003, J Neurosci 23:3697).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import exp
+from typing import Any, Final
+
+from nrp_brain_event.addresses import call
+from nrp_brain_event.random_numbers import uniform
+from nrp_brain_event.synapse_laws import RULES, SHARES
+from nrp_core._support.jit import jit
+from nrp_core.brain.devices import short_term
+from nrp_core.brain.devices.short_term import facilitated
+from nrp_core.brain.network.equations.synapse_model import SYNAPSE_TYPE
+from nrp_core.brain.network.synapses import (
+    MULTIQUANTAL,
+    SIMPLE_STOCHASTIC,
+    STOCHASTIC_TSODYKS_MARKRAM,
+    TSODYKS_MARKRAM,
+)
+from nrp_core.clock import MS_PER_S
+
+Kernel = Callable[..., Any]
+Share = Callable[[Any, float], float]
+
+# -- shares
+
+
+@jit
+def simple_stochastic_share(synapse: Any, t: float) -> float:
+    """Return 1 with the probability ``p``, else 0."""
+    synapse.t = t
+    return 1.0 if uniform(synapse) < synapse.p else 0.0
+
+
+@jit
+def stochastic_tsodyks_markram_share(synapse: Any, t: float) -> float:
+    """Return 1 if a spike emitted at t (ms) releases the vesicle, else 0."""
+    dt = t - synapse.t
+    synapse.u, synapse.t = facilitated(synapse, dt), t
+    if synapse.empty and uniform(synapse) < 1.0 - exp(-dt / synapse.tau_rec):
+        synapse.empty = 0.0
+    if not synapse.empty and uniform(synapse) < synapse.u:
+        synapse.empty = 1.0
+        return 1.0
+    return 0.0
+
+
+@jit
+def multiquantal_share(synapse: Any, t: float) -> float:
+    """Return the share of the sites that a spike emitted at t (ms) empties."""
+    dt = t - synapse.t
+    synapse.u, synapse.t = facilitated(synapse, dt), t
+    synapse.empty -= _count(synapse, synapse.empty, 1.0 - exp(-dt / synapse.tau_rec))
+    released = _count(synapse, synapse.n - synapse.empty, synapse.u)
+    synapse.empty += released
+    return float(released / synapse.n)
+
+
+@jit
+def _count(synapse: Any, n: float, probability: float) -> float:
+    """Return how many of n sites change."""
+    count = 0.0
+    for _ in range(int(n)):
+        if uniform(synapse) < probability:
+            count += 1.0
+    return count
+
+
+# -- traces of spikes, and how a weight limits its own change
+
+SIMULTANEOUS: Final = 1e-9
+"""Tolerance of equal times in floating point, ms."""
+
+
+@jit
+def trace(last: float, before: float, t: float, tau: float) -> float:
+    """Return the trace at t of a train of spikes, each with amplitude 1; a spike at t does not count.
+
+    Args:
+        last: time of the last spike.
+        before: the trace of the earlier spikes then.
+        t: not before the last spike.
+        tau: time constant.
+    """
+    if t - last <= SIMULTANEOUS:
+        return before
+    return (before + 1.0) * exp((last - t) / tau)
+
+
+@jit
+def span_up(rule: Any, synapse: Any) -> float:
+    """Return the amount of which an increase is a share."""
+    return _span(rule.w_max - synapse.weight, rule.mu_plus, rule.w_max)
+
+
+@jit
+def span_down(rule: Any, synapse: Any) -> float:
+    """Return the amount of which a decrease is a share."""
+    return _span(synapse.weight - rule.w_min, rule.mu_minus, rule.w_max)
+
+
+@jit
+def _span(distance: float, mu: float, largest: float) -> float:
+    if mu == 0.0:
+        return largest
+    if mu == 1.0:
+        return distance
+    return float(largest * (max(distance, 0.0) / largest) ** mu)
+
+
+@jit
+def change(rule: Any, synapse: Any, share: float, span: float) -> None:
+    """Change the weight by a share of ``span``, clipped at the limit in the direction of the share."""
+    if share > 0.0:
+        synapse.weight = min(synapse.weight + share * span, rule.w_max)
+    elif share < 0.0:
+        synapse.weight = max(synapse.weight + share * span, rule.w_min)
+
+
+# PyNN's SpikePairRule over all pairs.
+#
+# For two spikes at a distance dt the later one changes the weight, by
+#
+# - ``A_plus f exp(-dt / tau_plus)`` upwards if the target's came later,
+# - ``A_minus f exp(-dt / tau_minus)`` downwards if it came first (a negative A has the opposite effect),
+#
+# with f as in ``span_up`` and ``span_down``. Simultaneous spikes have no effect.
+
+
+@jit
+def spike_pair_on_source(rule: Any, synapse: Any, t: float) -> None:
+    """Depress the synapse by the earlier spikes of its target."""
+    depression = rule.A_minus * trace(synapse.post_t, synapse.post_trace, t, rule.tau_minus)
+    change(rule, synapse, -depression, span_down(rule, synapse))
+    synapse.pre_trace = (synapse.pre_trace + 1.0) * exp((synapse.pre_t - t) / rule.tau_plus)
+    synapse.pre_t = t
+
+
+@jit
+def spike_pair_on_target(rule: Any, synapse: Any, t: float) -> None:
+    """Potentiate the synapse by the earlier spikes of its source."""
+    potentiation = rule.A_plus * trace(synapse.pre_t, synapse.pre_trace, t, rule.tau_plus)
+    change(rule, synapse, potentiation, span_up(rule, synapse))
+    synapse.post_trace = (synapse.post_trace + 1.0) * exp((synapse.post_t - t) / rule.tau_minus)
+    synapse.post_t = t
+
+
+# PyNN's Vogels2011Rule over all pairs (Vogels et al. 2011, Science 334:1569).
+#
+# Each pair of spikes at a distance dt, in any order, adds ``eta exp(-dt / tau)``; each spike of the source
+# takes away ``2 eta rho tau``. A simultaneous pair counts once.
+
+
+@jit
+def vogels_on_source(rule: Any, synapse: Any, t: float) -> None:
+    """Potentiate the synapse by the earlier spikes of its target, and depress it by a constant."""
+    near = (synapse.post_trace + 1.0) * exp((synapse.post_t - t) / rule.tau)
+    change(rule, synapse, rule.eta * (near - 2.0 * rule.rho * rule.tau / MS_PER_S), 1.0)
+    synapse.pre_trace = (synapse.pre_trace + 1.0) * exp((synapse.pre_t - t) / rule.tau)
+    synapse.pre_t = t
+
+
+@jit
+def vogels_on_target(rule: Any, synapse: Any, t: float) -> None:
+    """Potentiate the synapse by the earlier spikes of its source."""
+    near = (synapse.pre_trace + 1.0) * exp((synapse.pre_t - t) / rule.tau)
+    change(rule, synapse, rule.eta * near, 1.0)
+    synapse.post_trace = (synapse.post_trace + 1.0) * exp((synapse.post_t - t) / rule.tau)
+    synapse.post_t = t
+
+
+# The triplet rule of Pfister & Gerstner (2006, J Neurosci 26:9673), all to all, with additive weights.
+#
+# With the traces r1 (``tau_plus``) and r2 (``tau_x``) of the source's spikes, and o1 (``tau_minus``) and o2
+# (``tau_y``) of the target's, a spike of the target adds ``w_max r1 (A_plus + A3_plus o2)``, and one of the
+# source takes away ``w_max o1 (A_minus + A3_minus r2)``. All traces are those before the spike; simultaneous
+# spikes have no effect on each other.
+
+
+@jit
+def spike_triplet_on_source(rule: Any, synapse: Any, t: float) -> None:
+    """Depress the synapse by the earlier spikes of its target, more after earlier ones of its source."""
+    own = trace(synapse.pre_t, synapse.pre_slow, t, rule.tau_x)
+    of_target = trace(synapse.post_t, synapse.post_trace, t, rule.tau_minus)
+    change(rule, synapse, -of_target * (rule.A_minus + rule.A3_minus * own), rule.w_max)
+    passed = exp((synapse.pre_t - t) / rule.tau_plus)
+    synapse.pre_trace, synapse.pre_slow, synapse.pre_t = (synapse.pre_trace + 1.0) * passed, own, t
+
+
+@jit
+def spike_triplet_on_target(rule: Any, synapse: Any, t: float) -> None:
+    """Potentiate the synapse by the earlier spikes of its source, more after earlier ones of its target."""
+    own = trace(synapse.post_t, synapse.post_slow, t, rule.tau_y)
+    of_source = trace(synapse.pre_t, synapse.pre_trace, t, rule.tau_plus)
+    change(rule, synapse, of_source * (rule.A_plus + rule.A3_plus * own), rule.w_max)
+    passed = exp((synapse.post_t - t) / rule.tau_minus)
+    synapse.post_trace, synapse.post_slow, synapse.post_t = (synapse.post_trace + 1.0) * passed, own, t
+
+
+# -- laws given as equations: each synapse has a kernel of its own
+
+
+@jit
+def equation_share(synapse: Any, t: float) -> float:
+    """Return the share of the weight with which a spike emitted at t (ms) arrives, and update the synapse."""
+    call(synapse.own, (synapse, t))
+    return float(synapse.share)
+
+
+@jit
+def equation_on_source(rule: Any, synapse: Any, t: float) -> None:
+    """Update a synapse for a spike of its source."""
+    call(rule.own, (rule, synapse, t, 0))
+
+
+@jit
+def equation_on_target(rule: Any, synapse: Any, t: float) -> None:
+    """Update a synapse for a spike of its target."""
+    call(rule.own, (rule, synapse, t, 1))
+
+
+# -- one kernel for each purpose
+
+
+def one_of(kernels: Sequence[Kernel]) -> Kernel:
+    """Return a kernel that calls the one selected by ``law`` of its first argument; a single one itself."""
+    *others, chosen = kernels
+    for number, kernel in reversed(list(enumerate(others))):
+        chosen = _either(number, kernel, chosen)
+    return chosen
+
+
+def _either(number: int, kernel: Kernel, other: Kernel) -> Kernel:
+    def either(selecting: Any, *arguments: Any) -> Any:
+        if selecting.law == number:
+            return kernel(selecting, *arguments)
+        return other(selecting, *arguments)
+
+    return jit(either)
+
+
+_SHARES: Final[Mapping[str, Share]] = {
+    TSODYKS_MARKRAM: short_term.released_share,
+    SIMPLE_STOCHASTIC: simple_stochastic_share,
+    STOCHASTIC_TSODYKS_MARKRAM: stochastic_tsodyks_markram_share,
+    MULTIQUANTAL: multiquantal_share,
+    SYNAPSE_TYPE: equation_share,
+}
+_RULES: Final[Mapping[str, tuple[Kernel, Kernel]]] = {
+    "SpikePairRule": (spike_pair_on_source, spike_pair_on_target),
+    "Vogels2011Rule": (vogels_on_source, vogels_on_target),
+    "PfisterSpikeTripletRule": (spike_triplet_on_source, spike_triplet_on_target),
+    SYNAPSE_TYPE: (equation_on_source, equation_on_target),
+}
+
+released_share: Share = one_of([_SHARES[law] for law in SHARES])
+on_source = one_of([_RULES[rule][0] for rule in RULES])
+on_target = one_of([_RULES[rule][1] for rule in RULES])

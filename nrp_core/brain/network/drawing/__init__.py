@@ -1,1 +1,0 @@
-"""Random values of synapses that are drawn again when they are read, instead of kept in memory."""

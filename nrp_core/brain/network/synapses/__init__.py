@@ -1,1 +1,0 @@
-"""Synapse laws, one module each; :mod:`nrp_core.brain.network.synapses.laws` lists them."""
