@@ -15,7 +15,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
 from nrp_core.running import run
 
-FAKES = Path(__file__).parents[1] / "fakes"
+FAKES = Path(__file__).parents[2] / "shared" / "fakes"
 
 BRAIN = """\
 import nrp_core.pynn as sim

@@ -40,7 +40,7 @@ def test_an_experiment_file_sets_noise_delay_and_losses(drive_to_the_wall: Path,
         "<width>4</width><height>4</height></image></camera></sensor>"
     )
     husky = tmp_path / "seeing.sdf"
-    plain = Path(__file__).parents[1] / "fakes" / "husky.sdf"
+    plain = Path(__file__).parents[2] / "shared" / "fakes" / "husky.sdf"
     husky.write_text(plain.read_text().replace("</link>", f"{with_laser}</link>", 1))
     override = "world.sensors={/husky/eye: {noise: 0.1, bias: 0.2, delay: 30 ms, drop_out: 0.25}}"
     scene = prepare(load_experiment(drive_to_the_wall, (override, f"world.robots.husky.model={husky}"))).scene

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from circuits import write_circuit
 from mutations import Tally, mutated, numbered
 from nrp_brain_event import EventBackend
 from nrp_formats.sonata import read_sonata
+from sonata_circuits import write_circuit
 
 from nrp_core.errors import ExperimentError, NetworkError, NrpError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from circuits import write_circuit
+from sonata_circuits import write_circuit
 
 
 @pytest.fixture

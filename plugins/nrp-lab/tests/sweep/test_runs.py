@@ -218,7 +218,7 @@ def test_a_thousand_runs_survive_twenty_kills(plan: Plan, tmp_path: Path, on: st
 @pytest.fixture
 def snakemake(tmp_path: Path) -> Path:
     """Snakemake, in an environment of its own."""
-    scripts = Path(__file__).parents[2] / "scripts"
+    scripts = Path(__file__).parents[4] / "scripts"
     subprocess.run([sys.executable, "-m", "venv", tmp_path / "tools"], check=True)
     tools = tmp_path / "tools" / "bin"
     subprocess.run([scripts / "pip", tools / "python", "-m", "pip", "install", "snakemake"], check=True)
@@ -315,7 +315,7 @@ def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """A cluster of this one machine; as root, with Debian's packages."""
     if os.geteuid() != 0 or shutil.which("apt-get") is None:
         pytest.skip("a SLURM cluster is started by root on Debian")
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[4]
     subprocess.run([root / "scripts" / "debian-packages", Path(__file__).parent / "apt.txt"], check=True)
     processes = started(tmp_path_factory.mktemp("slurm"))
     try:

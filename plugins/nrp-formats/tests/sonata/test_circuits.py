@@ -11,10 +11,10 @@ import h5py
 import libsonata
 import numpy as np
 import pytest
-from circuits import ALPHA
 from nrp_formats.sonata import read_sonata
 from pyNN.network import Network as Components
 from pyNN.serialization import export_to_sonata
+from sonata_circuits import ALPHA
 
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder

@@ -16,7 +16,7 @@ from nrp_core import load_network
 from nrp_core.errors import NetworkError
 from nrp_core.pynn import new_simulator
 
-NETWORKS = Path(__file__).parent / "nir"
+NETWORKS = Path(__file__).parent / "networks"
 DT = 1e-4
 
 

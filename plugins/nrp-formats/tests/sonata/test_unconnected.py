@@ -8,8 +8,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from circuits import write_circuit
 from nrp_formats.sonata import read_sonata
+from sonata_circuits import write_circuit
 
 from nrp_core.errors import NetworkError
 
