@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint
+from pathlib import Path
 from typing import ClassVar, Final, Generic, TypeVar, cast
 
 from nrp_core._support.entry_points import State, entries, installed
@@ -27,6 +28,10 @@ from nrp_core.errors import (
 T = TypeVar("T")
 
 OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
+    "nrp-formats": {
+        "nrp_core.commands": ["import-connectome"],
+        "nrp_core.networks": [".json", ".nir"],
+    },
     "nrp-lab": {"nrp_core.commands": ["benchmark", "diff", "evolve", "sweep"]},
     "nrp-legacy": {
         "nrp_core.commands": ["import"],
@@ -40,6 +45,9 @@ OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
     },
 }
 """The plugins of distributions of this project that may not be installed: names by distribution and group."""
+
+_SETUP: Final = Path(__file__).parents[1] / "scripts" / "setup"
+"""In a clone of the repository, what installs these distributions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +139,7 @@ class Registry(Generic[T]):
         if not found and (distribution := self.distribution_with(name)):
             raise UnknownBackendError(
                 f"the {self.kind} '{name}' is in {distribution}, which is not installed",
-                remedy=f"pip install {distribution}",
+                remedy="scripts/setup" if _SETUP.is_file() else f"pip install {distribution}",
             )
         if not found:
             names = self.names()

@@ -1,7 +1,7 @@
 """Find the commands: those of the core, and those that other packages add.
 
 An entry point in ``nrp_core.commands`` names a function or a Typer app. A command is imported when it is
-called; ``nrp --help`` imports those of this distribution and reads only the metadata of the others.
+called; ``nrp --help`` imports those of this project and reads only the metadata of the others.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from typer.main import get_command
 
 from nrp_core.cli.commands import COMMANDS
 from nrp_core.cli.failure import complain
-from nrp_core.registry import Provider, Registry
+from nrp_core.registry import OPTIONAL, Provider, Registry
 
-_OURS = "nrp-core"
-"""The distribution of the core."""
+_OURS = {"nrp-core", *OPTIONAL}
+"""The distributions whose commands are described in the help text."""
 _ALIKE = 0.85
 """Minimum similarity, from 0 to 1, of a name and its misspelling."""
 
@@ -98,7 +98,7 @@ class CommandGroup(TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands for the help text."""
         ours = {name: core_function(name) for name in COMMANDS}
-        ours |= {name: ADDED.load(name) for name, one in self._added.items() if one.distribution == _OURS}
+        ours |= {name: ADDED.load(name) for name, one in self._added.items() if one.distribution in _OURS}
         with formatter.section("Commands"):
             formatter.write_dl([(name, _summary(name, function)) for name, function in ours.items()])
         others = [

@@ -10,7 +10,8 @@ import pytest
 from nrp_core import registry
 from nrp_core.brain.files.script import load_network
 from nrp_core.cli import app
-from nrp_core.errors import ExperimentError, NrpError, UnknownBackendError
+from nrp_core.errors import ExperimentError, NetworkError, NrpError, UnknownBackendError
+from nrp_core.experiment.making.networks import network_from
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.pynn.__main__ import main
 
@@ -24,6 +25,7 @@ def alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         return [one for one in found(group) if one.dist is not None and one.dist.name == "nrp-core"]
 
     monkeypatch.setattr(registry, "entries", of_the_core)
+    monkeypatch.setattr(registry, "_SETUP", Path("not in a clone"))
     registry._providers.cache_clear()
     yield
     registry._providers.cache_clear()
@@ -50,10 +52,29 @@ def test_an_experiment_that_names_the_platform(tmp_path: Path) -> None:
     assert requires(caught.value, "nrp-legacy")
 
 
-@pytest.mark.parametrize(("command", "distribution"), [("import", "nrp-legacy"), ("sweep", "nrp-lab")])
+@pytest.mark.parametrize(
+    ("command", "distribution"),
+    [("import", "nrp-legacy"), ("sweep", "nrp-lab"), ("import-connectome", "nrp-formats")],
+)
 def test_a_command(command: str, distribution: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert app.run_app([command, "x"]) != 0
     assert requires(" ".join(capsys.readouterr().err.split()), distribution)
+
+
+def test_a_command_in_a_clone(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.undo()
+    monkeypatch.setattr(registry.Registry, "providers", lambda self: [])
+    assert app.run_app(["sweep", "x"]) == 4
+    assert "try: scripts/setup" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["net.nir", "circuit_config.json"])
+def test_a_network_in_the_file_of_another_program(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("{}")
+    with pytest.raises(NetworkError) as caught:
+        network_from(tmp_path / name)
+    assert requires(caught.value, "nrp-formats")
+    assert caught.value.path == tmp_path / name
 
 
 SCRIPT = "import {} as sim\nsim.setup()\n"

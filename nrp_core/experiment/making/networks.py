@@ -11,7 +11,7 @@ from pathlib import Path
 
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import NetworkError, UnknownBackendError, did_you_mean
 from nrp_core.registry import Registry
 
 READERS: Registry[Callable[..., Network]] = Registry("nrp_core.networks", "reader of networks")
@@ -37,8 +37,12 @@ def network_from(
         NeuronSelectionError: ``populations`` reaches outside the circuit.
         CapabilityError: it contains elements that networks do not support.
     """
-    if path.suffix not in READERS.names():
+    if path.suffix not in READERS.names() and not READERS.distribution_with(path.suffix):
         valid = did_you_mean(path.suffix, READERS.names())
         raise NetworkError(f"no network is read from files that end in '{path.suffix}'{valid}", path=path)
+    try:
+        read = READERS.load(path.suffix)
+    except UnknownBackendError as error:
+        raise NetworkError(str(error), path=path) from error
     given = {"parameters": parameters} if parameters else {}
-    return READERS.load(path.suffix)(path, populations=populations, seed=seed, **given)
+    return read(path, populations=populations, seed=seed, **given)
