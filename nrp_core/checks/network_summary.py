@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.checks.silence import Silence, mute, silent_parts
 from nrp_core.findings import Code, Finding, Findings
 
 Ends = tuple[BoolArray, BoolArray]
@@ -30,14 +29,12 @@ class NetworkSummary:
     Args:
         joined: the pairs of populations that have synapses, source first.
         linked: which cells of each population have synapses onto them, and which have some onto others.
-        silent: its parts without spikes at first.
         mute: labels of its populations that cannot fire unless a device drives them.
         findings: implausible values, and remarks of whatever read it.
     """
 
     joined: list[tuple[str, str]] = field(default_factory=list)
     linked: dict[str, Ends] = field(default_factory=dict)
-    silent: list[Silence] = field(default_factory=list)
     mute: list[str] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
 
@@ -46,11 +43,13 @@ def summary_of(network: Network) -> NetworkSummary:
     """Return the facts about a complete network."""
     findings = [*Findings(implausible(network), general=Code.NRP297)]
     findings += Findings(network.remarks, general=Code.NRP308)
-    return NetworkSummary(_joined(network), _linked(network), silent_parts(network), mute(network), findings)
+    return NetworkSummary(_joined(network), _linked(network), mute(network), findings)
 
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
 _NO_VALUE = np.empty(0)
+_LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_exp", "IF_cond_alpha"})
+"""Cells that fire when their voltage reaches ``v_thresh``, and that nothing but input takes there."""
 _FOR_WEIGHTS = ("tau_syn_E", "tau_syn_I", "v_rest", "v_thresh", "e_rev_E", "e_rev_I")
 
 
@@ -78,7 +77,6 @@ def described(network: Network) -> dict[str, Any]:
         ],
         "joined": summary.joined,
         "linked": {label: _packed(ends) for label, ends in summary.linked.items()},
-        "silent": summary.silent,
         "mute": summary.mute,
         "findings": [finding.to_dict() for finding in summary.findings],
         "leaks": {p.label: leak for p in network.populations.values() if (leak := _least_leak(p))},
@@ -120,7 +118,6 @@ def summary_from(described: dict[str, Any], network: Network) -> NetworkSummary:
     return NetworkSummary(
         [(pre, post) for pre, post in described["joined"]],
         linked,
-        [Silence(*one) for one in described["silent"]],
         described["mute"],
         [Finding.from_dict(one) for one in described["findings"]],
     )
@@ -194,3 +191,33 @@ def _long(ids: list[int] | dict[str, int]) -> IntArray:
     if isinstance(ids, dict):
         return np.arange(ids["first"], ids["first"] + ids["size"])
     return np.array(ids, dtype=np.int64)
+
+
+def mute(network: Network) -> list[str]:
+    """Return the labels of the populations of which no cell can fire unless a device drives it.
+
+    They have no synapse that excites, and their resting potential with their constant current, ``v_rest +
+    i_offset tau_m / cm``, is below the threshold, as their initial voltage is.
+    """
+    excited = {one.post for one in network.projections if _may_excite(one, network.populations[one.post])}
+    return [label for label, one in network.populations.items() if label not in excited and _rests_below(one)]
+
+
+def _may_excite(projection: Projection, post: Population) -> bool:
+    if projection.neuromodulation is not None:
+        return False
+    if projection.rewiring is not None or projection.plasticity:
+        return True
+    if post.is_conductance_based and projection.receptor == "inhibitory":
+        cells = post.parameters
+        return bool(projection.size and (cells["e_rev_I"] >= cells["v_thresh"]).any())
+    return bool(np.any(projection.weight >= 0))  # a function may raise a weight of 0
+
+
+def _rests_below(population: Population) -> bool:
+    cells = population.parameters
+    if population.cell_type not in _LEAKY or not cells or not population.size:
+        return False
+    rest_mv = cells["v_rest"] + np.maximum(cells["i_offset"], 0.0) * cells["tau_m"] / cells["cm"]
+    begins_mv = population.initial_values.get("v", cells["v_rest"])
+    return bool((np.maximum(rest_mv, begins_mv) < cells["v_thresh"]).all())

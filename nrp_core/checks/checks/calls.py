@@ -113,7 +113,7 @@ def _deciding_calls(node: ast.AST) -> Iterator[ast.Call]:
             yield from (call for call in ast.walk(one.test) if isinstance(call, ast.Call))
 
 
-@checks_function(Code.NRP300)
+@checks_function(Code.NRP357)
 def functions_do_not_wait(function: CheckedFunction) -> Iterator[Finding]:
     """Look for functions that sleep in simulated time, which passes between their calls only."""
     imported = full_names(function.declared.source.tree)
@@ -124,7 +124,7 @@ def functions_do_not_wait(function: CheckedFunction) -> Iterator[Finding]:
         root, _, rest = name.partition(".")
         if f"{imported.get(root, root)}.{rest}".strip(".") == "rospy.sleep":
             message = f"'{name}' returns at once: simulated time stands still while a transfer function runs"
-            yield function.declared.finding(Code.NRP300, node, message, Level.WARNING)
+            yield function.declared.finding(Code.NRP357, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP243)

@@ -7,40 +7,23 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from nrp_core.checks.events import Call, Write
-from nrp_core.checks.quoting import excerpt
-from nrp_core.checks.registry import checks_experiment, checks_function
+from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.shapes import Instance, Known
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.scene.model import Scene
 
 _HALVES = ("linear", "angular")
 _AXES = ("x", "y", "z")
-_COLOUR = ("r", "g", "b", "a")
 
 
 def drives_of(scene: Scene, experiment: Experiment) -> dict[str, tuple[str, tuple[str, ...]]]:
     """Return the robot and the used components of each topic, or alias of one, that takes a Twist."""
     found = commanded_components(scene)
     return found | {alias: found[topic] for alias, topic in experiment.aliases.items() if topic in found}
-
-
-@checks_function(Code.NRP298)
-def colours_have_an_opacity(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for colours that are made without their opacity, which is then 0."""
-    nodes = function.declared.own
-    if any(isinstance(one, ast.Attribute) and one.attr == "a" for one in nodes):
-        return
-    for event in function.events:
-        match event:
-            case Call(node, Known(callee), given, named, True) if callee is ColorRGBA:
-                if len(given) + len(named) > 0 and len(given) < len(_COLOUR) and "a" not in named:
-                    message = f"'{excerpt(node)}' is invisible: the opacity 'a' is 0 unless it is given"
-                    yield function.declared.finding(Code.NRP298, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP321)

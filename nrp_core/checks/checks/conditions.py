@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Any
 
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
@@ -17,12 +17,6 @@ from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.quantities import time_ns
-from nrp_core.world.raycast.solids import size_m, width_m
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Model
-
-_TOUCHING: Final = 0.01
-"""A distance, in sizes of a model, that its origin has only by chance."""
 
 
 @checks_experiment(Code.NRP296)
@@ -32,19 +26,6 @@ def a_step_is_short(static: StaticExperiment) -> Iterator[Finding]:
     if step_ns > NS_PER_S:
         message = f"timestep: sensors reach the brain, and this the robot, only every {seconds(step_ns):g} s"
         yield static.experiment.place("timestep").finding(Code.NRP296, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP317)
-def the_room_asks_for_the_same_step(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for a ``<physics>`` with another time step than that of the world."""
-    wanted_s = None if static.scene is None else static.scene.step_s
-    step_ns = static.world.capabilities.step_ns if static.world else None
-    if wanted_s and step_ns and round(wanted_s * NS_PER_S) != step_ns:
-        message = (
-            f"the <physics> of the room asks for a step of {wanted_s:g} s, and the world takes one of "
-            f"{seconds(step_ns):g} s"
-        )
-        yield static.experiment.place("world", "scene").finding(Code.NRP317, message, Level.NOTE)
 
 
 @checks_experiment(Code.NRP248)
@@ -85,26 +66,6 @@ def _time_of(moment: int | str, experiment: Experiment) -> int | str:
     return moment if isinstance(moment, int) else fixed.get(moment, moment)
 
 
-@checks_experiment(Code.NRP328)
-def criteria_differ(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for two criteria that are the same."""
-    criteria = static.experiment.criteria
-    for name, criterion in criteria.items():
-        first = next(other for other in criteria if criteria[other] == criterion)
-        if first != name:
-            place = static.experiment.place("criteria", name)
-            yield place.finding(Code.NRP328, f"'{name}' is the same as '{first}'", Level.WARNING)
-
-
-@checks_experiment(Code.NRP248)
-def bounds_leave_something(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for bounds that exclude each other."""
-    for keys, wanted in asked(static.experiment, "topic", "topic_stays"):
-        if wanted.above is not None and wanted.below is not None and wanted.above >= wanted.below:
-            message = f"nothing is above {wanted.above:g} and below {wanted.below:g}"
-            yield static.experiment.place(*keys, "above").finding(Code.NRP248, message, Level.WARNING)
-
-
 @checks_experiment(Code.NRP212)
 def topics_of_criteria_are_published(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria on topics of the experiment that nothing publishes on."""
@@ -119,87 +80,6 @@ def topics_of_criteria_are_published(static: StaticExperiment) -> Iterator[Findi
         if keys[0] == "criteria" and name in experiment.topics and name not in spoken:
             message = f"no transfer function and no event publishes on '{wanted.name}': it has no value"
             yield experiment.place(*keys, "name").finding(Code.NRP212, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP323)
-def what_is_asked_about_moves(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for distances between things that never move, and for criteria that such a thing stays."""
-    if static.scene is None:
-        return
-    fixed = {name for name, robot in static.experiment.world.robots.items() if robot.fixed}  # on purpose
-    still = {model.name for model in static.scene.models if _is_held(model)} - fixed
-    for keys, near in asked(static.experiment, "near", "near"):
-        aim = near.other or (near.visual or "").partition("/")[0] or "the point"
-        target_rests = aim == "the point" or aim in still
-        if near.model in still and target_rests and not (near.visual and not static.scene.model(aim).static):
-            message = f"neither '{near.model}' nor {aim if near.point else repr(aim)} moves by itself"
-            yield static.experiment.place(*keys).finding(Code.NRP323, message, Level.WARNING)
-    for name, criterion in static.experiment.criteria.items():
-        stays = criterion.stays_within
-        if stays is not None and stays.model in still:
-            message = f"'{stays.model}' does not move by itself, so it stays wherever it is"
-            yield static.experiment.place("criteria", name).finding(Code.NRP323, message, Level.WARNING)
-
-
-def _is_held(model: Model) -> bool:
-    """Return whether the base of a model cannot move."""
-    return model.static or any(one.parent == WORLD and one.kind == "fixed" for one in model.joints)
-
-
-@checks_experiment(Code.NRP307)
-def distances_fit_the_model(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for distances that are as nothing beside the model that should come so near."""
-    if static.scene is None:
-        return
-    sizes_m = {model.name: size_m(model) for model in static.scene.models}
-    for keys, near in asked(static.experiment, "near", "near"):
-        large_m = sizes_m.get(near.model) or 0.0
-        if near.within < _TOUCHING * large_m:
-            message = (
-                f"'within' is {near.within:g} m, and '{near.model}' is {large_m:.3g} m large: its origin "
-                "hardly ever comes that near; is the unit right?"
-            )
-            yield static.experiment.place(*keys, "within").finding(Code.NRP307, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP307)
-def distances_fit_the_scene(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for distances that no model can exceed."""
-    if static.scene is None:
-        return
-    size_m = width_m(static.scene)
-    for keys, distance_m in _distances(static.experiment):
-        if distance_m > size_m:
-            message = (
-                f"'{keys[-1]}' is {distance_m:g} m, and the scene is {size_m:.3g} m across: "
-                "every place is within that distance"
-            )
-            yield static.experiment.place(*keys).finding(Code.NRP307, message, Level.WARNING)
-
-
-def _distances(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], float]]:
-    """Yield the distances of events and criteria, m."""
-    for name, event in experiment.events.items():
-        if event.when is not None and event.when.near is not None:
-            yield ("events", name, "when", "near", "within"), event.when.near.within
-    for name, criterion in experiment.criteria.items():
-        if criterion.near is not None:
-            yield ("criteria", name, "near", "within"), criterion.near.within
-        if criterion.stays_within is not None:
-            yield ("criteria", name, "stays_within", "distance"), criterion.stays_within.distance
-
-
-@checks_experiment(Code.NRP305)
-def aliases_name_different_topics(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for two aliases of one topic."""
-    aliases = static.experiment.aliases
-    first: dict[str, str] = {}
-    for alias, topic in aliases.items():
-        target = aliases.get(topic, topic)
-        other = first.setdefault(target, alias)
-        if other != alias and topic not in aliases:
-            message = f"'{alias}' and '{other}' are both aliases of '{topic}'"
-            yield static.experiment.place("aliases", alias).finding(Code.NRP305, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP215, Code.NRP248)

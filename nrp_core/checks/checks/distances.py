@@ -10,8 +10,7 @@ from typing import Final
 
 from nrp_core._support.dotted import last_name
 from nrp_core.checks.checks.sensors import read_sensors
-from nrp_core.checks.choices import number_of
-from nrp_core.checks.quoting import excerpt
+from nrp_core.checks.quoting import excerpt, number_of
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.shapes import Known
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
@@ -23,7 +22,7 @@ _OF_MANY: Final = ("min", "max", "nanmin", "nanmax", "median", "nanmedian", "per
 """Functions whose result is one of the distances that they take, or is between them."""
 
 
-@checks_experiment(Code.NRP320)
+@checks_experiment(Code.NRP359)
 def distances_are_within_reach(static: StaticExperiment) -> Iterator[Finding]:
     """Look for comparisons of a distance with a number that only 'inf', the distance of nothing, exceeds."""
     for function, readings in _readers(static):
@@ -38,7 +37,7 @@ def distances_are_within_reach(static: StaticExperiment) -> Iterator[Finding]:
                                 f"measures up to {beams.reach[1]:g} m: only a beam that reaches nothing, "
                                 "which is 'inf', is beyond"
                             )
-                            yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
+                            yield function.declared.finding(Code.NRP359, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP252)

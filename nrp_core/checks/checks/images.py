@@ -9,7 +9,6 @@ from typing import Any, Final
 
 from nrp_core._support.dotted import last_name
 from nrp_core.checks.events import Call
-from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Known
 from nrp_core.checks.static_experiment import CheckedFunction
@@ -25,7 +24,7 @@ _COPIES: Final = ("array", "asarray", "list", "tuple")
 _LARGEST_BYTE: Final = 255
 
 
-@checks_function(Code.NRP320)
+@checks_function(Code.NRP358)
 def colors_can_be_found(function: CheckedFunction) -> Iterator[Finding]:
     """Look for HSV bounds that no pixel meets, or that are in another scale than OpenCV's."""
     for event in function.events:
@@ -39,10 +38,10 @@ def colors_can_be_found(function: CheckedFunction) -> Iterator[Finding]:
                 wrong = wrong_bounds(*bounds)
                 if wrong:
                     message = f"no colour is found: {wrong}"
-                    yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
+                    yield function.declared.finding(Code.NRP358, node, message, Level.WARNING)
 
 
-@checks_function(Code.NRP320)
+@checks_function(Code.NRP358)
 def bounds_of_bytes_can_be_met(function: CheckedFunction) -> Iterator[Finding]:
     """Look for bounds of ``cv2.inRange`` that exclude all bytes, or that no byte reaches."""
     for node in function.declared.own:
@@ -59,42 +58,7 @@ def bounds_of_bytes_can_be_met(function: CheckedFunction) -> Iterator[Finding]:
                     message = f"{max(upper):g} bounds nothing: bytes end at 255, and a hue of OpenCV at 179"
                 else:
                     continue
-                yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
-
-
-@checks_function(Code.NRP331)
-def centroids_have_columns_first(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for differences of the column of a centroid and a height, and of its row and a width."""
-    found = {
-        event.node for event in function.events
-        if isinstance(event, Call) and event.callee == Known(find_centroid_hsv)
-    }  # fmt: skip
-    nodes = function.declared.own
-    names = {
-        target.id
-        for node in nodes
-        if isinstance(node, ast.Assign) and node.value in found
-        for target in node.targets
-        if isinstance(target, ast.Name)
-    }
-    for node in nodes if names else ():
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
-            parts = [_part(one, names) for one in (node.left, node.right)]
-            if parts in (["height", "column"], ["column", "height"], ["width", "row"], ["row", "width"]):
-                message = f"'{excerpt(node)}' mixes {parts[0]} and {parts[1]}: a centroid is (column, row)"
-                yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
-
-
-def _part(node: ast.expr, centroids: set[str]) -> str:
-    """Return which length of an image, or which part of a centroid, a term is; empty for others."""
-    match node:
-        case ast.Subscript(ast.Name(name), ast.Constant(0 | 1 as index)) if name in centroids:
-            return "row" if index else "column"
-        case ast.Attribute(_, "width" | "height" as name):
-            return name
-        case ast.BinOp(inner, ast.Div() | ast.FloorDiv(), ast.Constant()):
-            return _part(inner, centroids)
-    return ""
+                yield function.declared.finding(Code.NRP358, node, message, Level.WARNING)
 
 
 def _numbers(function: CheckedFunction, node: ast.expr) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import dataclasses
 import inspect
 from collections.abc import Iterator
@@ -11,13 +10,12 @@ from typing import Any, cast
 
 from nrp_core.checks.checks.values import no_value, not_called
 from nrp_core.checks.events import Call, Return, Write
-from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import Instance, Items, Known, Number, Row, Shape, hints
 from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.parameters.topics import PublishedTopic
 from nrp_core.errors import TopicError
-from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings import Code, Finding
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import TopicInfo, check_message
 
@@ -59,37 +57,6 @@ def assigned_values_have_the_field_types(function: CheckedFunction) -> Iterator[
                 if wrong:
                     message = f"{name} of {type_name(cls)} must be {wrong}"
                     yield function.declared.finding(Code.NRP227, node, message)
-
-
-@checks_function(Code.NRP227)
-def numbers_of_messages_are_no_truth_values(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for comparisons in place of the number of a field."""
-    for event in function.events:
-        match event:
-            case Call(ast.Call() as node, Known(type() as cls), given, named, True) if _is_message(cls):
-                names = [field.name for field in dataclasses.fields(cls)]
-                values = [*zip(names, node.args, given, strict=False)]
-                values += [(one.arg, one.value, named[one.arg]) for one in node.keywords if one.arg]
-                for name, value, shape in values:
-                    if isinstance(shape, Instance) or not isinstance(value, ast.Compare):
-                        continue  # another check knows the values whose type is known
-                    hint = hints(cls).get(name)
-                    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
-                        message = f"{name} of {type_name(cls)} must be a {type_name(hint)}{_meant(value)}"
-                        yield function.declared.finding(Code.NRP227, value, message)
-                    elif hint is float:
-                        message = (
-                            f"{name} of {type_name(cls)} is a number, and '{excerpt(value)}' is "
-                            "true or false, so 1 or 0; write '1.0 if ... else 0.0' if that is meant"
-                        )
-                        yield function.declared.finding(Code.NRP227, value, message, Level.WARNING)
-
-
-def _meant(value: ast.Compare) -> str:
-    """Return that '==' compares, and is not the '=' of an argument that is given by name."""
-    text = f", and '{excerpt(value)}' is true or false"
-    is_equal = isinstance(value.left, ast.Name) and isinstance(value.ops[0], ast.Eq)
-    return f"{text}; an argument is given by '='" if is_equal else text
 
 
 @checks_function(Code.NRP228)

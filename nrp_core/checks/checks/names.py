@@ -1,109 +1,63 @@
-"""Undefined names, unused values and conditions that do not test, as pyflakes finds them in a file."""
+"""Names that nothing defines, as pyflakes finds them, and names of functions that are used twice."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 
 from pyflakes import messages
 from pyflakes.checker import Checker
 
-from nrp_core.checks.declared import found_in
+from nrp_core.checks.declared import Declared, found_in
 from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.static_experiment import StaticExperiment, at_most
+from nrp_core.dsl.functions.collector import name_taken
 from nrp_core.dsl.loading.listing import PythonSource
 from nrp_core.errors import Instead, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
-_CODES = {
-    messages.UndefinedName: (Code.NRP246, Level.ERROR),
-    messages.UndefinedLocal: (Code.NRP246, Level.ERROR),
-    messages.UnusedVariable: (Code.NRP242, Level.WARNING),
-    messages.IsLiteral: (Code.NRP300, Level.WARNING),
-    messages.AssertTuple: (Code.NRP300, Level.WARNING),
-    messages.IfTuple: (Code.NRP300, Level.WARNING),
-    messages.RedefinedWhileUnused: (Code.NRP300, Level.WARNING),
-    messages.MultiValueRepeatedKeyLiteral: (Code.NRP300, Level.WARNING),
-}
-_OF_SCRIPTS = frozenset({
-    messages.UndefinedName, messages.UndefinedLocal, messages.IsLiteral, messages.AssertTuple,
-    messages.IfTuple, messages.RedefinedWhileUnused, messages.MultiValueRepeatedKeyLiteral,
-})  # fmt: skip
-"""Messages about brain scripts, in which a synapse is often kept under a name that nothing reads."""
-_PLAIN = {
-    messages.IsLiteral: "'is' compares whether two objects are the same, not their values: write '=='",
-    messages.AssertTuple: "this assertion is always true: a tuple with items is; remove the parentheses",
-    messages.IfTuple: "this condition is always true: a tuple with items is; remove the comma",
-}
-"""Messages without a name in them."""
 
-
-@checks_experiment(Code.NRP246, Code.NRP242, Code.NRP300)
-def names_are_defined_and_used(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for undefined names, unused local values, and conditions that are always true."""
+@checks_experiment(Code.NRP246)
+def names_are_defined(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for names that nothing defines."""
     for listing in static.listings:
-        yield from _names_of(listing.sources, set(listing.names))
+        yield from _undefined(listing.sources, set(listing.names))
     for source in static.neighbours:
-        yield from _names_of([source], set())
+        yield from _undefined([source], set())
     for source in static.scripts:  # it was executed, so an undefined name is one that it did not reach
-        yield from (at_most(one, Level.WARNING) for one in _names_of([source], set(), _OF_SCRIPTS))
+        yield from (at_most(one, Level.WARNING) for one in _undefined([source], set()))
 
 
-def _names_of(
-    sources: Iterable[PythonSource], known: set[str], kinds: Container[type] = _CODES
-) -> Iterator[Finding]:
+def _undefined(sources: Iterable[PythonSource], known: set[str]) -> Iterator[Finding]:
     for source in sources:
         checker = Checker(source.tree, str(source.path), builtins=known)
+        open_lines = set(_lines_with_unknown_names(source.tree))
         for found in checker.messages:
-            code, level = _CODES.get(type(found), (None, Level.NOTE))
-            if code is not None and type(found) in kinds and not _is_meant(found, source.tree):
-                message, instead = _message(found, source.tree, known)
-                yield found_in(source, code, _at(found), message, level, instead)
+            place = ast.Constant(None, lineno=found.lineno, col_offset=found.col)
+            if isinstance(found, messages.UndefinedLocal):
+                message = f"'{found.message_args[0]}' is used before it has a value"
+                yield found_in(source, Code.NRP246, place, message)
+            elif isinstance(found, messages.UndefinedName) and found.lineno not in open_lines:
+                message, instead = _undefined_name(found, source.tree, known)
+                yield found_in(source, Code.NRP246, place, message, Level.ERROR, instead)
         known |= set(checker.scopeStack[0] if checker.scopeStack else checker.deadScopes[-1])
 
 
-def _is_meant(found: messages.Message, tree: ast.Module) -> bool:
-    """Return whether a name is given again by an import, or by a decorator that keeps what it decorates."""
-    return isinstance(found, messages.RedefinedWhileUnused) and not any(
-        isinstance(node, ast.FunctionDef | ast.ClassDef)
-        and (node.lineno, node.name) == (found.lineno, found.message_args[0])
-        and not node.decorator_list
-        for node in ast.walk(tree)
-    )
+def _lines_with_unknown_names(tree: ast.Module) -> Iterator[int]:
+    """Yield the lines of scopes whose names cannot be known, because they execute a text."""
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    scopes: list[ast.Module | ast.FunctionDef] = [tree, *functions]
+    for scope in scopes:
+        if any(isinstance(one, ast.Name) and one.id == "exec" for one in own_nodes(scope.body)):
+            last = max((getattr(one, "end_lineno", None) or 0 for one in ast.walk(scope)), default=0)
+            yield from range(getattr(scope, "lineno", 1), last + 1)
 
 
-def _at(found: messages.Message) -> ast.AST:
-    return ast.Constant(None, lineno=found.lineno, col_offset=found.col)
-
-
-def unused_value(name: str) -> str:
-    """Return the message about a local name whose value is never used."""
-    return f"the value of '{name}' is never used"
-
-
-def replaced_parameter(name: str) -> str:
-    """Return the message about a value that replaces a parameter, and is never used."""
-    return f"this replaces the parameter and sets nothing: {unused_value(name)}"
-
-
-def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> tuple[str, Instead | None]:
-    """Return a message, and the name to replace one with that nothing defines."""
-    if type(found) in _PLAIN:
-        return _PLAIN[type(found)], None
+def _undefined_name(found: messages.Message, tree: ast.Module, known: set[str]) -> tuple[str, Instead | None]:
+    """Return the message about a name that nothing defines, and the name to replace it with."""
     name = str(found.message_args[0])
-    if isinstance(found, messages.RedefinedWhileUnused):
-        return (
-            f"'{name}' is defined again, so that the definition in line {found.message_args[1]} is lost",
-            None,
-        )
-    if isinstance(found, messages.MultiValueRepeatedKeyLiteral):
-        return (
-            f"the key {found.message_args[0]!r} of this dictionary has several values; the last one counts",
-            None,
-        )
-    if isinstance(found, messages.UndefinedLocal):
-        return f"'{name}' is used before it has a value", None
-    near = next(
+    function = next(
         (
             node
             for node in ast.walk(tree)
@@ -111,9 +65,22 @@ def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> tupl
         ),
         None,
     )
-    local = {one.arg for one in ast.walk(near) if isinstance(one, ast.arg)} if near else set()
-    if isinstance(found, messages.UnusedVariable):
-        return (replaced_parameter if name in local else unused_value)(name), None
-    local |= {one.id for one in ast.walk(tree) if isinstance(one, ast.Name)} - {name}
-    hint = did_you_mean(name, local | known)
+    near = {one.arg for one in ast.walk(function) if isinstance(one, ast.arg)} if function else set()
+    near |= {one.id for one in ast.walk(tree) if isinstance(one, ast.Name)} - {name}
+    hint = did_you_mean(name, near | known)
     return f"nothing defines the name '{name}'{hint if hint.instead else ''}", hint.instead
+
+
+@checks_experiment(Code.NRP235)
+def names_are_used_once(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for two functions with the same name."""
+    first: dict[str, Declared] = {}
+    for declared in static.declared:
+        name = declared.function.name
+        if not (declared.is_read and declared.is_named):  # a decorator in the user's file may have renamed it
+            continue
+        if name in first:
+            other = first[name]
+            message = name_taken(name, f"{other.source.path}:{other.node.lineno}")
+            yield declared.finding(Code.NRP235, declared.node, message)
+        first.setdefault(name, declared)

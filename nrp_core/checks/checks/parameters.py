@@ -13,16 +13,15 @@ from nrp_core.checks.shapes import Instance
 from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSource
 from nrp_core.dsl.functions.monitors import MonitoringFunction
-from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.findings import Code, Finding, Level
 
 _WIRING: Final = {"connector", "weight", "delay", "receptor_type", "synapse_type"}
 """Settings of a source that make no spikes."""
 
 
-@checks_function(Code.NRP220, Code.NRP231)
-def parameters_are_used(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for parameters that a body does not use, and for sources that it never sets."""
+@checks_function(Code.NRP231)
+def sources_are_set(function: CheckedFunction) -> Iterator[Finding]:
+    """Look for sources that a body never sets."""
     loads = [node for node in _names(function) if not isinstance(node.ctx, ast.Store)]
     used = {node.id for node in loads}
     only_read = _only_read(function)
@@ -32,13 +31,9 @@ def parameters_are_used(function: CheckedFunction) -> Iterator[Finding]:
         drives = isinstance(mapping, MapSpikeSource)
         settings = set(mapping.options) - _WIRING if isinstance(mapping, MapSpikeSource) else ()
         node = function.declared.parameter(name)
-        if drives and (name not in used or name in only_read):
-            if not settings:
-                message = f"nothing sets the source '{name}': it stays silent"
-                yield function.declared.finding(Code.NRP231, node, message, Level.WARNING)
-        elif name not in used:
-            message = f"the parameter '{name}' is mapped and never used"
-            yield function.declared.finding(Code.NRP220, node, message, Level.WARNING)
+        if drives and (name not in used or name in only_read) and not settings:
+            message = f"nothing sets the source '{name}': it stays silent"
+            yield function.declared.finding(Code.NRP231, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP231)
@@ -68,16 +63,6 @@ def _only_read(function: CheckedFunction) -> set[str]:
         if not reads or isinstance(parents.get(id(parent)), (ast.Call, ast.Subscript)):
             other.add(name.id)
     return set(function.function.parameters) - other
-
-
-@checks_function(Code.NRP236)
-def parameters_hide_nothing(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for parameters that hide a predefined name of every file."""
-    for name in function.function.parameters:
-        if name in ("nrp", "Topic", *message_packages()):
-            message = f"the parameter '{name}' hides '{name}', which every file of transfer functions has"
-            node = function.declared.parameter(name)
-            yield function.declared.finding(Code.NRP236, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP237)

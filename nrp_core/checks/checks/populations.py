@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -11,11 +10,8 @@ import numpy as np
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.state_recorder import StateRecorderPort
-from nrp_core.brain.network.implausible import FEWEST_SPIKES
-from nrp_core.checks.registry import checks_experiment, checks_function
-from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
-from nrp_core.clock import milliseconds
-from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.findings import Code, Finding, Level
 
 _MANY: Final = 8
@@ -115,31 +111,6 @@ def _listed(labels: set[str]) -> str:
     return ", ".join(map(repr, sorted(labels)))
 
 
-@checks_function(Code.NRP320)
-def devices_of_a_group_differ(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for groups whose devices all have the same neurons, so that a number of them is lost."""
-    for name, adapter in function.adapters.items():
-        if not isinstance(adapter, DeviceGroup) or len(adapter) < 2:
-            continue
-        first, *others = (device.selection.ids.tolist() for device in adapter)
-        if all(one == first for one in others):
-            message = f"all {len(adapter)} devices of '{name}' have the same neurons"
-            node = function.declared.nodes.get(name)
-            yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP248)
-def spikes_come_in_time(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for sources and projections without an effect before the end of the run."""
-    end_ms = milliseconds(static.experiment.duration)
-    for part, first_ms, is_rare in static.summary.silent:
-        if first_ms is None or first_ms >= end_ms:
-            when = "" if first_ms is None else f" before {first_ms:g} ms, and the run ends at {end_ms:g} ms"
-            place = static.experiment.place("brain", "model")
-            has_none = is_rare and first_ms is not None and end_ms < FEWEST_SPIKES * first_ms
-            yield place.finding(Code.NRP248, part + when, Level.WARNING if has_none else Level.NOTE)
-
-
 @checks_experiment(Code.NRP211)
 def neurons_are_picked_once(static: StaticExperiment) -> Iterator[Finding]:
     """Look for named populations that have a neuron twice."""
@@ -151,23 +122,3 @@ def neurons_are_picked_once(static: StaticExperiment) -> Iterator[Finding]:
             message = f"the population '{name}' has {len(set(neurons.tolist()))} neurons, some of them twice"
             place = static.experiment.place("brain", "populations", name)
             yield place.finding(Code.NRP211, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP304)
-def populations_are_apart_or_nested(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for named populations that share some of their neurons, but not all neurons of either."""
-    if static.network is None:
-        return
-    views = static.network.views
-    named = {
-        name: frozenset(views[name].tolist()) for name in static.experiment.brain.populations if name in views
-    }
-    for (one, first), (other, second) in combinations(named.items(), 2):
-        shared = first & second
-        if shared and shared != first and shared != second:
-            message = (
-                f"'{one}' and '{other}' share {len(shared)} of their {len(first)} and {len(second)} neurons; "
-                "a slice ends before its second number, so that '0:5' and '5:8' share none"
-            )
-            place = static.experiment.place("brain", "populations", other)
-            yield place.finding(Code.NRP304, message, Level.WARNING)

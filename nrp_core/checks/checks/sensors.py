@@ -10,19 +10,15 @@ from typing import Final
 from nrp_core.checks.checks.conditions import read_topics
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
-from nrp_core.clock import NS_PER_S
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.drives.flight import Flight
 from nrp_core.world.enclosing import Enclosure
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.raycast.solids import size_m
-from nrp_core.world.render.cameras import Optics
 from nrp_core.world.render.scene_mesh import MAX_EXTENT_M
 from nrp_core.world.scene.devices import MountedSensor
-from nrp_core.world.scene.implausible import FASTEST_HZ
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.sensors.event_camera import BLACK_TO_WHITE, EventCamera
 from nrp_core.world.sight import Sight, enclosed, sights
 
 _COVERED: Final = 2 / 3
@@ -36,12 +32,6 @@ _NEAR: Final = 0.1
 """Distance of a camera's own housing, of the horizontal size of its robot; hoods and wheels are farther."""
 _HOUSING: Final = 0.1
 """How far a camera stands inside its housing, of the same size; in public robots at most 0.03."""
-_FASTER: Final = 2.001
-"""Files for Gazebo, whose steps take 1 ms, have sensors of 1 kHz, which also run with steps of 2 ms."""
-_SLOWEST_HZ: Final = 1.0
-_FEWEST: Final = 10.0
-_LEAST_PIXELS: Final = 4
-"""Images with fewer columns have no left and right part."""
 
 
 @checks_experiment(Code.NRP298)
@@ -97,61 +87,6 @@ def _doubt(sight: Sight, scene: Scene, model: Model) -> tuple[str, Level]:
         message = f"looks up: {sight.empty:.0%} of its {_rays(sight.sensor)} reach nothing at any heading"
         return message, level
     return "", level
-
-
-@checks_experiment(Code.NRP298)
-def sensors_measure_as_often_as_needed(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for scanners and cameras that are read more often than the world moves, or a few times in all."""
-    step_ns = static.world.capabilities.step_ns if static.world else None
-    run_s = static.experiment.duration / NS_PER_S
-    for model, sensor in read_sensors(static):
-        owner = f"the {_kind(sensor)} '{sensor.name}' has a rate of {sensor.rate_hz:g} Hz"
-        place = static.experiment.place("world", "robots", model.name)
-        if (
-            step_ns and _FASTER * NS_PER_S / step_ns < sensor.rate_hz <= FASTEST_HZ
-        ):  # more is doubted anywhere
-            steps = f"the world takes {NS_PER_S / step_ns:g} steps in a second"
-            yield place.finding(
-                Code.NRP298, f"{owner}, and {steps}: nothing changes in between", Level.WARNING
-            )
-        elif 0 < sensor.rate_hz < _SLOWEST_HZ and 1 < sensor.rate_hz * run_s < _FEWEST:
-            count = f"{int(sensor.rate_hz * run_s)} messages in {run_s:g} s"
-            yield place.finding(
-                Code.NRP298, f"{owner}, which gives {count}; is that its period in s?", Level.NOTE
-            )
-
-
-@checks_experiment(Code.NRP298)
-def event_cameras_see_changes(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for thresholds that a change from black to white does not reach."""
-    for model in _robots(static):
-        for sensor in (sensor for link in model.links for sensor in link.sensors):
-            if isinstance(sensor, EventCamera) and sensor.threshold > BLACK_TO_WHITE:
-                message = (
-                    f"the event camera '{sensor.name}' has a threshold of {sensor.threshold:g}, and the "
-                    f"logarithm of the intensity changes by at most {BLACK_TO_WHITE:.2g}, from black to "
-                    "white: it has no events"
-                )
-                place = static.experiment.place("world", "robots", model.name)
-                yield place.finding(Code.NRP298, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP298)
-def images_have_pixels(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for cameras that are read, and whose images are too narrow to show where something is."""
-    scale = getattr(static.world.options, "image_scale", 1.0) if static.world else 1.0
-    for model, sensor in read_sensors(static):
-        for view in sensor.views.values():
-            optics = Optics.of(view, scale)
-            if optics.width < _LEAST_PIXELS:
-                scaled = f" at the image_scale of {scale:g}" * (scale != 1.0)
-                message = (
-                    f"the images of '{sensor.name}' have {optics.width} x {optics.height} pixels{scaled}: "
-                    "they hardly show where something is"
-                )
-                place = static.experiment.place("world", "robots", model.name)
-                yield place.finding(Code.NRP298, message, Level.WARNING)
-                break
 
 
 def _robots(static: StaticExperiment) -> list[Model]:

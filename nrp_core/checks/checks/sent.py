@@ -17,7 +17,7 @@ _AGAIN = (ast.For, ast.AsyncFor, ast.While, ast.FunctionDef, ast.Lambda, ast.Glo
 """Code by which a later change may be sent all the same."""
 
 
-@checks_function(Code.NRP300)
+@checks_function(Code.NRP355)
 def messages_are_sent_when_they_are_whole(function: CheckedFunction) -> Iterator[Finding]:
     """Look for fields that are set after the message was sent, and of a message that is not used again."""
     body = function.declared.node.body
@@ -37,7 +37,7 @@ def messages_are_sent_when_they_are_whole(function: CheckedFunction) -> Iterator
                         f"'{ast.unparse(changed[0])}' is set after line {call.lineno} has sent '{name}': the "
                         "change is not sent"
                     )
-                    yield function.declared.finding(Code.NRP300, changed[0], message, Level.WARNING)
+                    yield function.declared.finding(Code.NRP355, changed[0], message, Level.WARNING)
 
 
 def _is_sending(event: object) -> bool:

@@ -23,7 +23,6 @@ _UNSEEDED = frozenset({"numpy.random.default_rng", "numpy.random.seed", "numpy.r
 _CHANCE = frozenset({"time.time", "time.time_ns", "time.perf_counter", "time.monotonic", "os.urandom",
                      "uuid.uuid4", "datetime.datetime.now", "datetime.datetime.today"})  # fmt: skip
 _NAME = re.compile(r"\w+(\.\w+)*")
-_EVERYTHING = frozenset({"Exception", "BaseException"})
 
 
 @checks_function(Code.NRP243)
@@ -65,23 +64,6 @@ def _outside(name: str, written: str) -> str:
     if name.startswith(_REMOTE):
         return f"'{written}' uses the network: what it answers is in no recording"
     return ""
-
-
-@checks_function(Code.NRP309)
-def errors_are_seen(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for handlers that drop every error."""
-    for node in function.declared.own:
-        if isinstance(node, ast.ExceptHandler) and _takes_all(node) and _drops(node):
-            message = "this drops every error, also that of a misspelt name: catch the one that is expected"
-            yield function.declared.finding(Code.NRP309, node, message, Level.WARNING)
-
-
-def _takes_all(handler: ast.ExceptHandler) -> bool:
-    return handler.type is None or (isinstance(handler.type, ast.Name) and handler.type.id in _EVERYTHING)
-
-
-def _drops(handler: ast.ExceptHandler) -> bool:
-    return all(isinstance(one, ast.Pass | ast.Continue) for one in handler.body)
 
 
 @checks_experiment(Code.NRP243)

@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 
 from nrp_core.checks.events import Add, Call, Compute, Divide, Multiply, Return, Write
-from nrp_core.checks.function_body import ORDERS, assigned
-from nrp_core.checks.quoting import excerpt
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.shapes import UNITS, Instance, Items, Known, Number, Row, Shape, names_of
 from nrp_core.checks.statements import Written
@@ -61,31 +59,6 @@ def numbers_are_computed_with(function: CheckedFunction) -> Iterator[Finding]:
             yield function.declared.finding(Code.NRP247, node, wrong)
 
 
-@checks_function(Code.NRP247)
-def truth_values_are_not_computed_with(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for True and False as they are written in computations."""
-    for event in function.events:
-        match event:
-            case Add(ast.BinOp() as node) | Multiply(node) | Divide(node):
-                for side in (node.left, node.right):
-                    if isinstance(side, ast.Constant) and isinstance(side.value, bool):
-                        message = (
-                            f"{side.value} counts as {side.value:d} in '{excerpt(node)}': write a number"
-                        )
-                        yield function.declared.finding(Code.NRP247, side, message, Level.WARNING)
-
-
-@checks_function(Code.NRP247)
-def ordered_values_are_compared(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for strings that are compared with numbers."""
-    for event in function.events:
-        match event:
-            case Add(ast.Compare(ops=signs) as node, left, right):
-                if any(isinstance(sign, ORDERS) for sign in signs) and _are_text_and_number(left, right):
-                    message = "a text and a number cannot be compared; use float(text)"
-                    yield function.declared.finding(Code.NRP247, node, message)
-
-
 @checks_function(Code.NRP225)
 def settings_are_numbers(function: CheckedFunction) -> Iterator[Finding]:
     """Look for settings of devices that are assigned values that are not numbers, or are true or false."""
@@ -106,25 +79,6 @@ def settings_are_numbers(function: CheckedFunction) -> Iterator[Finding]:
                 elif id(node) in compared or any(one == Instance(bool) or _is(one, bool) for one in shapes):
                     message = _truth_value(name, UNITS[name])
                     yield function.declared.finding(Code.NRP225, node, message, Level.WARNING)
-
-
-@checks_function(Code.NRP320)
-def parameters_are_not_compared_with_none(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for parameters that are compared with None, in place of their values."""
-    for node in function.declared.own:
-        match node:
-            case ast.Compare(
-                ast.Name(name),
-                [ast.Is() | ast.IsNot() | ast.Eq() | ast.NotEq() as sign],
-                [ast.Constant(None)],
-            ) if name in function.adapters:
-                adapter = function.adapters[name]
-                if name in assigned(function.declared.node.body):
-                    continue
-                always = "always" if isinstance(sign, ast.IsNot | ast.NotEq) else "never"
-                hint = f"; did you mean '{name}.value'?" if hasattr(type(adapter), "value") else ""
-                message = f"'{excerpt(node)}' is {always} true: '{name}' is a {_kind(adapter)}{hint}"
-                yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
 def _takes_values(callee: Any) -> bool:

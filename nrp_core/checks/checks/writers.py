@@ -8,36 +8,18 @@ from itertools import combinations
 
 import numpy as np
 
-from nrp_core.checks.declared import Declared
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.functions.collector import name_taken
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.functions.mappings import MapSpikeSource
 from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 
 _OF_ONE_THING = ("std_msgs/", "geometry_msgs/")
 """Packages whose messages hold the whole state of what they command."""
-
-
-@checks_experiment(Code.NRP235)
-def names_are_used_once(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for two functions with the same name."""
-    first: dict[str, Declared] = {}
-    for declared in static.declared:
-        name = declared.function.name
-        if not (declared.is_read and declared.is_named):  # a decorator in the user's file may have renamed it
-            continue
-        if name in first:
-            other = first[name]
-            place = f"{other.source.path}:{other.node.lineno}"
-            message = name_taken(name, place)
-            yield declared.finding(Code.NRP235, declared.node, message)
-        first.setdefault(name, declared)
 
 
 @checks_experiment(Code.NRP229)
@@ -130,26 +112,6 @@ def neurons_have_one_source_of_a_kind(static: StaticExperiment) -> Iterator[Find
             message = f"'{second}' drives neurons that {where} also drives: {other.selector!r}"
             node = declared.nodes.get(second)
             yield declared.finding(Code.NRP230, node, message, Level.WARNING)
-
-
-@checks_function(Code.NRP250)
-def sinks_measure_different_things(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for sinks with the same kind and settings that read the same neurons."""
-    sinks = [
-        (name, mapping, _neurons(function.adapters[name]))
-        for name, mapping in function.function.mappings.items()
-        if isinstance(mapping, MapSpikeSink) and name in function.adapters
-    ]
-    for (first, one, ids), (second, other, others) in combinations(sinks, 2):
-        if (
-            one.kind is other.kind
-            and one.options == other.options
-            and np.array_equal(ids, others)
-            and ids.size
-        ):
-            message = f"'{second}' measures the same as '{first}': both read {other.selector!r}"
-            node = function.declared.nodes.get(second)
-            yield function.declared.finding(Code.NRP250, node, message, Level.WARNING)
 
 
 def _neurons(adapter: Adapter) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

@@ -100,14 +100,6 @@ IMPLAUSIBLE = Explanation(
     Weight.REMARK,
 )
 
-OVERLAP = Explanation(
-    "Two populations of the experiment share some of their neurons.",
-    "A device on one of them also reads or drives neurons of the other.",
-    "Correct the indices; a population may also contain another one completely.",
-    "{n} pairs of populations share some of their neurons",
-    Weight.REMARK,
-)
-
 UNLIKE_SCRIPT = Explanation(
     "A part of a brain script contradicts another part, or has no effect.",
     "The network runs, but some label, current or limit is not the one in the script.",

@@ -98,30 +98,6 @@ MISSED_EVENT = Explanation(
     Weight.REMARK,
 )
 
-IMMOBILE = Explanation(
-    "An event or criterion asks for the place of something that never moves.",
-    "The answer is the same at all times, whatever the run does.",
-    "Name the robot whose place counts.",
-    "{n} events or criteria ask for the place of something that never moves",
-    Weight.REMARK,
-)
-
-UNUSED_TOPIC = Explanation(
-    "A topic of the experiment that nothing uses, beside one with nearly the same name.",
-    "Whatever is published on it has no effect; it may be a misspelling.",
-    "Correct the name under `topics`, or remove it.",
-    "{n} topics of the experiment are not used",
-    Weight.REMARK,
-)
-
-STANDS_TWICE = Explanation(
-    "Two criteria are the same.",
-    "The second one adds nothing; most likely one of them was copied, and not changed.",
-    "Change or remove one of them.",
-    "{n} criteria stand twice",
-    Weight.REMARK,
-)
-
 DEGREES = Explanation(
     "An angle without a unit exceeds a full turn.",
     "Numbers without a unit are radians; 180 of them are nearly 29 turns.",
@@ -153,28 +129,4 @@ CONTRADICTORY_PARAMETER = Explanation(
     "Make its default, range and unit fit each other; two declarations of one name must be equal.",
     "{n} declarations of parameters contradict themselves or each other",
     Weight.ALTERED,
-)
-
-LATE_PARAMETER = Explanation(
-    "A parameter that is declared inside a transfer function.",
-    "Parameters are read from the top of the file before the run, so no experiment can set this one.",
-    "Move the declaration to the top of the file, and use its name in the function.",
-    "{n} parameters are declared inside transfer functions",
-    Weight.ALTERED,
-)
-
-TWO_ALIASES = Explanation(
-    "Two aliases name the same topic.",
-    "Commands under one of them also reach whatever listens to the other; often another topic was intended.",
-    "Correct the topic of one alias, or use one alias in both places.",
-    "{n} aliases name a topic that has another alias",
-    Weight.REMARK,
-)
-
-NEVER_FAILS = Explanation(
-    "A distance of an event or criterion that is larger than the scene.",
-    "The criterion cannot fail, and the event does not depend on where the model is.",
-    "Write the distance with its unit, such as `1.2 m` or `80 cm`, smaller than the scene.",
-    "{n} distances of events and criteria are larger than the scene",
-    Weight.REMARK,
 )

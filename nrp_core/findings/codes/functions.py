@@ -27,14 +27,6 @@ MAPPING_MISMATCH = Explanation(
     Weight.ALTERED,
 )
 
-UNUSED_PARAMETER = Explanation(
-    "A parameter is mapped but never used.",
-    "The mapping costs time, and often another name in the body was intended.",
-    "Use the parameter, or remove it and its mapping.",
-    "{n} mapped parameters are never used",
-    Weight.REMARK,
-)
-
 NO_TIME = Explanation(
     "The first parameter is not the time, `t`.",
     "The loop passes the time first, so all other parameters would be shifted.",
@@ -125,27 +117,11 @@ SILENT_SOURCE = Explanation(
     Weight.REMARK,
 )
 
-DIVISION_BY_ZERO = Explanation(
-    "A division by zero.",
-    "The function raises ZeroDivisionError at that line.",
-    "Correct the divisor.",
-    "{n} divisions by zero",
-    Weight.ALTERED,
-)
-
 WRONG_UNIT = Explanation(
     "A quantity in one unit is used as a quantity in another unit.",
     "This is correct only if a factor carries the missing unit; such a factor should have a name.",
     "Check the gain: `rate_hz = GAIN_HZ_PER_MV * sink.voltage`.",
     "{n} quantities are used in another unit",
-    Weight.REMARK,
-)
-
-RATE_TOO_HIGH = Explanation(
-    "A rate that is higher than the loop allows.",
-    "A function runs at most once a step, so the limit has no effect.",
-    "Lower the rate, or shorten the time step of the loop.",
-    "{n} rates are higher than the loop allows",
     Weight.REMARK,
 )
 
@@ -155,14 +131,6 @@ SAME_NAME = Explanation(
     "Rename one of them.",
     "{n} transfer functions share their names",
     Weight.ALTERED,
-)
-
-HIDDEN_NAME = Explanation(
-    "A name is not allowed, or hides another name.",
-    "The hidden name cannot be used inside the function.",
-    "Rename the parameter.",
-    "{n} names hide another name",
-    Weight.REMARK,
 )
 
 RETURN_VALUE = Explanation(
@@ -205,14 +173,6 @@ NO_SUCH_NAME = Explanation(
     Weight.ALTERED,
 )
 
-UNUSED_VALUE = Explanation(
-    "A value is computed but never used.",
-    "Often another name was used by mistake in its place.",
-    "Use the value or remove it.",
-    "{n} values are never used",
-    Weight.REMARK,
-)
-
 NOT_REPRODUCIBLE = Explanation(
     "A function depends on the wall clock or on a global random generator.",
     "Two runs with the same seed will differ; while a function sleeps, simulated time stands still.",
@@ -245,22 +205,6 @@ NOT_A_NUMBER = Explanation(
     Weight.ALTERED,
 )
 
-EQUAL_SINKS = Explanation(
-    "Two sinks of a function always have the same value.",
-    "Often one of them was intended for other neurons, such as those of the other wheel.",
-    "Correct the indices, or use one sink in both places.",
-    "{n} pairs of sinks always have the same value",
-    Weight.REMARK,
-)
-
-ENDLESS_LOOP = Explanation(
-    "A loop without a way out.",
-    "The function never returns, and the run waits until its time limit.",
-    "Leave the loop with `break` or `return`; spread long work over many steps.",
-    "{n} loops without a way out",
-    Weight.REMARK,
-)
-
 WRONG_INDEX = Explanation(
     "An index is applied to an object without items, or is out of range.",
     "The function raises TypeError or IndexError at that line.",
@@ -283,22 +227,6 @@ WRONG_ROW = Explanation(
     "Record one value for each header; headers are a list of strings.",
     "{n} rows do not match their headers",
     Weight.ALTERED,
-)
-
-WITHOUT_EFFECT = Explanation(
-    "A statement without an effect.",
-    "Its value is discarded; often an assignment, a call or a `return` was intended.",
-    "Write `=` to assign, `()` to call, `send_message(...)` to publish, or remove the statement.",
-    "{n} statements without an effect",
-    Weight.REMARK,
-)
-
-HIDDEN_ERRORS = Explanation(
-    "A handler drops every error.",
-    "A misspelt name or a value of the wrong kind is never reported, and the function does nothing.",
-    "Catch the exception that is expected, such as `except IndexError:`.",
-    "{n} handlers drop every error",
-    Weight.REMARK,
 )
 
 HIDDEN_STATE = Explanation(
@@ -349,14 +277,6 @@ MESSAGE_OVERWRITTEN = Explanation(
     Weight.REMARK,
 )
 
-ALWAYS_THE_SAME = Explanation(
-    "Code that never runs, or a condition or value that is always the same.",
-    "The code looks as if it decided or counted something, and it does not.",
-    "Write the condition, branch or assignment that the message suggests, or remove it.",
-    "{n} conditions, branches or values are always the same",
-    Weight.REMARK,
-)
-
 COMMAND_IGNORED = Explanation(
     "A part of a command that the drive does not use.",
     "The robot does not move as this part of the command asks.",
@@ -373,14 +293,6 @@ NOT_KEPT = Explanation(
     Weight.REMARK,
 )
 
-PIXELS = Explanation(
-    "Pixels of an image are computed with as if they were plain numbers in any order.",
-    "Bytes go on from 255 below 0, and a swapped width and height mix up the rows; no error is raised.",
-    "Convert bytes with `.astype(int)` before subtracting, and reshape to (height, width, channels).",
-    "{n} computations mix up the pixels of an image",
-    Weight.REMARK,
-)
-
 NO_SUCH_JOINT = Explanation(
     "A function asks a message for a joint that the robot does not have.",
     "`index` raises an error in the first step, and a test with `in` is never true.",
@@ -394,5 +306,53 @@ LOST_NUMBER = Explanation(
     "NumPy gives NaN for the mean of nothing and for 0 / 0, without an error; it never goes away again.",
     "Test that there is something to compute with, as by `if len(values)`, before the variable is set.",
     "{n} variables have become NaN",
+    Weight.ALTERED,
+)
+
+MESSAGE_NOT_SENT = Explanation(
+    "A message is made or filled and not sent, or changed after it was sent.",
+    "Nothing receives it, or not what was set last.",
+    "Return the message, or pass it to `send_message` when all its fields are set.",
+    "{n} messages are not sent as they are filled",
+    Weight.ALTERED,
+)
+
+NO_PREPROCESSED_RESULT = Explanation(
+    "The function of a preprocessed topic returns nothing.",
+    "Its result is the value of the topic, which is always None.",
+    "Return the converted message.",
+    "{n} functions of preprocessed topics return nothing",
+    Weight.ALTERED,
+)
+
+WAITS = Explanation(
+    "A transfer function waits.",
+    "Simulated time passes between its calls only, so a wait in it has no effect or never ends.",
+    "Return, and act in a later call: compare `t` with a time that a variable keeps.",
+    "{n} transfer functions wait",
+    Weight.ALTERED,
+)
+
+IMPOSSIBLE_COLOUR = Explanation(
+    "The bounds of a colour are met by no pixel, or are in another scale.",
+    "Nothing is found in any image. In OpenCV, hues are 0 to 179, saturations and values 0 to 255.",
+    "Write the bounds in OpenCV's scale, the lower one first.",
+    "{n} colours can be found in no image",
+    Weight.ALTERED,
+)
+
+BEYOND_SCANNER = Explanation(
+    "A distance is compared with more than its scanner measures.",
+    "The comparison has the same result for all distances; a beam that reaches nothing is `inf`.",
+    "Compare with a distance within the range of the scanner, or with `inf`.",
+    "{n} comparisons are beyond the range of a scanner",
+    Weight.ALTERED,
+)
+
+OTHER_STEP = Explanation(
+    "A constant time step is not how often the function runs.",
+    "Integrals and derivatives that use it are wrong by a factor.",
+    "Compute the step from `t`, or set `timestep` of the experiment to it.",
+    "{n} constant time steps differ from that of the loop",
     Weight.ALTERED,
 )

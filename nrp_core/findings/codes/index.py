@@ -44,7 +44,6 @@ class Code(Enum):
     NRP217 = backends.APPROXIMATED
     NRP218 = functions.NO_SUCH_IMPORT
     NRP219 = functions.MAPPING_MISMATCH
-    NRP220 = functions.UNUSED_PARAMETER
     NRP221 = functions.NO_TIME
     NRP222 = functions.WRONG_DIRECTION
     NRP223 = functions.NO_SUCH_ATTRIBUTE
@@ -56,17 +55,13 @@ class Code(Enum):
     NRP229 = functions.TWO_PUBLISHERS
     NRP230 = functions.TWO_SOURCES
     NRP231 = functions.SILENT_SOURCE
-    NRP232 = functions.DIVISION_BY_ZERO
     NRP233 = functions.WRONG_UNIT
-    NRP234 = functions.RATE_TOO_HIGH
     NRP235 = functions.SAME_NAME
-    NRP236 = functions.HIDDEN_NAME
     NRP237 = functions.RETURN_VALUE
     NRP238 = functions.DELAY
     NRP239 = functions.NOT_CHECKED
     NRP240 = functions.WRONG_CALL
     NRP241 = functions.NO_SUCH_NAME
-    NRP242 = functions.UNUSED_VALUE
     NRP243 = functions.NOT_REPRODUCIBLE
     NRP244 = brain.SLOW_SCRIPT
     NRP245 = functions.WRONG_TRIGGER
@@ -74,8 +69,6 @@ class Code(Enum):
     NRP247 = functions.NOT_A_NUMBER
     NRP248 = experiment.NEVER
     NRP249 = experiment.DEGREES
-    NRP250 = functions.EQUAL_SINKS
-    NRP251 = functions.ENDLESS_LOOP
     NRP252 = functions.WRONG_INDEX
     NRP253 = functions.REASSIGNED_PARAMETER
     NRP254 = functions.WRONG_ROW
@@ -124,32 +117,21 @@ class Code(Enum):
     NRP297 = brain.IMPLAUSIBLE
     NRP298 = world.IMPLAUSIBLE
     NRP299 = world.BEYOND_LIMIT
-    NRP300 = functions.WITHOUT_EFFECT
     NRP301 = functions.HIDDEN_STATE
     NRP302 = functions.ENDS_PROCESS
     NRP303 = functions.WRITES_FILE
-    NRP304 = brain.OVERLAP
-    NRP305 = experiment.TWO_ALIASES
     NRP306 = world.STARTS_HIGH
-    NRP307 = experiment.NEVER_FAILS
     NRP308 = brain.UNLIKE_SCRIPT
-    NRP309 = functions.HIDDEN_ERRORS
     NRP315 = functions.FILE_RENAMED
     NRP316 = world.BELOW_GROUND
-    NRP317 = world.STEP_IGNORED
     NRP318 = functions.PARAMETER_WITHOUT_EFFECT
     NRP319 = functions.MESSAGE_OVERWRITTEN
-    NRP320 = functions.ALWAYS_THE_SAME
     NRP321 = functions.COMMAND_IGNORED
     NRP322 = experiment.MISSED_EVENT
-    NRP323 = experiment.IMMOBILE
-    NRP324 = experiment.UNUSED_TOPIC
     NRP325 = brain.TOO_FAST
     NRP326 = world.TWO_DRIVES
     NRP327 = running.STATE_MACHINE_DOUBTFUL
-    NRP328 = experiment.STANDS_TWICE
     NRP330 = functions.NOT_KEPT
-    NRP331 = functions.PIXELS
     NRP332 = functions.NO_SUCH_JOINT
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
@@ -160,9 +142,14 @@ class Code(Enum):
     NRP346 = world.FRAME_ELSEWHERE
     NRP350 = brain.REFUSED_NETWORK
     NRP351 = experiment.CONTRADICTORY_PARAMETER
-    NRP352 = experiment.LATE_PARAMETER
     NRP353 = running.BEYOND_THE_END
     NRP354 = functions.LOST_NUMBER
+    NRP355 = functions.MESSAGE_NOT_SENT
+    NRP356 = functions.NO_PREPROCESSED_RESULT
+    NRP357 = functions.WAITS
+    NRP358 = functions.IMPOSSIBLE_COLOUR
+    NRP359 = functions.BEYOND_SCANNER
+    NRP360 = functions.OTHER_STEP
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -187,14 +187,6 @@ BELOW_GROUND = Explanation(
     Weight.REMARK,
 )
 
-STEP_IGNORED = Explanation(
-    "The room's `<physics>` asks for another time step than the world uses.",
-    "The time step belongs to the experiment and its backend, so that a room gives the same in each of them.",
-    "No action is needed; or set the time step of the world: `world: {options: {timestep: 1 ms}}`.",
-    "{n} rooms ask for another time step",
-    Weight.REMARK,
-)
-
 STEP_OF_ENVIRONMENT = Explanation(
     "An environment simulates another time in a step than the experiment gives it.",
     "The brain runs for longer or shorter than the body between two observations.",

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from nrp_core._support.dotted import last_name
-from nrp_core.checks.choices import number_of
-from nrp_core.checks.quoting import excerpt
+from nrp_core.checks.quoting import excerpt, number_of
 from nrp_core.checks.scopes import own_nodes
 from nrp_core.checks.shapes import hints
 from nrp_core.dsl.parameters.messages import message_packages
@@ -45,7 +44,7 @@ def doubtful_conditions(
         elif not (is_concurrent or _is_limited(call)) and all(
             isinstance(one, ast.Constant) and one.value for one in answers
         ):
-            yield Code.NRP320, call, "the condition is always true: the state waits until the run ends"
+            yield Code.NRP327, call, "the condition is always true: the state waits until the run ends"
         kind = _message_of(call)
         for node in ast.walk(callback):
             if isinstance(node, ast.Compare) and len(node.ops) == 1:
@@ -54,7 +53,7 @@ def doubtful_conditions(
                     node, callback, kind
                 )
                 if message:
-                    yield Code.NRP320, node, message
+                    yield Code.NRP327, node, message
 
 
 def distant_places(tree: ast.Module, scene: Scene) -> Iterator[tuple[ast.expr, str]]:

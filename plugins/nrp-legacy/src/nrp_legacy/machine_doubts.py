@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Final
 
 from nrp_core._support.dotted import last_name
-from nrp_core.checks.choices import number_of, without_choice
 from nrp_core.checks.imported import full_names
-from nrp_core.checks.quoting import excerpt
+from nrp_core.checks.quoting import excerpt, number_of
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.findings import Code, Finding, Level
@@ -44,7 +43,6 @@ def doubts_of(path: Path, duration_ns: int) -> Iterator[Finding]:
         *_waits(tree, duration_ns), *_sleeps(tree, duration_ns), *_clocks(tree), *_uncalled(tree),
         *_subscribers(tree),
         *doubtful_conditions(tree, seconds(duration_ns)),
-        *((Code.NRP320, node, message) for node, message in without_choice(tree)),
     )  # fmt: skip
     for code, node, message in sorted(doubts, key=lambda doubt: doubt[1].lineno):
         yield Finding(code, message, Level.WARNING, path, node.lineno)
@@ -153,4 +151,4 @@ def _subscribers(tree: ast.Module) -> Iterator[Doubt]:
                     message = (
                         f"the subscriber of {ast.unparse(topic)} does not have a callback: nothing reads it"
                     )
-                    yield Code.NRP300, node, message
+                    yield Code.NRP327, node, message
