@@ -15,14 +15,12 @@ from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
-from nrp_core.checks.declarations import Declarations
-from nrp_core.checks.declared import Declared, found_in
-from nrp_core.checks.evaluation import UnreadableError
-from nrp_core.checks.events import Event
-from nrp_core.checks.function_body import FunctionBody
+from nrp_core.checks.code.declarations import Declarations, Declared, found_in
+from nrp_core.checks.code.expressions import FunctionBody
+from nrp_core.checks.code.shapes import UNKNOWN, Event, Known, Number, Shape
+from nrp_core.checks.code.statements import UnreadableError
 from nrp_core.checks.network_summary import NetworkSummary
 from nrp_core.checks.scripts import scripts_from
-from nrp_core.checks.shapes import UNKNOWN, Known, Number, Shape
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.dsl.functions.function import TIME, TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource

@@ -10,7 +10,7 @@ from pathlib import Path
 import nrp_experiments
 import pytest
 
-from nrp_core.checks.declarations import Declarations
+from nrp_core.checks.code.declarations import Declarations
 from nrp_core.checks.validate import validate_file
 from nrp_core.dsl.loading.listing import python_listing
 from nrp_core.findings import Finding, Level

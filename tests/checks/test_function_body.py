@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.checks.function_body import FunctionBody
+from nrp_core.checks.code.expressions import FunctionBody
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Finding
 

@@ -10,8 +10,7 @@ from collections.abc import Iterator, Sequence
 from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
 from nrp_bibi.generation.part import CodePart
 from nrp_bibi.model.functions import PythonTransferFunction
-from nrp_core.checks.declarations import Declarations
-from nrp_core.checks.declared import Declared
+from nrp_core.checks.code.declarations import Declarations, Declared
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.functions.monitors import MonitoringFunction
 from nrp_core.dsl.loading.listing import Listing, PythonSource

@@ -20,6 +20,23 @@ from nrp_core.world.scene import implausible as scene_plausibility
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.sensors.camera import Camera
 
+
+@checks_experiment(Code.NRP291)
+def robots_start_apart(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for robots that start inside each other."""
+    if static.scene is None:
+        return
+    first: dict[tuple[float, ...], str] = {}
+    for model in static.scene.models:
+        if model.name not in static.experiment.world.robots:
+            continue
+        other = first.setdefault(tuple(model.pose.position), model.name)
+        if other != model.name:
+            place = static.experiment.place("world", "robots", model.name, "pose")
+            message = f"'{model.name}' starts in the same place as '{other}'; give it a 'pose' of its own"
+            yield place.finding(Code.NRP291, message, Level.WARNING)
+
+
 _MAX_STEPS: Final = 1000
 """Steps of a physics engine in one of the loop; the smallest robots need a hundred."""
 _LONGEST_NS: Final = 10 * NS_PER_MS

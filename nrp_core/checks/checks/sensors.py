@@ -7,7 +7,7 @@ from contextlib import suppress
 from math import inf
 from typing import Final
 
-from nrp_core.checks.checks.conditions import read_topics
+from nrp_core.checks.checks.time_conditions import read_topics
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.errors import SceneError

@@ -78,7 +78,7 @@ def declared_parameters(file: Path) -> tuple[list[ParameterValue], list[Finding]
 
 def _contents(file: Path, experiment: Experiment | None) -> tuple[list[TransferFunction], list[Finding]]:
     """Return the functions of a file, and the findings; another platform's file is read as its experiment."""
-    from nrp_core.checks.declarations import Declarations
+    from nrp_core.checks.code.declarations import Declarations
     from nrp_core.experiment.making.maker import LISTERS, maker_of
     from nrp_core.experiment.model.collector import Collector
 

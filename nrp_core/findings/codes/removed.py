@@ -5,8 +5,27 @@ from __future__ import annotations
 from typing import Final
 
 REMOVED: Final = {
-    "0.3": ("NRP220 NRP232 NRP234 NRP236 NRP242 NRP250 NRP251 NRP300 NRP304 NRP305 "
-    "NRP307 NRP309 NRP317 NRP320 NRP323 NRP324 NRP328 NRP331 NRP352").split(),
+    "0.3": (
+        "NRP220",
+        "NRP232",
+        "NRP234",
+        "NRP236",
+        "NRP242",
+        "NRP250",
+        "NRP251",
+        "NRP300",
+        "NRP304",
+        "NRP305",
+        "NRP307",
+        "NRP309",
+        "NRP317",
+        "NRP320",
+        "NRP323",
+        "NRP324",
+        "NRP328",
+        "NRP331",
+        "NRP352",
+    ),
 }
 """By the version in which they were removed."""
 

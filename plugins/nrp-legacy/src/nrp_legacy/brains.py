@@ -19,7 +19,7 @@ from nrp_core._support.xml import Element
 from nrp_core.brain.files.script import load_network
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import CIRCUIT, Selection, with_views
-from nrp_core.checks.evaluation import UnreadableError
+from nrp_core.checks.code.statements import UnreadableError
 from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.findings import Code, Finding

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from nrp_core._support.dotted import last_name
-from nrp_core.checks.quoting import excerpt, number_of
-from nrp_core.checks.scopes import own_nodes
-from nrp_core.checks.shapes import hints
+from nrp_core.checks.code.shapes import hints
+from nrp_core.checks.code.syntax import excerpt, number_of, own_nodes
 from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.findings import Code
 from nrp_core.world.raycast.solids import width_m

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final
 
 from nrp_core._support.dotted import last_name
-from nrp_core.checks.imported import full_names
-from nrp_core.checks.quoting import excerpt, number_of
+from nrp_core.checks.code.shapes import full_names
+from nrp_core.checks.code.syntax import excerpt, number_of
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.findings import Code, Finding, Level

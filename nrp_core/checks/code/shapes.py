@@ -1,11 +1,13 @@
-"""Shapes: the knowledge about a value before anything runs."""
+"""What is known of a value without executing code, and the operations on it in a function's body."""
 
 from __future__ import annotations
 
+import ast
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from types import FunctionType, MethodType, ModuleType
 from typing import Any, TypeAlias, get_args, get_origin, get_type_hints
 
@@ -17,6 +19,7 @@ from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.dsl.selection.selection import BrainRoot, Selection
 from nrp_core.dsl.selection.selectors import Selector
+from nrp_core.errors import Instead, did_you_mean
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,3 +234,135 @@ def can_set(adapter: Adapter, name: str) -> bool:
     if isinstance(owner, SubscribedTopic):
         return False
     return not isinstance(found, (FunctionType, MethodType))
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """An attribute is read."""
+
+    node: ast.Attribute
+    owner: Shape
+    name: str
+    exists: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """An attribute is set; ``exists``: whether the object has it."""
+
+    node: ast.Attribute
+    owner: Shape
+    name: str
+    exists: bool
+    value: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """An object is called; ``is_whole``: whether all its arguments are known."""
+
+    node: ast.Call
+    callee: Shape
+    given: tuple[Shape, ...]
+    named: Mapping[str, Shape]
+    is_whole: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Divide:
+    """A division or modulo operation."""
+
+    node: ast.BinOp
+    left: Shape
+    right: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Add:
+    """An addition, subtraction or comparison."""
+
+    node: ast.expr
+    left: Shape
+    right: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Multiply:
+    """A multiplication."""
+
+    node: ast.BinOp
+    left: Shape
+    right: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Compute:
+    """An operand of a computation or an order comparison."""
+
+    node: ast.expr
+    operand: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """An item is read; ``index`` is None in a loop over all items."""
+
+    node: ast.expr
+    owner: Shape
+    index: Shape | None
+
+
+@dataclass(frozen=True, slots=True)
+class Rename:
+    """A parameter's name is assigned another value, so that its device or topic cannot be used any more."""
+
+    node: ast.Name
+    owner: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """The function returns; ``value`` is None for a bare return."""
+
+    node: ast.Return
+    value: Shape | None
+
+
+Event: TypeAlias = Read | Write | Call | Divide | Add | Multiply | Compute | Index | Rename | Return
+
+
+def missing_name(event: Read) -> tuple[str, Instead | None]:
+    """Return the message for a name that a module does not have, and what to replace it with."""
+    hint = did_you_mean(event.name, names_of(event.owner))
+    return f"'{ast.unparse(event.node.value)}' has no '{event.name}'{hint}", hint.instead
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """A name that an import binds.
+
+    Args:
+        name: the name.
+        shape: its shape.
+        wrong: why the import fails; empty if it does not.
+    """
+
+    name: str
+    shape: Shape = UNKNOWN
+    wrong: str = ""
+
+
+ImportsOf: TypeAlias = Callable[[ast.Import | ast.ImportFrom, Path], Iterable[Imported]]
+"""Returns the names that a statement in a file imports."""
+
+
+def full_names(tree: ast.Module) -> dict[str, str]:
+    """Return the full names of imported modules and of the names imported from them."""
+    found: dict[str, str] = {}
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names):
+                found |= {alias.asname or alias.name: alias.name for alias in names}
+            case ast.ImportFrom(module=str(module), names=names, level=0):
+                found |= {alias.asname or alias.name: f"{module}.{alias.name}" for alias in names}
+    return found

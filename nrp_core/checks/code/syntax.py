@@ -1,8 +1,9 @@
-"""The text of code in messages, and numbers that are written in it."""
+"""Nodes and texts of Python code."""
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 _LONGEST: Final = 60
@@ -25,3 +26,17 @@ def number_of(node: ast.expr) -> float | None:
         case ast.UnaryOp(ast.USub(), ast.Constant(int() | float() as number)):
             return -float(number)
     return None
+
+
+SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
+"""Nodes that open a scope."""
+
+
+def own_nodes(nodes: Iterable[ast.AST]) -> Iterator[ast.AST]:
+    """Yield nodes and their descendants, last first, without the bodies of functions and classes."""
+    waiting = list(nodes)
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if not isinstance(node, SCOPES):
+            waiting += ast.iter_child_nodes(node)
