@@ -113,7 +113,7 @@ def test_a_parameter_in_a_function_is_told_to_move(folder: Path) -> None:
         FUNCTIONS.replace("    cell.amplitude = gain", '    cell.amplitude = nrp.parameter("g", 1.0)')
     )
     (found,) = [one for one in validate_file(folder) if "top of its file" in one.message]
-    assert found.code is Code.NRP352
+    assert found.code is Code.NRP351
     assert found.code.suggestion.startswith("Move the declaration to the top")
 
 
