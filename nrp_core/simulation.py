@@ -186,9 +186,9 @@ class Simulation(Closing):
             then, now = _identity_difference(snapshot.identity, self.identity)
             raise SnapshotError(f"the snapshot was taken with {then}; here it is {now}")
         self._lifecycle = State.READY
+        self.now_ns = snapshot.t_ns
         with guarded(self, "restore", SnapshotError):
             self._load(pickle.loads(snapshot.payload))
-        self.now_ns = snapshot.t_ns
 
     @final
     def close(self) -> None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from nrp_core.world.interface import WorldOptions as WorldOptions
     from nrp_core.world.live import LiveScene as LiveScene
     from nrp_core.world.part import Part as Part
-    from nrp_core.world.part import PartInPlace as PartInPlace
+    from nrp_core.world.part import PartProxy as PartProxy
     from nrp_core.world.render.cameras import DepthArray as DepthArray
     from nrp_core.world.render.cameras import ImageArray as ImageArray
     from nrp_core.world.render.cameras import drawn as drawn
@@ -124,7 +124,7 @@ else:
             "nrp_core.world.engine_kit.jointed": "PhysicsBackend JointedEngine PhysicsOptions",
             "nrp_core.world.interface": "WORLD_INTERFACE_VERSION WorldBackend WorldOptions",
             "nrp_core.world.live": "LiveScene",
-            "nrp_core.world.part": "Part PartInPlace",
+            "nrp_core.world.part": "Part PartProxy",
             "nrp_core.world.render.cameras": "DepthArray ImageArray drawn",
             "nrp_core.world.rigid": (
                 "matrix_of BodyPath BodyVelocity JointAim JointStates ModelMotion Touch Wrench Pose "

@@ -7,13 +7,11 @@ bit those of a world that runs alone. If the engine releases the GIL while it st
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import fields, is_dataclass
-from itertools import islice
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +20,8 @@ from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.simulation import State
 from nrp_core.world.copies import copies_of
-from nrp_core.world.messages.base import type_name
+from nrp_core.world.drives.drive import DrivePart
+from nrp_core.world.messages.base import find_layout, type_name
 from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.rigid import JointStates
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
@@ -160,7 +159,7 @@ class BatchPublication:
 
     def __init__(self, batch: WorldBatch, publications: Sequence[Publication]) -> None:
         self._batch, self._publications = batch, publications
-        self._layout = layout_of(self.topic.type())
+        self._layout = find_layout(self.topic.type)
 
     @property
     def topic(self) -> TopicInfo:
@@ -183,90 +182,41 @@ class BatchPublication:
         going = [number for number in range(len(messages)) if number not in self._batch.failures]
         publications = [self._publications[number] for number in going]
         if isinstance(messages, np.ndarray):
-            publish_rows(publications, self._layout_for(messages), messages[going])
+            self._check_shape(messages)
+            publish_rows(publications, messages[going])
             return
         for number, publication in zip(going, publications, strict=True):
             publication.publish(messages[number])
 
-    def _layout_for(self, rows: FloatArray) -> Layout:
-        if self._layout is None or rows.shape[1:] != (self._layout.numbers,):
-            needs = f"{self._layout.numbers} numbers" if self._layout else "more than numbers"
+    def _check_shape(self, rows: FloatArray) -> None:
+        if self._layout is None or rows.shape[1:] != (len(self._layout.paths),):
+            needs = f"{len(self._layout.paths)} numbers" if self._layout else "more than numbers"
             kind = type_name(self.topic.type)
             raise TopicError(f"{self.topic.name}: a {kind} needs {needs}; got an array of shape {rows.shape}")
-        return self._layout
 
 
-def publish_rows(publications: Sequence[Publication], layout: Layout, rows: FloatArray) -> None:
+def publish_rows(publications: Sequence[Publication], rows: FloatArray) -> None:
     """Publish messages of numbers on the same topic of copies of a scene.
 
     Args:
         publications: the right to it in each copy.
-        layout: the layout of the messages.
         rows: the numbers in the message for each, in the order of its fields.
 
     Raises:
         TopicError: the topic cannot carry one of them.
     """
-    takers = [publication.taker() for publication in publications]
-    known = [taker for taker in takers if taker is not None]
-    if known and len(known) == len(takers) and publications[0].topic.limits is None:
-        parts, (topic, *_), now_ns = zip(*known, strict=True)
-        kind = type(parts[0])
+    parts = [publication.direct_receiver() for publication in publications]
+    if len({type(part) for part in parts}) == 1 and isinstance(parts[0], DrivePart) and isfinite(rows.sum()):
         try:
-            if all(type(part) is kind for part in parts) and kind.write_rows(parts, topic, rows, now_ns):
-                return
+            parts[0].write_copies(parts, rows)
         except BaseException as error:
-            with ExitStack() as failing:  # nobody knows which copies took theirs
+            with ExitStack() as failing:  # any of the copies may have taken theirs
                 for publication in publications:
-                    failing.callback(publication.fail, error)
+                    failing.callback(publication.board.fail, publication.name, error)
             raise
+        return
     for publication, row in zip(publications, rows.tolist(), strict=True):
-        publish_numbers(publication, layout, row)
-
-
-def publish_numbers(publication: Publication, layout: Layout, numbers: Sequence[float]) -> None:
-    """Publish a message of numbers, which is built only if something besides the world takes it.
-
-    Args:
-        publication: the right to publish.
-        layout: the layout of the message.
-        numbers: the numbers in it, in the order of its fields.
-
-    Raises:
-        TopicError: the topic cannot carry it.
-    """
-    if isfinite(sum(numbers)) and publication.topic.limits is None and (taker := publication.taker()):
-        part, topic, now_ns = taker
-        try:
-            if part.write_numbers(topic, numbers, now_ns):
-                return
-        except BaseException as error:
-            publication.fail(error)
-            raise
-    publication.publish(layout.made_of(iter(numbers)))
-
-
-class Layout(NamedTuple):
-    """The number of floats in a message, and a function that builds the message from them."""
-
-    numbers: int
-    made_of: Callable[[Iterator[float]], Any]
-
-
-def layout_of(example: Any) -> Layout | None:
-    """Return the layout of a message class; None if it holds anything but floats."""
-    if isinstance(example, float):
-        return Layout(1, next)
-    if not is_dataclass(example) or isinstance(example, type):
-        return None
-    kind, parts = type(example), [layout_of(getattr(example, field.name)) for field in fields(example)]
-    known = [part for part in parts if part is not None]
-    makers = [part.made_of for part in known]
-    if len(known) < len(parts):
-        return None
-    if all(make is next for make in makers):
-        return Layout(len(makers), lambda row: kind(*islice(row, len(makers))))
-    return Layout(sum(part.numbers for part in known), lambda row: kind(*[make(row) for make in makers]))
+        publication.publish_numbers(row)
 
 
 def threads_for(worlds: Sequence[World]) -> int:

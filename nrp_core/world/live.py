@@ -7,11 +7,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import update_wrapper
 from math import isfinite
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import SCENE_CHANGES
+from nrp_core.simulation import Simulation
 from nrp_core.world.engine import Engine
 from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -67,38 +69,43 @@ def change(method: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P]
     return watched
 
 
-class LiveScene(Changeable):
-    """A scene in an engine, with its parts and their topics. Services and the world change it.
+class LiveScene(Simulation, Changeable):
+    """The scene of a world as it is now, with its parts and their topics, for services as for users.
 
     Args:
         engine: the engine with its first scene.
-        board: the topics.
 
     Attributes:
-        engine: the engine that simulates it.
+        engine: the engine that simulates it. Reading it changes nothing.
         parts: the parts with its topics.
         forces: the forces that users apply to bodies and joints.
         paused: while this is true, time passes but nothing moves.
     """
 
-    def __init__(self, engine: Engine, board: Switchboard) -> None:
-        super().__init__()
+    def __init__(self, engine: Engine) -> None:
         self.engine = engine
+        identity = f"{engine.identity},scene {engine.scene.digest}"
+        Simulation.__init__(self, seed=engine.seed, identity=identity, name=type(engine).__name__)
+        Changeable.__init__(self)
         self.paused = False
         self.forces = ForcesPart(engine)
-        self.parts = Parts(engine, board)
+        self._board = Switchboard(engine.step_ns, self)
+        self.parts = Parts(engine, self._board)
         self._opened = engine.scene
-        self._board = board
 
     @property
     def scene(self) -> Scene:
-        """The current scene."""
+        """The current scene; models may have been added, deleted or moved since the opening."""
         return self.engine.scene
 
     @property
     def now_ns(self) -> int:
-        """The current time, ns."""
+        """The time reached, ns; during an advance, that of the present samples."""
         return self.engine.now_ns
+
+    @now_ns.setter
+    def now_ns(self, now_ns: int) -> None:
+        self.engine.now_ns = now_ns
 
     @property
     def warnings(self) -> Findings:
@@ -107,6 +114,7 @@ class LiveScene(Changeable):
 
     # -- adding, removing and moving models
 
+    @checks_arguments()
     @change
     def spawn(self, model: Model) -> None:
         """Add a model and its topics.
@@ -125,6 +133,7 @@ class LiveScene(Changeable):
         for part in self.parts.of(model.name) if self._board.started else ():
             part.begin()
 
+    @checks_arguments()
     @change
     def delete(self, model: str) -> None:
         """Remove a model; subscribers of its topics get nothing more.
@@ -137,6 +146,7 @@ class LiveScene(Changeable):
         self.forces.forget(gone.name)
         self.change_to(self.scene.without(gone.name))
 
+    @checks_arguments()
     @change
     def place(self, model: str, motion: ModelMotion) -> None:
         """Set pose and velocity of a model; one that does not float is fixed there without velocity.
@@ -150,10 +160,11 @@ class LiveScene(Changeable):
             raise SceneError(f"the pose and velocity of '{model}' must be finite, not {motion}")
         if self.engine.floats(model):
             self.engine.place(model, motion)
-            self._moved(model)
+            self._report_move(model)
         elif self.scene.model(model).pose != motion.pose:
             self.change_to(self.scene.with_pose(model, motion.pose))
 
+    @checks_arguments()
     @change
     def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
         """Set positions (rad, m) of joints of a model, at rest.
@@ -169,10 +180,11 @@ class LiveScene(Changeable):
             if not isfinite(position):
                 raise SceneError(f"the joint '{name}' of '{model}' cannot be set to {position}")
         self.engine.set_joints(model, positions)
-        self._moved(model)
+        self._report_move(model)
 
     # -- colours, lights and gravity
 
+    @checks_arguments()
     @change
     def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
         """Set the colour of a visual, and whether it glows.
@@ -188,11 +200,13 @@ class LiveScene(Changeable):
         if glows is not None and part is not None and isinstance(part.unwrapped, ColorPart):
             part.unwrapped.set_glow(glows)
 
+    @checks_arguments()
     @change
     def set_lights(self, lights: Iterable[Light]) -> None:
         """Set the lights of the scene; realistic images show them, flat ones do not."""
         self.engine.set_lights(tuple(lights))
 
+    @checks_arguments()
     @change
     def set_gravity(self, gravity: Vector) -> None:
         """Set gravity, m/s^2.
@@ -206,71 +220,94 @@ class LiveScene(Changeable):
         if gravity != self.scene.gravity:
             self.change_to(replace(self.scene, gravity=gravity))
 
-    # -- back to the start
+    # -- reset and snapshots
 
-    @change
-    def return_home(self, models: Iterable[str] | None = None) -> None:
-        """Put models and their joints to their initial poses, at rest; time and commands stay.
+    @checks_arguments()
+    def reset(
+        self,
+        what: Literal["all", "state", "poses", "colors"] = "all",
+        models: Iterable[str] | None = None,
+        *,
+        seed: int | None = None,
+    ) -> None:
+        """Return to the state right after opening; see :mod:`nrp_core.simulation`.
 
         Args:
-            models: their names; by default all models.
-        """
-        homes = {model.name: model.pose for model in self._opened.models}
-        chosen = None if models is None else {self.scene.model(name).name for name in models}
-        for model in self.scene.models:
-            if chosen is not None and model.name not in chosen:
-                continue
-            pose = homes.get(model.name, model.pose)
-            if not model.static:
-                self.place(model.name, ModelMotion(pose))
-                if self.engine.capabilities.dynamics:  # else joints stay where they are
-                    names = self.engine.joint_states(model.name).names
-                    homes_of_joints = dict.fromkeys(names, 0.0) | dict(start_positions(model))
-                    self.engine.set_joints(model.name, homes_of_joints)
-            elif model.pose != pose:
-                self.place(model.name, ModelMotion(pose))
-
-    @change
-    def repaint(self, models: Iterable[str]) -> None:
-        """Give models the colours with which they were opened."""
-        for name in models:
-            for part in self.parts.of(self.scene.model(name).name):
-                if isinstance(part.unwrapped, ColorPart):
-                    part.reset()
-
-    @change
-    def start_over(self) -> None:
-        """Reset everything but the time to the state of the opening, commands and colours included.
+            what: ``all``; ``state``, while time goes on; or ``poses`` or ``colors`` of models, while time and
+                commands go on.
+            models: the names of the models whose poses or colours are reset; by default all.
+            seed: a new seed for ``all`` and ``state``; by default the one in force is used again.
 
         Raises:
-            CapabilityError: the engine does not support it.
+            LifecycleError: the world is closed; or it failed, and ``what`` is not ``all``.
+            SceneError: there is no such model.
+            CapabilityError: the engine cannot do that while time goes on.
         """
+        if what == "all":
+            super().reset(seed=seed)
+            return
+        names = None if models is None else [self.scene.model(name).name for name in models]
+        named = {} if seed is None else {"seed": seed}
+        with self.changing("reset", (what,) if names is None else (what, names), named):
+            if what == "state":
+                super().reset(what, seed=seed)
+                return
+            self.require_ready()
+            chosen = [model for model in self.scene.models if names is None or model.name in names]
+            for model in chosen:
+                (self._reset_pose if what == "poses" else self._reset_colors)(model)
+
+    def _reset_pose(self, model: Model) -> None:
+        """Put a model and its joints to their initial poses, at rest."""
+        opened = {each.name: each.pose for each in self._opened.models}
+        pose = opened.get(model.name, model.pose)
+        if not model.static:
+            self.place(model.name, ModelMotion(pose))
+            if self.engine.capabilities.dynamics:  # else joints stay where they are
+                names = self.engine.joint_states(model.name).names
+                positions = dict.fromkeys(names, 0.0) | dict(start_positions(model))
+                self.engine.set_joints(model.name, positions)
+        elif model.pose != pose:
+            self.place(model.name, ModelMotion(pose))
+
+    def _reset_colors(self, model: Model) -> None:
+        """Give a model the colours with which it was opened."""
+        for part in self.parts.of(model.name):
+            if isinstance(part.unwrapped, ColorPart):
+                part.reset()
+
+    def _reset(self) -> None:
+        self.paused = False
+        self._board.reset()
+        self._reset_scene()
+
+    def _reset_state(self) -> None:
         if not self.engine.capabilities.changes:
             raise self.engine.lacks("cannot be reset while time passes")
-        self.reset(self.engine.seed)
+        self._reset_scene()
         if self._board.started:
             self.parts.begin()
 
-    def reset(self, seed: int) -> None:
-        """Reset the scene, the engine and the parts to the state of the opening."""
+    def _reset_scene(self) -> None:
         if self.scene is not self._opened:
-            self._load(self._opened)
-        self.engine.reset(seed)
+            self._load_scene(self._opened)
+        self.engine.reset(self._seed)
         self.parts.reset()
 
-    def save(self) -> Any:
-        """Return the scene, if it has changed, and the state of parts and engine."""
+    def _save(self) -> object:
         changed = None if self.scene is self._opened else self.scene
-        return changed, self.paused, self.parts.save(), self.engine.save()
+        state = changed, self.paused, self.parts.save(), self.engine.save()
+        return self._seed, self._board.save(), state
 
-    def restore(self, saved: Any) -> None:
-        """Restore a state from :meth:`save`."""
-        changed, self.paused, parts, state = saved
+    def _load(self, saved: Any) -> None:
+        self._seed, board, (changed, self.paused, parts, state) = saved
+        self.engine.seed = self._seed
         scene = self._opened if changed is None else changed
         if scene != self.scene:
-            self._load(scene)
+            self._load_scene(scene)
         self.engine.restore(state)
         self.parts.restore(parts)
+        self._board.restore(board)
 
     def change_to(self, scene: Scene) -> None:
         """Load another scene, keeping the states of the models that are in both.
@@ -283,19 +320,19 @@ class LiveScene(Changeable):
             raise engine.lacks(SCENE_CHANGES)
         stay = {model.name for model in scene.models}
         moving = [m.name for m in self.scene.models if not m.static and m.name in stay]
-        kept = {name: engine.configuration(name) for name in moving}
+        configurations = {name: engine.configuration(name) for name in moving}
         commands = [(part, part.save()) for part in self.parts.all]
-        self._load(scene)
-        for name, configuration in kept.items():
+        self._load_scene(scene)
+        for name, configuration in configurations.items():
             engine.configure(name, configuration)
         for part, saved in commands:
             if part in self.parts.all:
                 part.restore(saved)
 
-    def _load(self, scene: Scene) -> None:
+    def _load_scene(self, scene: Scene) -> None:
         self.engine.load(scene)
         self.parts.update()
 
-    def _moved(self, model: str) -> None:
+    def _report_move(self, model: str) -> None:
         for part in self.parts.of(model):
-            part.moved()
+            part.on_model_moved()

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
-from nrp_core._support.arrays import FloatArray
 from nrp_core.world.topics import Stamped, TopicInfo
 
 
@@ -15,15 +14,18 @@ class Part(ABC):
 
     Attributes:
         topics: its topics.
-        carried: its topics whose messages come from outside at any time; all other outgoing topics are read.
+        pushed_topics: its topics whose messages come from outside at any time; all other outgoing topics are
+            read.
+        number_topics: its incoming topics that :meth:`write` takes as the numbers in a message.
         deadline_ns: the time of its next scheduled call, None for never.
-        foresees: whether it is called one physics step before each sample, by :meth:`foresee`.
+        needs_previous_step: whether :meth:`prepare_sample` is called one physics step before each sample.
     """
 
     topics: tuple[TopicInfo, ...] = ()
-    carried: frozenset[str] = frozenset()
+    pushed_topics: frozenset[str] = frozenset()
+    number_topics: frozenset[str] = frozenset()
     deadline_ns: int | None = None
-    foresees: bool = False
+    needs_previous_step: bool = False
 
     @property
     def unwrapped(self) -> Part:
@@ -35,60 +37,45 @@ class Part(ABC):
         """Whether it ever has a :attr:`deadline_ns`."""
         return type(self).at_deadline is not Part.at_deadline
 
+    # -- topics
+
     def read(self, topic: str, now_ns: int) -> Any:
         """Return the current message of an outgoing topic."""
         raise NotImplementedError(topic)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        """Receive a checked message on an incoming topic."""
+        """Receive a message on an incoming topic.
+
+        Args:
+            topic: the topic.
+            message: the checked message; on :attr:`number_topics` the numbers in it, in the order of its
+                fields, which are finite floats.
+            now_ns: the time.
+        """
         raise NotImplementedError(topic)
 
-    def write_numbers(self, topic: str, numbers: Sequence[float], now_ns: int) -> bool:
-        """Receive a message that consists of numbers, which are finite, without building it.
+    def on_subscriptions_changed(self, subscribed: frozenset[str]) -> None:
+        """Receive the names of all subscribed topics of the world."""
 
-        Args:
-            topic: the topic.
-            numbers: the numbers in the message, in the order of its fields.
-            now_ns: the time.
+    def poll(self) -> Iterable[tuple[str, Stamped]]:
+        """Return the messages received on pushed topics in the last step, oldest first."""
+        return ()
 
-        Returns:
-            Whether they were received; if not, they are checked and written as a message.
-        """
-        return False
+    # -- time
 
-    @classmethod
-    def write_rows(cls, parts: Sequence[Any], topic: str, rows: FloatArray, now_ns: Sequence[int]) -> bool:
-        """Receive messages of numbers, which are unchecked, for the same part in copies of a scene.
+    def begin(self) -> None:
+        """Initialise the engine before the first step, beyond the scene."""
 
-        Args:
-            parts: the part of each copy, all of this class.
-            topic: the topic.
-            rows: the numbers in a message for each, in the order of its fields.
-            now_ns: the time of each.
-
-        Returns:
-            Whether they were received; if not, each is written alone.
-        """
-        return False
-
-    def foresee(self, topic: str, now_ns: int) -> None:
+    def prepare_sample(self, topic: str, now_ns: int) -> None:
         """Save the present data that the sample one physics step later needs."""
 
     def at_deadline(self, now_ns: int) -> None:
         """Handle :attr:`deadline_ns` and set the next one."""
 
-    def attend(self, subscribed: frozenset[str]) -> None:
-        """Receive the names of all subscribed topics of the world; called when they have changed."""
-
-    def arrived(self) -> Iterable[tuple[str, Stamped]]:
-        """Return the messages received on carried topics in the last step, oldest first."""
-        return ()
-
-    def moved(self) -> None:
+    def on_model_moved(self) -> None:
         """Continue from the new pose of the model."""
 
-    def begin(self) -> None:
-        """Initialise the engine before the first step, beyond the scene."""
+    # -- state
 
     def reset(self) -> None:
         """Reset to the state at time 0; called after the engine's reset."""
@@ -101,7 +88,7 @@ class Part(ABC):
         """Restore a state from :meth:`save`; called after the engine was restored."""
 
 
-class PartInPlace(Part):
+class PartProxy(Part):
     """A part that wraps another one and behaves like it.
 
     Args:
@@ -110,7 +97,8 @@ class PartInPlace(Part):
 
     def __init__(self, inner: Part) -> None:
         self.inner = inner
-        self.topics, self.foresees = inner.topics, inner.foresees
+        self.topics, self.number_topics = inner.topics, inner.number_topics
+        self.needs_previous_step = inner.needs_previous_step
 
     @property
     def unwrapped(self) -> Part:
@@ -126,14 +114,14 @@ class PartInPlace(Part):
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         self.inner.write(topic, message, now_ns)
 
-    def foresee(self, topic: str, now_ns: int) -> None:
-        self.inner.foresee(topic, now_ns)
+    def prepare_sample(self, topic: str, now_ns: int) -> None:
+        self.inner.prepare_sample(topic, now_ns)
 
     def at_deadline(self, now_ns: int) -> None:
         self.inner.at_deadline(now_ns)
 
-    def moved(self) -> None:
-        self.inner.moved()
+    def on_model_moved(self) -> None:
+        self.inner.on_model_moved()
 
     def begin(self) -> None:
         self.inner.begin()

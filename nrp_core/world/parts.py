@@ -76,17 +76,17 @@ class Parts:
     Attributes:
         all: all parts, in the order in which they are reset and saved.
         timed: the parts with deadlines.
-        carriers: the parts whose messages come from outside.
+        pollers: the parts whose messages come from outside.
     """
 
     def __init__(self, engine: Engine, board: Switchboard) -> None:
         self._engine, self._board = engine, board
         self._own: list[Part] = []
         self._of_models: dict[str, list[Part]] = {}
-        self._attended: frozenset[str] | None = None
+        self._reported: frozenset[str] | None = None
         self.all: list[Part] = []
         self.timed: list[Part] = []
-        self.carriers: list[Part] = []
+        self.pollers: list[Part] = []
 
     def of(self, model: str) -> Sequence[Part]:
         """Return the parts of a model."""
@@ -108,8 +108,8 @@ class Parts:
                 self._of_models[name] = self._connected(list(parts_of(model, self._engine)), model)
         self.all = [*self._own, *(part for name in models for part in self._of_models[name])]
         self.timed = [part for part in self.all if part.unwrapped.has_deadlines]
-        self.carriers = [part for part in self.all if type(part).attend is not Part.attend]
-        self._attended = None
+        self.pollers = [part for part in self.all if type(part).poll is not Part.poll]
+        self._reported = None
 
     def _connected(self, usual: Sequence[Part], model: Model | None) -> list[Part]:
         parts = list(self._engine.parts(usual, model))
@@ -122,17 +122,17 @@ class Parts:
         for part in self.all:
             part.begin()
 
-    def attend(self, subscribed: frozenset[str]) -> None:
+    def report_subscriptions(self, subscribed: frozenset[str]) -> None:
         """Report the subscribed topics to the parts if they have changed."""
-        if subscribed is not self._attended:
-            self._attended = subscribed
-            for part in self.carriers:
-                part.attend(subscribed)
+        if subscribed is not self._reported:
+            self._reported = subscribed
+            for part in self.pollers:
+                part.on_subscriptions_changed(subscribed)
 
     def deliver(self) -> None:
         """Deliver the messages from outside."""
-        for part in self.carriers:
-            for topic, stamped in part.arrived():
+        for part in self.pollers:
+            for topic, stamped in part.poll():
                 self._board.push(topic, stamped)
 
     def reset(self) -> None:

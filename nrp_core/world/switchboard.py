@@ -5,7 +5,7 @@ It is independent of physics. A topic without subscribers costs nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -16,19 +16,18 @@ from nrp_core.clock import SampleSchedule, from_seconds
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation
-from nrp_core.world.messages.base import type_name
+from nrp_core.world.messages.base import NumberLayout, layout_of, type_name
 from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, Publication, Stamped, Subscription, TopicInfo
 
 
 @dataclass(frozen=True, slots=True)
 class Saved:
-    """The state of a switchboard: the time, the messages in subscriptions, and the messages in transit."""
+    """The state of a switchboard: the messages in subscriptions, and the samples in flight."""
 
-    at_ns: int
     started: bool
-    kept: list[tuple[str, list[Stamped]]]
-    late: dict[str, list[Stamped]]
+    messages: list[tuple[str, list[Stamped]]]
+    in_flight: dict[str, list[Stamped]]
 
 
 @dataclass(slots=True)
@@ -41,7 +40,7 @@ class Sampling:
         part: the part that takes them.
         subscriptions: its subscriptions.
         due_ns: time of the next sample, ns.
-        late: samples in transit, with their times of arrival.
+        in_flight: samples in transit, with their times of arrival.
         delay_ns: time from sample to arrival, ns.
     """
 
@@ -50,33 +49,23 @@ class Sampling:
     part: Part
     subscriptions: list[Subscription] = field(default_factory=list)
     due_ns: int = 0
-    late: list[Stamped] = field(default_factory=list)
+    in_flight: list[Stamped] = field(default_factory=list)
     delay_ns: int = field(init=False)
 
     def __post_init__(self) -> None:
         self.delay_ns = from_seconds(self.info.delay)
 
-    def take(self, now_ns: int) -> None:
-        """Take a sample now and send it."""
-        sample = Stamped(now_ns + self.delay_ns, self.part.read(self.info.name, now_ns))
-        if self.delay_ns:
-            self.late.append(sample)
-        else:
-            self._deliver(sample)
-
-    def loses(self, now_ns: int, seed: int) -> bool:
-        """Return whether the present sample gets lost."""
+    def is_dropped(self, now_ns: int, seed: int) -> bool:
+        """Return whether the sample of this time is lost."""
         stream = Seeds(seed).child("world/drop_out").stream(f"{self.info.name}@{now_ns}")
         return bool(stream.random() < self.info.drop_out)
 
     def deliver(self, now_ns: int) -> None:
         """Deliver the messages that have arrived."""
-        while self.late and self.late[0].t_ns <= now_ns:
-            self._deliver(self.late.pop(0))
-
-    def _deliver(self, sample: Stamped) -> None:
-        for subscription in self.subscriptions:
-            subscription.push(sample)
+        while self.in_flight and self.in_flight[0].t_ns <= now_ns:
+            sample = self.in_flight.pop(0)
+            for subscription in self.subscriptions:
+                subscription.push(sample)
 
 
 class Switchboard:
@@ -84,28 +73,27 @@ class Switchboard:
 
     Args:
         step_ns: the grid of the times of samples, ns.
-        owner: the owner of the topics.
+        owner: the owner of the topics, with the clock.
 
     Attributes:
-        at_ns: the current time, also during an advance of the owner, ns.
         started: whether the first samples have been taken.
         observers: called with every published message and its topic (never an alias).
     """
 
     def __init__(self, step_ns: int, owner: Simulation) -> None:
-        self.at_ns = 0
         self.started = False
         self.observers: list[Callable[[str, Stamped], None]] = []
         self._step_ns, self._owner = step_ns, owner
         self._parts: dict[str, Part] = {}
+        self._layouts: dict[str, NumberLayout] = {}
         self._topics: dict[str, TopicInfo] = {}
         self._aliases: dict[str, str] = {}
         self._rated: dict[str, Sampling] = {}
         self._bus: dict[str, list[Subscription]] = {}
         self._subscriptions: list[Subscription] = []
         self._subscribed: frozenset[str] | None = None
-        self._heard: set[str] = set()
-        self._unheard: set[str] = set()
+        self._received: set[str] = set()
+        self._unreceived: set[str] = set()
 
     @property
     def topics(self) -> Mapping[str, TopicInfo]:
@@ -184,9 +172,9 @@ class Switchboard:
         return self._subscribed
 
     @property
-    def unheard(self) -> frozenset[str]:
+    def without_subscriber(self) -> frozenset[str]:
         """The declared topics on which messages were published, but never while there was a subscriber."""
-        return frozenset(self._unheard - self._heard)
+        return frozenset(self._unreceived - self._received)
 
     def advertise(self, topic: str) -> Publication:
         """Return the right to publish on a topic.
@@ -195,8 +183,7 @@ class Switchboard:
             TopicError: there is no such topic, or it cannot be published on.
         """
         info = self._require(topic, Direction.IN)
-        deliver, taker = partial(self._deliver, info.name), partial(self._taker, info.name)
-        return Publication(replace(info, name=topic), deliver, taker, partial(self._fail, info.name))
+        return Publication(replace(info, name=topic), info.name, self)
 
     # -- names
 
@@ -246,17 +233,20 @@ class Switchboard:
                 raise TopicError(f"two parts of the scene have the topic '{topic.name}': {who}")
             self._topics[topic.name] = topic
             self._parts[topic.name] = part
-            listening = [s for s in self._subscriptions if s.topic.name == topic.name]
-            if topic.name in part.carried:
-                self._bus[topic.name] = listening
-            elif topic.rate_hz is not None and listening:
+            if topic.name in part.number_topics:
+                self._layouts[topic.name] = layout_of(topic.type)
+            subscriptions = [s for s in self._subscriptions if s.topic.name == topic.name]
+            if topic.name in part.pushed_topics:
+                self._bus[topic.name] = subscriptions
+            elif topic.rate_hz is not None and subscriptions:
                 self._rated[topic.name] = self._sampling(topic)
-                self._rated[topic.name].subscriptions += listening
+                self._rated[topic.name].subscriptions += subscriptions
 
     def disconnect(self, part: Part) -> None:
         """Remove the topics of a part; their subscribers get no more messages."""
         for topic in part.topics:
             del self._topics[topic.name], self._parts[topic.name]
+            self._layouts.pop(topic.name, None)
             self._rated.pop(topic.name, None)
             self._bus.pop(topic.name, None)
 
@@ -279,32 +269,50 @@ class Switchboard:
         for observer in self.observers:
             observer(topic, Stamped(self._owner.now_ns, message))
 
-    def _deliver(self, name: str, message: Any) -> None:
+    def deliver(self, name: str, message: Any) -> None:
+        """Deliver a checked message to the part of its topic, or to the subscribers of a declared topic.
+
+        Raises:
+            TopicError: the model of the topic was deleted.
+        """
         owner = self._owner
         owner.require_ready()
         part = self._parts.get(name)
         if part is not None:
+            layout = self._layouts.get(name)
             try:
-                part.write(name, message, owner.now_ns)
+                part.write(name, layout.numbers(message) if layout else message, owner.now_ns)
             except BaseException as error:
-                self._fail(name, error)
+                self.fail(name, error)
                 raise
         elif name in self._bus:
-            (self._heard if self._bus[name] else self._unheard).add(name)
+            (self._received if self._bus[name] else self._unreceived).add(name)
             self.push(name, Stamped(owner.now_ns, deepcopy(message)))  # the sender may reuse its message
         else:
             raise TopicError(f"the topic '{name}' no longer exists: its model was deleted")
         if self.observers:
             self.show(name, message)
 
-    def _fail(self, name: str, error: BaseException) -> None:
+    def fail(self, name: str, error: BaseException) -> None:
+        """Mark the owner as failed by an error of a part; raise it as one of ours if it is not."""
         self._owner.fail(f"take a message on {name}", error)
 
-    def _taker(self, name: str) -> tuple[Part, str, int] | None:
-        """Return the part that alone takes the messages on a topic, its name, and the time, ns."""
-        owner, part = self._owner, self._parts.get(name)
-        owner.require_ready()
-        return None if part is None or self.observers else (part, name, owner.now_ns)
+    def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
+        """Deliver the finite numbers of a message to the part that alone receives it, if there is one."""
+        part = self.direct_receiver(name)
+        if part is None:
+            return False
+        try:
+            part.write(name, numbers, self._owner.now_ns)
+        except BaseException as error:
+            self.fail(name, error)
+            raise
+        return True
+
+    def direct_receiver(self, name: str) -> Part | None:
+        """Return the part that alone receives the messages on a topic, if it takes them as numbers."""
+        self._owner.require_ready()
+        return None if self.observers or name not in self._layouts else self._parts.get(name)
 
     def _read_now(self, name: str) -> Stamped | None:
         owner = self._owner
@@ -314,10 +322,10 @@ class Switchboard:
 
     def next_due(self) -> int | None:
         """Return the time of the next sample, or of its preparation one step before, ns."""
-        next_ns = None
+        next_ns, now_ns = None, self._owner.now_ns
         for sampling in self._rated.values():
             ahead_ns, stop_ns = sampling.due_ns - self._step_ns, sampling.due_ns
-            if sampling.part.foresees and ahead_ns > self.at_ns:
+            if sampling.part.needs_previous_step and ahead_ns > now_ns:
                 stop_ns = ahead_ns
             if next_ns is None or stop_ns < next_ns:
                 next_ns = stop_ns
@@ -325,55 +333,53 @@ class Switchboard:
 
     def sample(self) -> None:
         """Take all samples that are due now, and deliver messages that have arrived."""
-        at_ns = self.at_ns
+        now_ns = self._owner.now_ns
         for name, sampling in self._rated.items():
-            if sampling.due_ns == at_ns:
-                sampling.due_ns = sampling.schedule.next_after(at_ns)
-                if not (sampling.info.drop_out and sampling.loses(at_ns, self._owner.seed)):
-                    sampling.take(at_ns)
-            if sampling.due_ns == at_ns + self._step_ns and sampling.part.foresees:
-                sampling.part.foresee(name, at_ns)
-            if sampling.late:
-                sampling.deliver(at_ns)
+            if sampling.due_ns == now_ns:
+                sampling.due_ns = sampling.schedule.next_after(now_ns)
+                if not (sampling.info.drop_out and sampling.is_dropped(now_ns, self._owner.seed)):
+                    message = sampling.part.read(name, now_ns)
+                    sampling.in_flight.append(Stamped(now_ns + sampling.delay_ns, message))
+            if sampling.due_ns == now_ns + self._step_ns and sampling.part.needs_previous_step:
+                sampling.part.prepare_sample(name, now_ns)
+            if sampling.in_flight:
+                sampling.deliver(now_ns)
 
     def _next_sample(self, sampling: Sampling) -> int:
-        return sampling.schedule.next_after(self.at_ns) if self.started else 0
+        return sampling.schedule.next_after(self._owner.now_ns) if self.started else 0
 
     # -- reset and snapshots
 
-    def restart(self) -> None:
-        """Reset to time 0, without messages."""
-        self._move_to(0, started=False)
-        self._heard.clear()
-        self._unheard.clear()
+    def reset(self) -> None:
+        """Remove all messages, and schedule samples from time 0."""
+        self._schedule(started=False)
+        self._received.clear()
+        self._unreceived.clear()
         self._forget_messages()
 
     def save(self) -> Saved:
-        """Return the time, and the messages that are kept or in transit."""
-        kept = [(subscription.topic.name, subscription.kept()) for subscription in self._subscriptions]
-        late = {name: list(sampling.late) for name, sampling in self._rated.items()}
-        return Saved(self.at_ns, self.started, kept, late)
+        """Return the messages in subscriptions and in flight."""
+        messages = [(each.topic.name, each.messages()) for each in self._subscriptions]
+        in_flight = {name: list(sampling.in_flight) for name, sampling in self._rated.items()}
+        return Saved(self.started, messages, in_flight)
 
-    def restore_time(self, saved: Saved) -> None:
-        """Restore a saved state."""
-        self._move_to(saved.at_ns, started=saved.started)
-
-    def restore_messages(self, saved: Saved) -> None:
-        """Restore the messages of subscriptions; the n-th one of a topic gets those of the n-th one saved."""
-        held: dict[str, list[list[Stamped]]] = {}
-        for name, messages in saved.kept:
-            held.setdefault(name, []).append(messages)
+    def restore(self, saved: Saved) -> None:
+        """Restore a saved state; the n-th subscription of a topic gets the messages of the n-th one saved."""
+        self._schedule(started=saved.started)
+        by_topic: dict[str, list[list[Stamped]]] = {}
+        for name, messages in saved.messages:
+            by_topic.setdefault(name, []).append(messages)
         self._forget_messages()
         for subscription in self._subscriptions:
-            queue = held.get(subscription.topic.name)
+            queue = by_topic.get(subscription.topic.name)
             for stamped in queue.pop(0) if queue else ():
                 subscription.push(stamped)
         for name, sampling in self._rated.items():
-            sampling.late += saved.late.get(name, [])
+            sampling.in_flight += saved.in_flight.get(name, [])
 
-    def _move_to(self, at_ns: int, *, started: bool) -> None:
-        """Set the time, which alone determines when each sample is due."""
-        self.at_ns, self.started = at_ns, started
+    def _schedule(self, *, started: bool) -> None:
+        """Set when each sample is due, which the time alone determines."""
+        self.started = started
         for sampling in self._rated.values():
             sampling.due_ns = self._next_sample(sampling)
 
@@ -381,4 +387,4 @@ class Switchboard:
         for subscription in self._subscriptions:
             subscription.clear()
         for sampling in self._rated.values():
-            sampling.late.clear()
+            sampling.in_flight.clear()

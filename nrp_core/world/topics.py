@@ -6,13 +6,14 @@ import builtins
 import dataclasses
 import posixpath
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Flag, auto
-from typing import Any
+from math import isfinite
+from typing import Any, Protocol
 
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.base import holds_finite_floats, invalid_field, type_name
+from nrp_core.world.messages.base import holds_finite_floats, invalid_field, layout_of, type_name
 
 
 class Direction(Flag):
@@ -67,7 +68,7 @@ class Subscription:
 
     Args:
         topic: the topic.
-        depth: number of messages kept for :meth:`since`.
+        depth: number of messages stored for :meth:`since`.
         current: returns the current value, for topics without a rate.
     """
 
@@ -75,7 +76,7 @@ class Subscription:
         self, topic: TopicInfo, depth: int = 1, current: Callable[[], Stamped | None] | None = None
     ) -> None:
         self.topic = topic
-        self._kept: deque[Stamped] = deque(maxlen=depth)
+        self._messages: deque[Stamped] = deque(maxlen=depth)
         self._current = current
 
     @property
@@ -83,48 +84,55 @@ class Subscription:
         """The last message, or None before the first one."""
         if self._current is not None:
             return self._current()
-        return self._kept[-1] if self._kept else None
+        return self._messages[-1] if self._messages else None
 
     def since(self, t_ns: int) -> list[Stamped]:
-        """Return the kept messages that came after ``t_ns``, oldest first."""
+        """Return the stored messages that came after ``t_ns``, oldest first."""
         if self._current is not None:
             now = self._current()
             return [now] if now is not None and now.t_ns > t_ns else []
-        return [stamped for stamped in self._kept if stamped.t_ns > t_ns]
+        return [stamped for stamped in self._messages if stamped.t_ns > t_ns]
 
     def push(self, stamped: Stamped) -> None:
         """Add a message (for the world)."""
-        self._kept.append(stamped)
+        self._messages.append(stamped)
 
     def clear(self) -> None:
-        """Forget all messages."""
-        self._kept.clear()
+        """Remove all messages."""
+        self._messages.clear()
 
-    def kept(self) -> list[Stamped]:
-        """Return all kept messages, oldest first."""
-        return list(self._kept)
+    def messages(self) -> list[Stamped]:
+        """Return all stored messages, oldest first."""
+        return list(self._messages)
+
+
+class Board(Protocol):
+    """Where publications deliver, by the names of topics: the switchboard of a world."""
+
+    def deliver(self, name: str, message: Any) -> None:
+        """Deliver a checked message."""
+
+    def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
+        """Deliver the finite numbers of a message to the part that alone receives it, if there is one."""
+
+    def direct_receiver(self, name: str) -> Any:
+        """Return the part that alone receives the messages, and as numbers; None if there is none."""
+
+    def fail(self, name: str, error: BaseException) -> None:
+        """Mark the world as failed by an error of that part; raise it as one of ours if it is not."""
 
 
 class Publication:
     """The right to publish on a topic.
 
     Args:
-        topic: the topic.
-        deliver: delivers a checked message.
-        taker: returns the part that alone takes the messages, its name of the topic, and the time, ns; None
-            if others see the messages, too.
-        fail: marks the world as failed by an error of that part; raises it as one of ours if it is not.
+        topic: the topic, by the name for messages to the user.
+        name: its name, never an alias.
+        board: delivers the messages.
     """
 
-    def __init__(
-        self,
-        topic: TopicInfo,
-        deliver: Callable[[Any], None],
-        taker: Callable[[], tuple[Any, str, int] | None] = lambda: None,
-        fail: Callable[[BaseException], None] = lambda _: None,
-    ) -> None:
-        self.topic, self.taker, self.fail = topic, taker, fail
-        self._deliver = deliver
+    def __init__(self, topic: TopicInfo, name: str, board: Board) -> None:
+        self.topic, self.name, self.board = topic, name, board
 
     def publish(self, message: Any) -> None:
         """Publish a message; it takes effect at once.
@@ -133,7 +141,24 @@ class Publication:
             TopicError: the topic cannot carry the message.
         """
         check_message(self.topic, message)
-        self._deliver(message)
+        self.board.deliver(self.name, message)
+
+    def publish_numbers(self, numbers: Sequence[float]) -> None:
+        """Publish a message of numbers, which is built only if something besides its part receives it.
+
+        Args:
+            numbers: the numbers in the message, in the order of its fields.
+
+        Raises:
+            TopicError: the topic cannot carry the message.
+        """
+        direct = self.topic.limits is None and isfinite(sum(numbers))
+        if not (direct and self.board.deliver_numbers(self.name, numbers)):
+            self.publish(layout_of(self.topic.type).message(numbers))
+
+    def direct_receiver(self) -> Any:
+        """Return the part that alone receives the messages, and as numbers; None if there is none."""
+        return self.board.direct_receiver(self.name) if self.topic.limits is None else None
 
 
 def resolve_name(name: str, namespace: str) -> str:

@@ -2,76 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import milliseconds
 from nrp_core.errors import TimestepError
-from nrp_core.findings import Findings
-from nrp_core.simulation import Simulation, guarded
+from nrp_core.simulation import guarded
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
-from nrp_core.world.live import LiveScene, Watcher
+from nrp_core.world.live import LiveScene
 from nrp_core.world.model_states import StatesPart
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import JointStates, ModelMotion, Vector
-from nrp_core.world.scene.model import Light, Model, Rgba, Scene
+from nrp_core.world.rigid import JointStates, ModelMotion
 from nrp_core.world.sensors.contact import ContactsPart
 from nrp_core.world.services.part import Services
-from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
 
 
-class World(Simulation):
+class World(LiveScene):
     """A scene in an engine, at a time; the class is the same for every backend, which implements an engine.
 
     In a step data flows one way: the engine steps, the parts sample it, their messages go to subscribers.
+    The operations that change the scene are those of :class:`LiveScene`.
 
     Args:
         engine: the engine with its first scene.
-
-    Attributes:
-        engine: the engine. Reading it changes nothing; changes go through the world.
-        live: the operations that change the scene, for services.
     """
 
     def __init__(self, engine: Engine) -> None:
-        self.engine = engine
-        identity = f"{engine.identity},scene {engine.scene.digest}"
-        super().__init__(seed=engine.seed, identity=identity, name=type(engine).__name__)
-        self._board = Switchboard(engine.step_ns, self)
-        self.live = LiveScene(engine, self._board)
-        self._services = Services(self.live)
+        super().__init__(engine)
+        self._services = Services(self)
         states = [StatesPart(engine)] if engine.capabilities.poses else []
         contacts = [ContactsPart(engine)] if engine.capabilities.contacts else []
-        self.live.parts.open([*states, *contacts, self._services, self.live.forces])
+        self.parts.open([*states, *contacts, self._services, self.forces])
 
-    # -- the current scene and engine
-
-    @property
-    def scene(self) -> Scene:
-        """The current scene; models may have been added, deleted or moved since the opening."""
-        return self.engine.scene
+    # -- the current state
 
     @property
     def capabilities(self) -> WorldCapabilities:
         """The capabilities of the backend."""
         return self.engine.capabilities
-
-    @property
-    def warnings(self) -> Findings:
-        """Warnings for the user."""
-        return self.engine.warnings
-
-    @property
-    def paused(self) -> bool:
-        """While this is true, time passes but nothing moves."""
-        return self.live.paused
-
-    @paused.setter
-    def paused(self, paused: bool) -> None:
-        self.live.paused = paused
 
     def model_motion(self, model: str) -> ModelMotion:
         """Return pose and velocity of a model's frame."""
@@ -106,9 +77,9 @@ class World(Simulation):
         return self._board.subscribed
 
     @property
-    def unheard(self) -> frozenset[str]:
+    def without_subscriber(self) -> frozenset[str]:
         """The declared topics on which messages were published, but never while there was a subscriber."""
-        return self._board.unheard
+        return self._board.without_subscriber
 
     @checks_arguments()
     def add_alias(self, alias: str, topic: str) -> None:
@@ -142,16 +113,6 @@ class World(Simulation):
         """Remove an observer."""
         self._board.observers.remove(observer)
 
-    # -- changes from Python, which a recording repeats; see LiveScene
-
-    def add_watcher(self, watcher: Watcher) -> None:
-        """Call a watcher with every change; for nested changes only with the outermost one."""
-        self.live.watchers.append(watcher)
-
-    def remove_watcher(self, watcher: Watcher) -> None:
-        """Remove a watcher."""
-        self.live.watchers.remove(watcher)
-
     def call(self, service: str, /, *values: Any, **fields: Any) -> Any:
         """Call a service, such as ``/gazebo/set_model_state``, and return its answer.
 
@@ -167,60 +128,15 @@ class World(Simulation):
         topic = self._board.info(service)
         request = self._services.request(topic.name, values, fields)
         check_message(topic, request)
-        with self.live.changing("call", (service, *values), fields), guarded(self, f"answer {topic.name}"):
+        with self.changing("call", (service, *values), fields), guarded(self, f"answer {topic.name}"):
             answer = self._services.answer(topic.name, request)
         self._board.show(topic.name, request)
         return answer
 
-    @checks_arguments()
-    def spawn(self, model: Model) -> None:
-        """Add a model; see :meth:`.LiveScene.spawn`."""
-        self.live.spawn(model)
-
-    @checks_arguments()
-    def delete(self, model: str) -> None:
-        """Remove a model; see :meth:`.LiveScene.delete`."""
-        self.live.delete(model)
-
-    @checks_arguments()
-    def place(self, model: str, motion: ModelMotion) -> None:
-        """Set pose and velocity of a model; see :meth:`.LiveScene.place`."""
-        self.live.place(model, motion)
-
-    @checks_arguments()
-    def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
-        """Set positions (rad, m) of joints of a model, at rest; see :meth:`.LiveScene.set_joints`."""
-        self.live.set_joints(model, positions)
-
-    @checks_arguments()
-    def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
-        """Set the colour of a visual; see :meth:`.LiveScene.set_material`."""
-        self.live.set_material(visual, rgba, glows)
-
-    @checks_arguments()
-    def set_lights(self, lights: Iterable[Light]) -> None:
-        """Set the lights; see :meth:`.LiveScene.set_lights`."""
-        self.live.set_lights(lights)
-
-    @checks_arguments()
-    def set_gravity(self, gravity: Vector) -> None:
-        """Set gravity, m/s^2; see :meth:`.LiveScene.set_gravity`."""
-        self.live.set_gravity(gravity)
-
-    @checks_arguments()
-    def return_home(self, models: Iterable[str] | None = None) -> None:
-        """Put models and their joints to their initial poses; see :meth:`.LiveScene.return_home`."""
-        self.live.return_home(models)
-
-    @checks_arguments()
-    def repaint(self, models: Iterable[str]) -> None:
-        """Give models the colours with which they were opened."""
-        self.live.repaint(models)
-
     # -- the order of an advance
 
     def _advance(self, t_ns: int) -> None:
-        engine, board, live = self.engine, self._board, self.live
+        engine, board, parts = self.engine, self._board, self.parts
         step_ns = engine.capabilities.step_ns
         if t_ns % step_ns:
             raise TimestepError(
@@ -229,17 +145,16 @@ class World(Simulation):
             )
         if not board.started:
             board.started = True
-            live.parts.begin()
+            parts.begin()
             board.sample()
-        while board.at_ns < t_ns:
-            timed = () if live.paused else live.parts.timed
-            stop_ns = _next_stop(board, timed, t_ns, step_ns)
-            if live.parts.carriers:
-                live.parts.attend(board.subscribed)
-            engine.advance((stop_ns - board.at_ns) // step_ns, paused=live.paused)
-            board.at_ns = stop_ns
-            if live.parts.carriers:
-                live.parts.deliver()
+        while engine.now_ns < t_ns:
+            timed = () if self.paused else parts.timed
+            stop_ns = self._next_stop(timed, t_ns)
+            if parts.pollers:
+                parts.report_subscriptions(board.subscribed)
+            engine.advance((stop_ns - engine.now_ns) // step_ns, paused=self.paused)
+            if parts.pollers:
+                parts.deliver()
             for part in timed:
                 deadline_ns = part.deadline_ns
                 if deadline_ns is not None and deadline_ns <= stop_ns:
@@ -247,38 +162,16 @@ class World(Simulation):
             board.sample()
         engine.check_finite(t_ns)
 
-    # -- reset and snapshots
-
-    def _reset(self) -> None:
-        self.live.paused = False
-        self.engine.now_ns = 0
-        self._board.restart()
-        self.live.reset(self._seed)
-
-    def _reset_state(self) -> None:
-        self.live.start_over()
-
-    def _save(self) -> object:
-        return self._seed, self._board.save(), self.live.save()
-
-    def _load(self, saved: Any) -> None:
-        self._seed, board, live = saved
-        self._board.restore_time(board)
-        self.engine.seed, self.engine.now_ns = self._seed, self._board.at_ns
-        self.live.restore(live)
-        self._board.restore_messages(board)
+    def _next_stop(self, timed: Sequence[Part], t_ns: int) -> int:
+        """Return the time of the next sample, deadline of a part or the end, on the grid of steps, ns."""
+        due_ns, step_ns = self._board.next_due(), self.engine.capabilities.step_ns
+        stop_ns = t_ns if due_ns is None else min(t_ns, due_ns)
+        for part in timed:
+            deadline_ns = part.deadline_ns
+            if deadline_ns is not None and deadline_ns < stop_ns:
+                on_grid_ns = -(-deadline_ns // step_ns) * step_ns
+                stop_ns = min(stop_ns, max(on_grid_ns, self.engine.now_ns + step_ns))
+        return stop_ns
 
     def _do_close(self) -> None:
         self.engine.close()
-
-
-def _next_stop(board: Switchboard, timed: Sequence[Part], t_ns: int, step_ns: int) -> int:
-    """Return the time of the next sample, deadline of a part or the end, on the grid of steps, ns."""
-    due_ns = board.next_due()
-    stop_ns = t_ns if due_ns is None else min(t_ns, due_ns)
-    for part in timed:
-        deadline_ns = part.deadline_ns
-        if deadline_ns is not None and deadline_ns < stop_ns:
-            on_grid_ns = -(-deadline_ns // step_ns) * step_ns
-            stop_ns = min(stop_ns, max(on_grid_ns, board.at_ns + step_ns))
-    return stop_ns

@@ -159,16 +159,16 @@ class SubscribedTopic(Adapter):
         self.changed = False
 
     def save(self) -> Any:
-        kept = self._subscription.kept()
+        kept = self._subscription.messages()
         is_latest = bool(kept) and kept[-1] is self._seen
         return self.value, self.changed, self._seen, is_latest, kept
 
     def restore(self, saved: Any) -> None:
         self.value, self.changed, self._seen, is_latest, kept = saved
-        if not self._subscription.kept():  # the subscription began after the save
+        if not self._subscription.messages():  # the subscription began after the save
             for stamped in kept:
                 self._subscription.push(stamped)
-        now_kept = self._subscription.kept()
+        now_kept = self._subscription.messages()
         if is_latest and now_kept:
             self._seen = now_kept[-1]
 

@@ -34,6 +34,6 @@ def reset_part(part: str, brain: Brain, world: World, robots: Container[str]) ->
         brain.reset("state")
         return
     models = [each.name for each in world.scene.models if (each.name in robots) is (part == "robot")]
-    world.return_home(models)
+    world.reset("poses", models)
     if part == "world":
-        world.repaint(models)
+        world.reset("colors", models)

@@ -35,7 +35,7 @@ class UnheardCommands:
 
     def findings(self) -> Iterator[Finding]:
         """Yield a finding for each topic with messages but without a subscriber so far."""
-        for topic in sorted(self._world.unheard):
+        for topic in sorted(self._world.without_subscriber):
             meant = self._meant(topic)
             declared = topic in self._declared or topic.startswith(_SHOWN)
             if meant or not declared:

@@ -42,7 +42,7 @@ class CallNoter(Closing):
         run.on_step.append(self._see_devices)
         run.loop.hooks.before_step.append(self._note_devices)
         self._see_devices(run)
-        run.world.add_watcher(self._note_world)
+        run.world.watchers.append(self._note_world)
 
     def close(self) -> None:
         """Stop recording."""
@@ -51,7 +51,7 @@ class CallNoter(Closing):
         self._run.on_reset.remove(self._note_reset)
         self._run.on_step.remove(self._see_devices)
         self._run.loop.hooks.before_step.remove(self._note_devices)
-        self._run.world.remove_watcher(self._note_world)
+        self._run.world.watchers.remove(self._note_world)
 
     def _note_functions(self, add: Iterable[TransferFunction | Path], remove: Sequence[str]) -> None:
         files = [(one.name, one.read_bytes()) for one in add if isinstance(one, Path)]
@@ -70,7 +70,7 @@ class CallNoter(Closing):
 
     def _note_world(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> None:
         if not self._run.loop.is_stepping:  # calls within a step are repeated by the step
-            self._keep(name, (arguments, named))
+            self._keep(old_names.WORLD_RESET if name == RESET else name, (arguments, named))
 
     def _see_devices(self, run: Run) -> None:
         self._devices = run.brain.devices
@@ -135,7 +135,8 @@ def repeat(run: Run, called: Called, folder: Path) -> None:
             run.reset(*arguments)
         else:
             values, named = arguments
-            getattr(run.world, called.name)(*values, **named)
+            name, first = old_names.RESETS.get(called.name, (called.name, ()))
+            getattr(run.world, name)(*first, *values, **named)
     except (pickle.UnpicklingError, AttributeError, EOFError, ImportError, TypeError, ValueError) as error:
         raise ExperimentError(f"the recorded call of '{called.name}' cannot be repeated: {error}") from error
 

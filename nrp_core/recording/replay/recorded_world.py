@@ -21,7 +21,7 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.part import Part, PartInPlace
+from nrp_core.world.part import Part, PartProxy
 from nrp_core.world.rigid import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Pose, Wrench
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.topics import TopicInfo
@@ -138,7 +138,7 @@ class RecordedEngine(Engine):
         """Do nothing: wrenches have no effect."""
 
 
-class _AsRecorded(PartInPlace):
+class _AsRecorded(PartProxy):
     """A part whose topics are read from a recording.
 
     Args:

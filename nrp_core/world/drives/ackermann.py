@@ -134,8 +134,8 @@ class AckermannPart(WheelDrivePart):
     ) -> BodyVelocity:
         return ackermann_velocity(self._car, x, turn)
 
-    def _aim(self, velocity: BodyVelocity) -> None:
-        super()._aim(velocity)
+    def on_target_velocity(self, velocity: BodyVelocity) -> None:
+        super().on_target_velocity(velocity)
         angles = wheel_angles(self._car, velocity.steer)
         for joint, angle in zip(self._car.steering, angles, strict=True):
             gains = stiff_gains(self._inertias[joint])

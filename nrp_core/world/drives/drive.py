@@ -6,13 +6,10 @@ A drive is found by entry points in the group ``nrp_core.drives``, named after t
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
-from operator import attrgetter
 from typing import Any, ClassVar, Final, Protocol
-
-import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import from_seconds
@@ -38,8 +35,6 @@ from nrp_core.world.topics import Direction, TopicInfo, resolve_name
 _FAST_M_S: Final = 100.0
 _FAST_RAD_S: Final = 50.0
 """Eight turns a second; a turn of a right angle that is given in degrees is faster."""
-
-_numbers_of = attrgetter("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 
 
 class Drive(MountedDrive):
@@ -119,58 +114,62 @@ class DrivePart(Part):
                 TopicInfo(drive.wheel_speeds_topic, WheelSpeeds, Direction.BOTH, drive.rate_hz, what)
             )
         self.topics = tuple(topics)
+        self.number_topics = frozenset({drive.command_topic})
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        twist = message if topic == self._drive.command_topic else self._body_twist(message)
-        self._follow(map(float, _numbers_of(twist)), now_ns)
+        numbers = message if topic == self._drive.command_topic else self._body_twist(message)
+        self.set_target_velocity(self.accept(numbers, now_ns))
 
-    def write_numbers(self, topic: str, numbers: Sequence[float], now_ns: int) -> bool:
-        if topic != self._drive.command_topic:
-            return False
-        self._follow(numbers, now_ns)
-        return True
-
-    def _follow(self, command: Iterable[float], now_ns: int) -> None:
-        self._aim(self._commanded(*command))
+    def accept(self, numbers: Sequence[float], now_ns: int) -> BodyVelocity:
+        """Return the velocity that the numbers of a twist command, and restart the time-out."""
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
+        return self._commanded(*numbers)
 
-    @classmethod
-    def write_rows(cls, parts: Sequence[Any], topic: str, rows: FloatArray, now_ns: Sequence[int]) -> bool:
-        first, (forward, *others, turn) = parts[0], rows.T
-        replaced = (DrivePart.write, DrivePart._follow, DrivePart._commanded, DrivePart._aim)
-        usual = topic == first._drive.command_topic and all(
-            getattr(cls, one.__name__) is one for one in replaced
-        )
-        slow = (np.abs(forward) <= _FAST_M_S) & (np.abs(turn) <= _FAST_RAD_S)
-        if not (usual and slow.all()) or np.any(others):
-            return False
-        velocities = [BodyVelocity(x, 0.0, z) for x, z in zip(forward.tolist(), turn.tolist(), strict=True)]
-        copies_of([part._engine for part in parts]).set_drives(first._model, first._drive.name, velocities)
-        for part, velocity, t_ns in zip(parts, velocities, now_ns, strict=True):
-            part._velocity = velocity
-            part.deadline_ns = None if part._timeout_ns is None else t_ns + part._timeout_ns
-        return True
+    def set_target_velocity(self, velocity: BodyVelocity) -> None:
+        """Set the velocity that the engine gives the robot from now on."""
+        self._engine.set_drive(self._model, self._drive.name, velocity)
+        self.on_target_velocity(velocity)
+
+    def on_target_velocity(self, velocity: BodyVelocity) -> None:
+        """Follow a target velocity that the engine has been given."""
+        self._velocity = velocity
+
+    @staticmethod
+    def write_copies(parts: Sequence[DrivePart], rows: FloatArray) -> None:
+        """Command the same drive in copies of a scene.
+
+        Args:
+            parts: the part of each copy, all of one class.
+            rows: the finite numbers of a twist for each, shape ``(copies, 6)``.
+        """
+        model, drive, engines = parts[0]._model, parts[0]._drive.name, [part._engine for part in parts]
+        times = [engine.now_ns for engine in engines]
+        commands = zip(parts, rows.tolist(), times, strict=True)
+        velocities = [part.accept(row, now_ns) for part, row, now_ns in commands]
+        copies_of(engines).set_drives(model, drive, velocities)
+        for part, velocity in zip(parts, velocities, strict=True):
+            part.on_target_velocity(velocity)
 
     def at_deadline(self, now_ns: int) -> None:
-        self._aim(BodyVelocity())
+        self.set_target_velocity(BodyVelocity())
         self.deadline_ns = None
 
     def read(self, topic: str, now_ns: int) -> Any:
         return self._odometry(now_ns) if topic == self._drive.odometry_topic else self._wheel_speeds()
 
-    def moved(self) -> None:
-        self._aim(self._velocity)
+    def on_model_moved(self) -> None:
+        self.set_target_velocity(self._velocity)
 
     def reset(self) -> None:
         self.deadline_ns = None
-        self._aim(BodyVelocity())
+        self.set_target_velocity(BodyVelocity())
 
     def save(self) -> object:
         return self.deadline_ns, self._velocity
 
     def restore(self, saved: Any) -> None:
         self.deadline_ns, velocity = saved
-        self._aim(velocity)
+        self.set_target_velocity(velocity)
 
     _velocity = BodyVelocity()
     _reported = False
@@ -193,10 +192,6 @@ class DrivePart(Part):
             message = f"the drive '{self._drive.name}' of '{self._model}' {what}"
             self._engine.warnings.add(Code.NRP299, message, subject=self._drive.command_topic)
 
-    def _aim(self, velocity: BodyVelocity) -> None:
-        self._velocity = velocity
-        self._engine.set_drive(self._model, self._drive.name, velocity)
-
     def _odometry(self, now_ns: int) -> Odometry:
         motion = self._engine.model_motion(self._model)
         pose, to_body = self._home @ motion.pose, motion.pose.rotate_back
@@ -205,8 +200,8 @@ class DrivePart(Part):
         place = PoseWithCovariance(pose_message(pose))
         return Odometry(header, self._frame, place, TwistWithCovariance(moving))
 
-    def _body_twist(self, speeds: WheelSpeeds) -> Twist:
-        """Return the velocity of the body for these wheel speeds; for drives with wheels."""
+    def _body_twist(self, speeds: WheelSpeeds) -> Sequence[float]:
+        """Return the numbers of the body's twist for these wheel speeds; for drives with wheels."""
         raise NotImplementedError
 
     def _wheel_speeds(self) -> WheelSpeeds:

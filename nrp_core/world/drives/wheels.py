@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import dist, inf
 from typing import ClassVar, Protocol, TypeAlias
@@ -10,7 +11,6 @@ from nrp_core.findings import Code
 from nrp_core.world.drives.drive import Drive, DrivePart, GroundDrive
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.scene.devices import Rename
 from nrp_core.world.scene.model import Cylinder, Model, Sphere
 from nrp_core.world.scene.reading.context import Element, Reading
@@ -274,14 +274,14 @@ class WheelDrivePart(DrivePart):
         super().__init__(drive, model, engine)
         self._wheels = drive
 
-    def _body_twist(self, speeds: WheelSpeeds) -> Twist:
-        """Return the velocity of the body for these wheel speeds, averaged over each side."""
+    def _body_twist(self, speeds: WheelSpeeds) -> Sequence[float]:
+        """Return the numbers of the body's twist for these wheel speeds, averaged over each side."""
         left, right = (
             (speeds.back_left + speeds.front_left) / 2,
             (speeds.back_right + speeds.front_right) / 2,
         )
         turn = (right - left) / self._wheels.separation
-        return Twist(Vector3((left + right) / 2), Vector3(z=turn))
+        return (left + right) / 2, 0.0, 0.0, 0.0, 0.0, turn
 
     def _wheel_speeds(self) -> WheelSpeeds:
         joints = self._engine.joint_states(self._model)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import islice
 from math import inf, isfinite
 from operator import attrgetter
 from typing import Any, TypeVar, cast, get_origin, get_type_hints
@@ -233,3 +234,63 @@ def _fields(cls: type) -> tuple[tuple[str, Any, bool, bool], ...]:
         nested = dataclasses.is_dataclass(kind)
         found.append((name, kind, nested, not nested and kind not in _PLAIN))
     return tuple(found)
+
+
+class NumberLayout:
+    """How a message that consists of floats only is built from them, and they are read from it.
+
+    Args:
+        paths: the path of each number in the message, ``linear.x``, in the order of the fields.
+        build: builds the message from an iterator over the numbers.
+    """
+
+    def __init__(self, paths: Sequence[str], build: Callable[[Iterator[float]], Any]) -> None:
+        self.paths, self.build = tuple(paths), build
+        self._read = attrgetter(*paths)
+
+    def message(self, numbers: Iterable[float]) -> Any:
+        """Return the message with these numbers, as many as there are :attr:`paths`."""
+        return self.build(iter(numbers))
+
+    def numbers(self, message: Any) -> list[float]:
+        """Return the numbers in a message."""
+        read: Any = self._read(message)
+        return [float(read)] if len(self.paths) == 1 else [*map(float, read)]
+
+
+@lru_cache
+def find_layout(cls: type) -> NumberLayout | None:
+    """Return the layout of a message class; None if its messages hold anything but floats."""
+    if not dataclasses.is_dataclass(cls):
+        return None
+    paths: list[str] = []
+    builders: list[Callable[[Iterator[float]], Any]] = []
+    example = cls()
+    for field in dataclasses.fields(cls):
+        value = getattr(example, field.name)
+        if isinstance(value, float):
+            paths.append(field.name)
+            builders.append(next)
+            continue
+        inner: NumberLayout | None = find_layout(type(value))  # type: ignore[arg-type]
+        if inner is None:
+            return None
+        paths += [f"{field.name}.{path}" for path in inner.paths]
+        builders.append(inner.build)
+    if not paths:
+        return None
+    if all(build is next for build in builders):
+        return NumberLayout(paths, lambda numbers: cls(*islice(numbers, len(paths))))
+    return NumberLayout(paths, lambda numbers: cls(*[build(numbers) for build in builders]))
+
+
+def layout_of(cls: type) -> NumberLayout:
+    """Return the layout of a message class whose messages consist of floats.
+
+    Raises:
+        TypeError: they do not.
+    """
+    layout = find_layout(cls)
+    if layout is None:
+        raise TypeError(f"messages of {type_name(cls)} do not consist of floats only")
+    return layout

@@ -255,7 +255,7 @@ class ImuPart(SensorPart):
     alone.
     """
 
-    foresees = True
+    needs_previous_step = True
 
     def __init__(self, imu: Imu, model: str, link: str, engine: Engine) -> None:
         super().__init__(imu, model, link, engine)
@@ -263,7 +263,7 @@ class ImuPart(SensorPart):
         self._before: tuple[int, Vector] | None = None
         self.topics = (self._served(imu.topic, ImuMessage, f"inertial sensor {imu.name}"),)
 
-    def foresee(self, topic: str, now_ns: int) -> None:
+    def prepare_sample(self, topic: str, now_ns: int) -> None:
         self._before = now_ns, self._motion().linear
 
     def read(self, topic: str, now_ns: int) -> ImuMessage:

@@ -169,12 +169,12 @@ class SceneRequests:
 
     def reset_world(self, _request: EmptyRequest) -> EmptyResponse:
         """Reset the poses of all models; the time continues."""
-        self._live.return_home()
+        self._live.reset("poses")
         return EmptyResponse()
 
     def reset_simulation(self, _request: EmptyRequest) -> EmptyResponse:
         """Reset everything except the time, which belongs to the run."""
-        self._live.start_over()
+        self._live.reset("state")
         return EmptyResponse()
 
     def _light(self, name: str) -> Light:

@@ -108,6 +108,10 @@ def started_over(world: World) -> None:
     world.reset("state")
 
 
+def went_home(world: World) -> None:
+    world.reset("poses")
+
+
 def went_back(world: World) -> None:
     snapshot = world.snapshot()
     go(world, 3, turn=-1.0)
@@ -121,7 +125,7 @@ def went_far(world: World) -> None:
 @needs_ros2
 @pytest.mark.parametrize(
     "happens",
-    [paused, pushed, spawned, painted, placed, started_over, went_back, went_far, World.return_home],
+    [paused, pushed, spawned, painted, placed, started_over, went_back, went_far, went_home],
     ids=lambda happens: happens.__name__,
 )
 def test_a_simulated_body_does_bit_for_bit_what_it_does_in_this_process(

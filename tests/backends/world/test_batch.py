@@ -10,7 +10,7 @@ import pytest
 
 from nrp_core.errors import DivergedError, LifecycleError, SimulationError, TopicError
 from nrp_core.simulation import State
-from nrp_core.world.batch import layout_of, publish_numbers, publish_rows
+from nrp_core.world.batch import publish_rows
 from nrp_core.world.copies import copies_of
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose
@@ -179,24 +179,23 @@ def broken(*_):
 @pytest.mark.parametrize(
     ("takes", "publish", "failed"),
     [
-        ("write_rows", lambda all_, layout: publish_rows(all_, layout, commands(0)), [True] * 5),
+        ("write_copies", lambda all_: publish_rows(all_, commands(0)), [True] * 5),
         (
-            "write_numbers",
-            lambda all_, layout: publish_numbers(all_[1], layout, [0.0] * 6),
+            "write",
+            lambda all_: all_[1].publish_numbers([0.0] * 6),
             [False, True, *[False] * 3],
         ),
     ],
 )
 def test_worlds_whose_part_breaks_on_numbers_have_failed(batch, monkeypatch, takes, publish, failed):
     publications = [world.advertise("/husky/cmd_vel") for world in batch.worlds]
-    layout = layout_of(Twist())
     with pytest.raises(TopicError, match=r"linear\.x is nan"):
-        publish_rows(publications, layout, np.full((len(SEEDS), 6), np.nan))
+        publish_rows(publications, np.full((len(SEEDS), 6), np.nan))
     assert {world.state for world in batch.worlds} == {State.READY}
-    part, *_ = publications[0].taker()
+    part = publications[0].direct_receiver()
     monkeypatch.setattr(type(part), takes, broken)
     with pytest.raises(SimulationError, match=r"failed to take a message on /husky/cmd_vel.*broken"):
-        publish(publications, layout)
+        publish(publications)
     assert [world.state is State.FAILED for world in batch.worlds] == failed
     batch.reset()
     monkeypatch.undo()

@@ -121,7 +121,9 @@ def test_a_snapshot_can_be_taken_while_samples_and_timeouts_are_pending(open_wor
         return [world.subscribe("/husky/camera", depth=100), world.subscribe("/husky/odom", depth=100)]
 
     def messages(subscriptions):
-        return [[(stamped.t_ns, repr(stamped.message)) for stamped in each.kept()] for each in subscriptions]
+        return [
+            [(stamped.t_ns, repr(stamped.message)) for stamped in each.messages()] for each in subscriptions
+        ]
 
     world = open_world(parts.floor(), parts.husky())
     heard = watch(world)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan
 from typing import ClassVar
@@ -57,7 +58,7 @@ def test_a_subscription_keeps_the_last_messages_and_reading_changes_nothing(
         subscription.push(Stamped(t_ns, Float64(t_ns)))
     kept = times[-depth:]
     for _ in range(2):
-        assert [s.t_ns for s in subscription.kept()] == kept
+        assert [s.t_ns for s in subscription.messages()] == kept
         assert [s.t_ns for s in subscription.since(since)] == [t for t in kept if t > since]
         assert (subscription.latest.t_ns if subscription.latest else None) == (kept[-1] if kept else None)
     subscription.clear()
@@ -76,15 +77,33 @@ def test_a_topic_without_a_rate_gives_the_value_now() -> None:
 
 def test_a_publication_delivers_what_fits_and_nothing_else() -> None:
     delivered: list[object] = []
-    publication = Publication(COMMAND, delivered.append)
+
+    class OneTopic:
+        def deliver(self, name: str, message: object) -> None:
+            delivered.append((name, message))
+
+        def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
+            return False
+
+        def direct_receiver(self, name: str) -> None:
+            return None
+
+        def fail(self, name: str, error: BaseException) -> None:
+            raise error
+
+    publication = Publication(COMMAND, "/husky/velocity", OneTopic())
     publication.publish(Twist())
+    publication.publish_numbers([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
     with pytest.raises(
         TopicError, match=r"/husky/cmd_vel carries geometry_msgs/msg/Twist, not float \(0\.5\)"
     ):
         publication.publish(0.5)
     with pytest.raises(TopicError, match=r"/husky/cmd_vel: in geometry_msgs/msg/Twist, linear\.x is nan"):
         publication.publish(Twist(Vector3(nan)))
-    assert delivered == [Twist()]
+    assert delivered == [
+        ("/husky/velocity", Twist()),
+        ("/husky/velocity", Twist(Vector3(1.0, 2.0, 3.0), Vector3(4.0, 5.0, 6.0))),
+    ]
 
 
 def test_a_class_of_the_same_ros_name_is_the_same_type() -> None:

@@ -128,7 +128,7 @@ def test_a_declared_topic_carries_what_is_published_on_it(room: Any) -> None:
     publication.publish(Float64(1))
     room.run_until(4 * MS)
     publication.publish(Float64(2))
-    assert [(s.t_ns, s.message.data) for s in mine.kept()] == [(0, 1), (4 * MS, 2)]
+    assert [(s.t_ns, s.message.data) for s in mine.messages()] == [(0, 1), (4 * MS, 2)]
 
 
 def test_a_message_that_its_sender_changes_later_arrives_as_it_was_sent(room: Any) -> None:
@@ -168,7 +168,7 @@ def test_after_a_reset_everything_is_as_at_the_beginning(room: Any) -> None:
         room.advertise(GLASS).publish(ColorRGBA(1, 0, 0, 1))
         room.advertise("/mine").publish(Float64(1))
         room.run_until(300 * MS)
-        return room.engine.x, room.engine.y, room.engine.heading, [s.t_ns for s in images.kept()]
+        return room.engine.x, room.engine.y, room.engine.heading, [s.t_ns for s in images.messages()]
 
     first = run()
     room.reset()
@@ -207,14 +207,14 @@ def test_running_on_from_a_snapshot_equals_never_having_left(
 
     def run_on() -> tuple[object, ...]:
         world.run_until((saved_at + ends_at) * 2 * MS)
-        held = [(s.t_ns, s.message.data.tolist()) for s in images.kept()]
+        held = [(s.t_ns, s.message.data.tolist()) for s in images.messages()]
         return (
             world.engine.x,
             world.engine.y,
             world.engine.heading,
             world.engine.velocity,
             held,
-            mine.kept(),
+            mine.messages(),
             world.engine.colors,
         )
 

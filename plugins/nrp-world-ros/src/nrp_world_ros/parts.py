@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-from nrp_core.world import Direction, Part, PartInPlace, Stamped, TopicInfo
+from nrp_core.world import Direction, Part, PartProxy, Stamped, TopicInfo
 
 
 class Post(Protocol):
@@ -27,7 +27,7 @@ class Post(Protocol):
         """Publish a message."""
 
 
-class RemotePart(PartInPlace):
+class RemotePart(PartProxy):
     """A part whose topics are in ROS. A bidirectional topic is also handled here.
 
     Args:
@@ -41,14 +41,15 @@ class RemotePart(PartInPlace):
         self._infos = {topic.name: topic for topic in inner.topics}
         self._remote = [topic for topic in inner.topics if topic.direction is not Direction.BOTH]
         outgoing = [topic for topic in self._remote if Direction.OUT in topic.direction]
-        self.carried = frozenset(topic.name for topic in outgoing if post.is_heard(topic))
+        self.number_topics = frozenset()
+        self.pushed_topics = frozenset(topic.name for topic in outgoing if post.is_heard(topic))
 
-    def attend(self, subscribed: frozenset[str]) -> None:
+    def on_subscriptions_changed(self, subscribed: frozenset[str]) -> None:
         self._post.attend(self._remote, subscribed)
 
-    def arrived(self) -> Iterable[tuple[str, Stamped]]:
+    def poll(self) -> Iterable[tuple[str, Stamped]]:
         for topic in self._infos:
-            if topic in self.carried:
+            if topic in self.pushed_topics:
                 for stamped in self._post.arrived(topic):
                     yield topic, stamped
 

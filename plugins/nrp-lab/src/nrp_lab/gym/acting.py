@@ -17,8 +17,9 @@ from nrp_core.brain.network.implausible import too_strong
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.reading.columns import numbers_in
-from nrp_core.world.batch import layout_of, publish_numbers, publish_rows
+from nrp_core.world.batch import publish_rows
 from nrp_core.world.drives.drive import commanded_components
+from nrp_core.world.messages.base import find_layout
 from nrp_core.world.topics import Direction
 from nrp_lab.gym.observing import neurons_of
 
@@ -109,10 +110,10 @@ class ActedTopic(Acted):
             raise ExperimentError(f"there is no topic '{name}' to act on{did_you_mean(name, known)}")
         self._publication = run.world.advertise(name)
         info = self._publication.topic
-        layout, example = layout_of(info.type()), info.type()
+        layout, example = find_layout(info.type), info.type()
         if layout is None:
             raise ExperimentError(f"'{name}' carries not only numbers, so it cannot be an action")
-        self._layout = layout
+        self._count = len(layout.paths)
         fields = [path for path, _ in numbers_in(example)]
         if bounds is not None and not isinstance(bounds, Mapping):
             raise ExperimentError(f"the bounds of '{name}' are {{'field': (low, high)}}, not {bounds!r:.60}")
@@ -131,18 +132,17 @@ class ActedTopic(Acted):
         super().__init__(name, [*chosen], [_pair(f"'{one}' of '{name}'", chosen[one]) for one in chosen])
 
     def apply(self, values: Sequence[float]) -> None:
-        numbers = [0.0] * self._layout.numbers
+        numbers = [0.0] * self._count
         for place, value, (low, high) in zip(self._places, values, self._bounds, strict=True):
             within = low <= value <= high
             numbers[place] = value if within else self._clipped(self._places.index(place), value)
-        publish_numbers(self._publication, self._layout, numbers)
+        self._publication.publish_numbers(numbers)
 
     @staticmethod
     def apply_all(copies: Sequence[ActedTopic], rows: FloatArray) -> None:
-        layout = copies[0]._layout
-        numbers = np.zeros((len(copies), layout.numbers))
+        numbers = np.zeros((len(copies), copies[0]._count))
         numbers[:, copies[0]._places] = copies[0]._rows_clipped(rows)
-        publish_rows([acted._publication for acted in copies], layout, numbers)
+        publish_rows([acted._publication for acted in copies], numbers)
 
 
 class ActedSource(Acted):

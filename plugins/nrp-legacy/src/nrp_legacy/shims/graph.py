@@ -70,7 +70,7 @@ class Listener:
 
     def _new(self, subscription: Subscription) -> list[Stamped]:
         """Return the messages since the last call; of a topic without a rate, its value if it changed."""
-        kept = subscription.kept()
+        kept = subscription.messages()
         if kept:
             subscription.clear()
             return kept

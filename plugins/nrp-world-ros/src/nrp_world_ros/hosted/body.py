@@ -110,7 +110,7 @@ class HostedBody(Body):
         return {model.name: self._world.model_motion(model.name) for model in self._world.scene.models}
 
     def _load(self, scene: Scene) -> None:
-        self._world.live.change_to(scene)
+        self._world.change_to(scene)
         self._follow()
 
     def _pause(self, paused: bool) -> None:
