@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import update_wrapper
 from math import isfinite
+from operator import attrgetter
 from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
 from nrp_core._support.checked_arguments import checks_arguments
@@ -89,7 +90,7 @@ class LiveScene(Simulation, Changeable):
         Changeable.__init__(self)
         self.paused = False
         self.forces = ForcesPart(engine)
-        self._board = Switchboard(engine.step_ns, self)
+        self._board = Switchboard(engine, self)
         self.parts = Parts(engine, self._board)
         self._opened = engine.scene
 
@@ -98,14 +99,12 @@ class LiveScene(Simulation, Changeable):
         """The current scene; models may have been added, deleted or moved since the opening."""
         return self.engine.scene
 
-    @property
-    def now_ns(self) -> int:
-        """The time reached, ns; during an advance, that of the present samples."""
-        return self.engine.now_ns
-
-    @now_ns.setter
-    def now_ns(self, now_ns: int) -> None:
+    def _set_now_ns(self, now_ns: int) -> None:
         self.engine.now_ns = now_ns
+
+    # read a dozen times in a step of the loop, so without a call of a Python function
+    now_ns: int = property(attrgetter("engine.now_ns"), _set_now_ns)  # type: ignore[assignment]
+    """The time reached, ns; during an advance, that of the present samples."""
 
     @property
     def warnings(self) -> Findings:

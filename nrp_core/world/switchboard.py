@@ -16,6 +16,7 @@ from nrp_core.clock import SampleSchedule, from_seconds
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation
+from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import NumberLayout, layout_of, type_name
 from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, Publication, Stamped, Subscription, TopicInfo
@@ -72,18 +73,18 @@ class Switchboard:
     """Topics by name, and the traffic on them.
 
     Args:
-        step_ns: the grid of the times of samples, ns.
-        owner: the owner of the topics, with the clock.
+        engine: the engine, with the time; samples are taken between its steps.
+        owner: the owner of the topics.
 
     Attributes:
         started: whether the first samples have been taken.
         observers: called with every published message and its topic (never an alias).
     """
 
-    def __init__(self, step_ns: int, owner: Simulation) -> None:
+    def __init__(self, engine: Engine, owner: Simulation) -> None:
         self.started = False
         self.observers: list[Callable[[str, Stamped], None]] = []
-        self._step_ns, self._owner = step_ns, owner
+        self._engine, self._step_ns, self._owner = engine, engine.step_ns, owner
         self._parts: dict[str, Part] = {}
         self._layouts: dict[str, NumberLayout] = {}
         self._topics: dict[str, TopicInfo] = {}
@@ -267,7 +268,7 @@ class Switchboard:
     def show(self, topic: str, message: Any) -> None:
         """Pass a published message to the observers."""
         for observer in self.observers:
-            observer(topic, Stamped(self._owner.now_ns, message))
+            observer(topic, Stamped(self._engine.now_ns, message))
 
     def deliver(self, name: str, message: Any) -> None:
         """Deliver a checked message to the part of its topic, or to the subscribers of a declared topic.
@@ -281,13 +282,15 @@ class Switchboard:
         if part is not None:
             layout = self._layouts.get(name)
             try:
-                part.write(name, layout.numbers(message) if layout else message, owner.now_ns)
+                part.write(name, layout.numbers(message) if layout else message, self._engine.now_ns)
             except BaseException as error:
                 self.fail(name, error)
                 raise
         elif name in self._bus:
             (self._received if self._bus[name] else self._unreceived).add(name)
-            self.push(name, Stamped(owner.now_ns, deepcopy(message)))  # the sender may reuse its message
+            self.push(
+                name, Stamped(self._engine.now_ns, deepcopy(message))
+            )  # the sender may reuse its message
         else:
             raise TopicError(f"the topic '{name}' no longer exists: its model was deleted")
         if self.observers:
@@ -303,7 +306,7 @@ class Switchboard:
         if part is None:
             return False
         try:
-            part.write(name, numbers, self._owner.now_ns)
+            part.write(name, numbers, self._engine.now_ns)
         except BaseException as error:
             self.fail(name, error)
             raise
@@ -317,12 +320,12 @@ class Switchboard:
     def _read_now(self, name: str) -> Stamped | None:
         owner = self._owner
         owner.require_ready(or_failed=True)
-        part, now_ns = self._parts.get(name), owner.now_ns
+        part, now_ns = self._parts.get(name), self._engine.now_ns
         return None if part is None else Stamped(now_ns, part.read(name, now_ns))
 
     def next_due(self) -> int | None:
         """Return the time of the next sample, or of its preparation one step before, ns."""
-        next_ns, now_ns = None, self._owner.now_ns
+        next_ns, now_ns = None, self._engine.now_ns
         for sampling in self._rated.values():
             ahead_ns, stop_ns = sampling.due_ns - self._step_ns, sampling.due_ns
             if sampling.part.needs_previous_step and ahead_ns > now_ns:
@@ -333,7 +336,7 @@ class Switchboard:
 
     def sample(self) -> None:
         """Take all samples that are due now, and deliver messages that have arrived."""
-        now_ns = self._owner.now_ns
+        now_ns = self._engine.now_ns
         for name, sampling in self._rated.items():
             if sampling.due_ns == now_ns:
                 sampling.due_ns = sampling.schedule.next_after(now_ns)
@@ -346,7 +349,7 @@ class Switchboard:
                 sampling.deliver(now_ns)
 
     def _next_sample(self, sampling: Sampling) -> int:
-        return sampling.schedule.next_after(self._owner.now_ns) if self.started else 0
+        return sampling.schedule.next_after(self._engine.now_ns) if self.started else 0
 
     # -- reset and snapshots
 
