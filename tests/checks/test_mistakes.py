@@ -11,7 +11,7 @@ import pytest
 from nrp_core import load_experiment
 from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.running.run import Run
-from nrp_core.findings import Finding, InvalidExperimentError, Level
+from nrp_core.findings import Finding, InvalidExperimentError
 
 Broken = Callable[..., list[Finding]]
 
@@ -24,11 +24,6 @@ def test_a_file_without_transfer_functions_is_refused_before_the_run(husky: Path
     (husky / "nothing.py").write_text("x = 3\n")
     found = broken("experiment.yaml", "listing2.py]", "listing2.py, nothing.py]")
     assert "nothing.py:1: declares no transfer function" in _messages(found)
-
-
-def test_a_sensor_that_loses_every_message_is_reported(broken: Broken) -> None:
-    found = broken("experiment.yaml", "  robots:", "  sensors: {/husky/camera: {drop_out: 1}}\n  robots:")
-    assert "a drop_out of 1 loses all" in _messages(found)
 
 
 def test_cameras_are_not_scaled_to_nothing(husky: Path) -> None:
@@ -105,48 +100,12 @@ sim.Projection(late, circuit, sim.{connector}, sim.StaticSynapse(weight={weight}
 sim.Projection(noise, circuit, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.1), label="b")
 """
 _SOUND = {
+    "weight": "0.1",
     "first": "10.0",
     "start": "0.0",
     "connector": "AllToAllConnector()",
-    "weight": "0.1",
     "delay": "1.0",
 }
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"first": "5e4"}, "the source 'late' does not fire before 50000 ms, and the run ends at 40000 ms"),
-        ({"first": ""}, "the source 'late' does not fire"),
-        ({"start": "-50.0, duration=50.0"}, "the source 'noise' does not fire"),
-        ({"start": "-50.0, duration=60.0"}, ""),
-        ({"start": "1e6"}, "the source 'noise' does not fire before 1e+06 ms"),
-        ({"connector": "FixedProbabilityConnector(0.0)"}, "the projection 'a' has no synapse"),
-        ({"weight": "0.0"}, "the projection 'a' has no effect: all its weights are 0"),
-        ({"delay": "1e6"}, "the projection 'a' transmits no spikes before 1e+06 ms"),
-        ({}, ""),
-    ],
-)
-def test_parts_of_a_brain_without_an_effect_are_noted(
-    husky: Path, change: dict[str, str], message: str
-) -> None:
-    (husky / "brain.py").write_text(_BRAIN.format(**{**_SOUND, **change}))
-    found = [finding for finding in validate_file(husky) if finding.code.name == "NRP248"]
-    assert len(found) == bool(message)
-    assert message in _messages(found)
-
-
-@pytest.mark.parametrize(
-    ("rate", "level"),
-    [("0.01", Level.WARNING), ("0.02", Level.NOTE), ("0.05", None), ("1e-3", Level.WARNING)],
-)
-def test_a_source_with_less_than_half_a_spike_in_the_run_is_a_warning(
-    rate: str, level: Level | None, husky: Path
-) -> None:
-    (husky / "brain.py").write_text(_BRAIN.format(**_SOUND).replace("rate=10.0", f"rate={rate}"))
-    found = [finding for finding in validate_file(husky) if finding.code.name == "NRP248"]
-    assert [finding.level for finding in found] == ([level] if level else [])
-    assert level is None or "the source 'noise' has hardly a spike before" in found[0].message
 
 
 @pytest.mark.parametrize("source", ["SpikeSourceGamma(beta=50.0)", "SpikeSourcePoissonRefractory(rate=50.0)"])

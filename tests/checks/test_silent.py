@@ -74,54 +74,11 @@ def test_a_function_that_only_reads_files_is_not_reported(husky: Path, body: str
     assert about_files(husky, body) == []
 
 
-WRONG_DISTANCES = {
-    "criteria.reaches_left.near.within=1200 m": ("within", "1200 m"),
-    "criteria.turns_on_the_spot.stays_within.distance=500 m": ("distance", "500 m"),
-    "events.right_red.when.near.within=1200 m": ("within", "1200 m"),
-}
-
-
-@pytest.mark.parametrize("override", WRONG_DISTANCES)
-def test_a_distance_that_is_larger_than_the_room_is_reported(husky: Path, override: str) -> None:
-    key, distance = WRONG_DISTANCES[override]
-    (message,) = messages(husky, override)
-    assert "NRP307" in message
-    assert f"'{key}' is {distance}, and the scene is " in message
-
-
 @pytest.mark.parametrize(("z_m", "found"), [(20, 1), (4, 1), (2, 0), (0.2, 0)])
 def test_a_robot_that_starts_in_the_air_is_reported(husky: Path, z_m: float, found: int) -> None:
     said = messages(husky, f"world.robots.husky.pose=[0, 0, {z_m}, 0, 0, 0]")
     expected = f"the robot 'husky' starts at z {z_m} m and falls"
     assert ["NRP306" in message and expected in message for message in said] == [True] * found
-
-
-@pytest.mark.parametrize(
-    ("more", "shared"),
-    [
-        ("3:7", "share 2 of their 5 and 4 neurons"),
-        ("[0, 6]", "share 1 of their 5 and 2 neurons"),
-        ("0:8", ""),
-        ("1:3", ""),
-        ("0:5", ""),
-    ],
-)
-def test_populations_that_share_some_neurons_are_reported(husky: Path, more: str, shared: str) -> None:
-    said = messages(
-        husky, f'brain.populations.more="{more}"' if ":" in more else f"brain.populations.more={more}"
-    )
-    about = [message for message in said if "'sensors' and 'more'" in message]
-    assert [shared in message and "NRP304" in message for message in about] == [True] * bool(shared)
-
-
-def test_two_aliases_of_a_topic_are_reported(husky: Path) -> None:
-    glass = "/left_vr_screen/body/screen_glass/color"
-    path = husky / "experiment.yaml"
-    right = "/screens/right/color: /right"
-    path.write_text(path.read_text().replace(right, right.replace(": /right", ": /left")))
-    (message,) = messages(husky)
-    assert f"'/screens/right/color' and '/screens/left/color' are both aliases of '{glass}'" in message
-    assert "experiment.yaml:26:" in message
 
 
 def test_an_alias_with_the_name_of_a_topic_is_refused(husky: Path) -> None:
