@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 
 import pytest
-from nrp_spynnaker.live.eieio import KEY_32_BIT, KEY_PAYLOAD_32_BIT, keys_of, packets
+from nrp_spynnaker.live.packets import KEY_32_BIT, KEY_PAYLOAD_32_BIT, keys_of, packets
 
 
 @pytest.mark.parametrize(

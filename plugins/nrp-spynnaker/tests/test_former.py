@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nrp_spynnaker.dialect.imports import NoEquivalentError
+from nrp_spynnaker.dialect.other_modules import NoEquivalentError
 from spynnaker_scripts import HEAD, mapped, refused, run
 
 from nrp_core.errors import NetworkError, NrpError

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_spynnaker.live.stopping import stops_elsewhere
+from nrp_spynnaker.live.clock import stops_elsewhere
 from spynnaker_scripts import HEAD, run
 
 

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 import spynnaker_scripts
-from nrp_spynnaker.dialect import refused
+from nrp_spynnaker.dialect import unsupported
 from spynnaker_scripts import HEAD, run
 
 from nrp_core.errors import CapabilityError
 
 DATA = json.loads((Path(__file__).parent / "spynnaker_names.json").read_text())
 REASONS = [
-    refused.SIMULATOR, refused.EXTRA_MODELS, refused.DEVICES, refused.SPLITTERS, refused.POPULATIONS,
-    refused.CONNECTIONS,
+    unsupported.SIMULATOR, unsupported.EXTRA_MODELS, unsupported.DEVICES, unsupported.SPLITTERS,
+    unsupported.POPULATIONS, unsupported.CONNECTIONS,
 ]  # fmt: skip
 OBJECTS = """
 cells = p.Population(2, p.IF_curr_exp())

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from nrp_spynnaker.dialect.connections import KEY_32_BIT, Hub, LiveInput, LiveOutput
 from nrp_spynnaker.live import programs, run_script
-from nrp_spynnaker.live.udp import Sockets
+from nrp_spynnaker.live.packets import Sockets
 
 from nrp_core.errors import NetworkError
 
@@ -135,7 +135,7 @@ def test_without_a_program_the_network_runs_as_fast_as_it_can(
     program: Program, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     program.close()
-    monkeypatch.setattr("nrp_spynnaker.live.live._Pace", None)  # which would fail
+    monkeypatch.setattr("nrp_spynnaker.live.state._Pace", None)  # which would fail
     assert run(program.port, time_ms=20_000).spikes == [[], [], []]
 
 

@@ -18,7 +18,7 @@ from nrp_core.brain.pynn.arguments import refuse_misspelt, require_kind
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import Population
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_spynnaker.dialect.refused import CONNECTIONS, refuse_attribute
+from nrp_spynnaker.dialect.unsupported import CONNECTIONS, refuse_attribute
 
 _logger = logging.getLogger(__name__)
 Callback: TypeAlias = Callable[..., Any]

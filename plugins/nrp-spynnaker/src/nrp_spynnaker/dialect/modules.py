@@ -14,12 +14,16 @@ from nrp_core._support.numbers import is_number
 from nrp_core.brain.pynn.arguments import refuse_misspelt
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_spynnaker.dialect import neo_compare, neo_convertor, refused
-from nrp_spynnaker.dialect.cells import cell_types, spike_injector
+from nrp_spynnaker.dialect import neo_compare, neo_convertor, unsupported
+from nrp_spynnaker.dialect.cells import cell_types, spike_injector, variable_poisson
 from nrp_spynnaker.dialect.connections import Hub, RatesConnection, SpikesConnection
-from nrp_spynnaker.dialect.connectors import AllButMeConnector, OneToOneOffsetConnector
-from nrp_spynnaker.dialect.former import former_names
-from nrp_spynnaker.dialect.imports import (
+from nrp_spynnaker.dialect.connectors import (
+    AllButMeConnector,
+    ConvolutionConnector,
+    KernelConnector,
+    OneToOneOffsetConnector,
+)
+from nrp_spynnaker.dialect.other_modules import (
     exceptions,
     models,
     module,
@@ -27,17 +31,23 @@ from nrp_spynnaker.dialect.imports import (
     tools,
     utilities,
 )
-from nrp_spynnaker.dialect.kernels import ConvolutionConnector, KernelConnector
+from nrp_spynnaker.dialect.plasticity import (
+    RULES,
+    nearest_pair_rule,
+    stdp_mechanism,
+    structural_mechanisms,
+    triplet_rule,
+    vogels_rule,
+)
 from nrp_spynnaker.dialect.populations import (
     Population,
     PopulationView,
     Projection,
+    Splitter,
+    cells_per_core,
     convolution,
 )
-from nrp_spynnaker.dialect.rules import nearest_pair_rule, stdp_mechanism, triplet_rule, vogels_rule
-from nrp_spynnaker.dialect.settings import Splitter, cells_per_core
-from nrp_spynnaker.dialect.structural import RULES, structural_mechanisms
-from nrp_spynnaker.dialect.variable_rates import variable_poisson
+from nrp_spynnaker.dialect.spynnaker7 import former_names
 
 _DEVICES: Final = "spynnaker_external_devices_plugin"
 _MODELS: Final = "spynnaker_extra_pynn_models"
@@ -135,7 +145,7 @@ class Dialect:
         api = ModuleType("pyNN.spiNNaker", self._pynn.__doc__)
         names = vars(self._pynn)
         own = {**names, **cell_types(names)}
-        own |= refused.stand_ins(refused.SIMULATOR)
+        own |= unsupported.stand_ins(unsupported.SIMULATOR)
         own["STDPMechanism"] = stdp_mechanism(own["STDPMechanism"])
         own |= {each.__name__: simulator.bind(each) for each in (Population, PopulationView, Projection)}
         own |= former_names(own, simulator.state)
@@ -172,12 +182,12 @@ class Dialect:
                 splitter_components=module(
                     "splitter_components",
                     **dict.fromkeys(_SPLITTERS, Splitter),
-                    **refused.stand_ins(refused.SPLITTERS),
+                    **unsupported.stand_ins(unsupported.SPLITTERS),
                 ),
             ),
             protocols=devices.protocols,
             exceptions=exceptions(),
-            __getattr__=refused.unknown_name("sPyNNaker", own),
+            __getattr__=unsupported.unknown_name("sPyNNaker", own),
         )
         return api
 
@@ -245,8 +255,10 @@ class Dialect:
         )
         own["SpikeSourcePoissonVariable"] = variable_poisson(names["SpikeSourceArray"])
         own["Neuromodulation"] = names["Neuromodulation"]
-        unknown = refused.unknown_name("extra_models", own)
-        return module("extra_models", **own, **refused.stand_ins(refused.EXTRA_MODELS), __getattr__=unknown)
+        unknown = unsupported.unknown_name("extra_models", own)
+        return module(
+            "extra_models", **own, **unsupported.stand_ins(unsupported.EXTRA_MODELS), __getattr__=unknown
+        )
 
     def _external_devices(self, names: Mapping[str, Any]) -> ModuleType:
         devices = ModuleType("external_devices", "Live input and output.")
@@ -260,9 +272,9 @@ class Dialect:
             "add_database_socket_address": self._add_database_socket_address,
             "register_database_notification_request": self._notify,
             **self._devices,
-            **refused.stand_ins(refused.DEVICES),
+            **unsupported.stand_ins(unsupported.DEVICES),
         }
-        own["protocols"] = module("protocols", **{name: own[name] for name in refused.PROTOCOLS})
+        own["protocols"] = module("protocols", **{name: own[name] for name in unsupported.PROTOCOLS})
         own |= dict.fromkeys(_CONNECTIONS, devices)
         vars(devices).update(own)
         return devices

@@ -1,13 +1,14 @@
-"""Populations and projections with the arguments and methods that only sPyNNaker has."""
-
-# mypy: disable-error-code="misc"
+"""Populations and projections with the arguments, settings and methods that only sPyNNaker has."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from typing import Any, Final
 
 import numpy as np
+from pyNN.core import IndexBasedExpression
+from pyNN.parameters import ParameterSpace
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.changes import Synapses
@@ -15,15 +16,162 @@ from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.pynn import populations, projections
 from nrp_core.brain.pynn.arguments import require_kind
 from nrp_core.brain.pynn.former import by_name
+from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
-from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 from nrp_spynnaker.dialect import neo_convertor
 from nrp_spynnaker.dialect.cells import ascending
-from nrp_spynnaker.dialect.former import SPIKES, FormerCells
-from nrp_spynnaker.dialect.kernels import ConvolutionConnector
-from nrp_spynnaker.dialect.listed import one_by_one
-from nrp_spynnaker.dialect.refused import POPULATIONS, refuse_attribute
-from nrp_spynnaker.dialect.settings import cells_per_core, hints_of, remarks_on
+from nrp_spynnaker.dialect.connectors import ConvolutionConnector
+from nrp_spynnaker.dialect.spynnaker7 import SPIKES, FormerCells
+from nrp_spynnaker.dialect.unsupported import POPULATIONS, refuse_attribute
+
+SUMMED: Final = "max_expected_summed_weight"
+_SUMMED_WEIGHTS: Final = ("max_summed_weight_exc", "max_summed_weight_inh")
+_HINTS: Final = {
+    "neurons_per_core": "neurons_per_core",
+    "n_synapse_cores": "synapse_cores",
+    "spikes_per_second": "spikes_per_second",
+    "ring_buffer_sigma": "ring_buffer_sigma",
+}
+_WITHOUT_EFFECT: Final = {
+    "incoming_spike_buffer_size": "no spike is lost here",
+    "drop_late_spikes": "no spike is late here",
+    "n_colour_bits": "no packet is late here",
+    "allow_delay_extensions": "delays of any length are extended",
+    "seed": "random numbers follow the seed of setup",
+    "max_rate": "a rate may have any value",
+    "n_data_specs": "nothing is loaded onto a machine",
+    "port": "only a SpikeInjector receives spikes",
+    "virtual_key": "only a SpikeInjector receives spikes",
+    "reserve_reverse_ip_tag": "nothing is loaded onto a machine",
+    "splitter": "",
+    "splitter_object": "",
+}
+"""The settings that change nothing, and why; none for those that are treated elsewhere."""
+
+
+class Splitter:
+    """How sPyNNaker divides a population among cores.
+
+    Args:
+        n_synapse_vertices: the number of synapse-only cores for each core of neurons, if it has any.
+    """
+
+    def __init__(self, n_synapse_vertices: Any = None, *_: Any, **__: Any) -> None:
+        self.hints: dict[str, float] = {}
+        if isinstance(n_synapse_vertices, (int, np.integer)):
+            self.hints = {"synapse_cores": float(n_synapse_vertices)}
+
+
+def cells_per_core(owner: str, given: Any) -> float:
+    """Return the number of cells on a core, given as a number or, for a grid of cells, one for each axis.
+
+    Parts of a cell are left out, as in sPyNNaker.
+
+    Raises:
+        InvalidValueError: it is not a whole number of 1 or more.
+    """
+    numbers = given if isinstance(given, (tuple, list)) else [given]
+    if not numbers or not all(isinstance(n, (int, float, np.number)) and 1 <= n < np.inf for n in numbers):
+        raise InvalidValueError(
+            f"{owner}: neurons_per_core is {given!r}; it must be a whole number of 1 or more, or one for "
+            "each axis of a grid"
+        )
+    return float(np.prod([int(n) for n in numbers]))
+
+
+def hints_of(owner: str, given: Mapping[str, Any]) -> dict[str, float]:
+    """Return the hints in ``additional_parameters``.
+
+    Raises:
+        NetworkError: there is no such setting, or its value is impossible.
+    """
+    hints: dict[str, float] = {}
+    for name, value in given.items():
+        if name in _WITHOUT_EFFECT:
+            hints |= getattr(value, "hints", {})
+        elif value is None:
+            continue
+        elif name == SUMMED:
+            hints |= zip(_SUMMED_WEIGHTS, _numbers(owner, value), strict=True)
+        elif name == "neurons_per_core":
+            hints[name] = cells_per_core(owner, value)
+        elif name in _HINTS:
+            hints[_HINTS[name]] = _numbers(owner, [value], name)[0]
+        else:
+            valid = [*_HINTS, SUMMED, *_WITHOUT_EFFECT]
+            raise NetworkError(f"{owner} has no additional parameter '{name}'{did_you_mean(name, valid)}")
+    return hints
+
+
+def remarks_on(owner: str, given: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence for each setting that has no effect."""
+    for name, value in given.items():
+        if value is not None and _WITHOUT_EFFECT.get(name):
+            yield f"{owner}: its additional parameter {name} has no effect: {_WITHOUT_EFFECT[name]}"
+
+
+def _numbers(owner: str, values: Any, name: str = SUMMED) -> list[float]:
+    each = list(values) if isinstance(values, (Sequence, np.ndarray)) else []
+    if (name == SUMMED and len(each) != 2) or not all(isinstance(v, (int, float, np.number)) for v in each):
+        expected = "two numbers, for excitation and inhibition" if name == SUMMED else "a number"
+        raise InvalidValueError(f"{owner}: {name} is {values!r}; it must be {expected}")
+    if any(not np.isfinite(v) or v < 0 for v in each):
+        raise InvalidValueError(f"{owner}: {name} is {values!r}; it must be 0 or more, and finite")
+    return [float(v) for v in each]
+
+
+# mypy: disable-error-code="misc"
+
+
+_NAMES: Final = ("weight", "delay")
+
+
+class _Listed(IndexBasedExpression):
+    """The value at a place for each pair of cells.
+
+    Args:
+        values: the values.
+        row: how many places lie between those of two successive sources.
+        column: how many lie between those of two successive targets.
+    """
+
+    def __init__(self, values: Any, row: int, column: int) -> None:
+        self._values, self._row, self._column = values, row, column
+
+    def __call__(self, i: Any, j: Any) -> Any:
+        return self._values[i * self._row + j * self._column]
+
+
+def one_by_one(synapse_type: Any, connector: Any, ends: Sequence[Any]) -> Any:
+    """Return a synapse type whose lists of values are for single synapses, where the connector has an order.
+
+    Args:
+        synapse_type: the type that a script gives; None for none.
+        connector: from each cell to one, or from each to all, source after source; others are left alone.
+        ends: the cells on both sides.
+    """
+    name = type(connector).__name__
+    space = getattr(synapse_type, "parameter_space", None)
+    if space is None or name not in ("OneToOneConnector", "AllToAllConnector"):
+        return synapse_type
+    pre, post = (cells.size for cells in ends)
+    count, row, column = (pre, 1, 0) if name == "OneToOneConnector" else (pre * post, post, 1)
+    bases = {key: np.asarray(space[key].base_value) for key in _NAMES if key in space.keys()}  # noqa: SIM118
+    listed = {
+        key: _Listed(base.astype(float), row, column)
+        for key, base in bases.items()
+        if base.shape == (count,) and base.dtype != object
+    }
+    if not listed:
+        return synapse_type
+    made = copy(synapse_type)
+    made.parameter_space = ParameterSpace({**dict(space.items()), **listed}, space.schema)
+    return made
+
+
+# mypy: disable-error-code="misc"
+
 
 _ROUNDING: Final = 1e-3
 """How far the size of a population may be from a whole number."""

@@ -16,10 +16,8 @@ from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn.languages import reading_of
 from nrp_spynnaker.dialect import Dialect
 from nrp_spynnaker.dialect.connections import Hub
-from nrp_spynnaker.live.clock import SimulatedClock
-from nrp_spynnaker.live.live import LiveState
-from nrp_spynnaker.live.recording import LabelledRecorder
-from nrp_spynnaker.live.stopping import stops_elsewhere
+from nrp_spynnaker.live.clock import SimulatedClock, stops_elsewhere
+from nrp_spynnaker.live.state import LabelledRecorder, LiveState
 
 BACKEND: Final = "spinnaker"
 OPTIONS: Final[Mapping[str, Any]] = {"semantics": "released"}

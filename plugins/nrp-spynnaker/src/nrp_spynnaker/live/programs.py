@@ -1,28 +1,170 @@
 """Other programs that take part in a run by sPyNNaker's database, such as a view of spikes.
 
-Before each run a program is told the file of the database, by a message to its port, and confirms that it has
-read it; then it is told that the run begins, and in the end that it has stopped.
+Before each run a program gets the name of the database's file by a message to its port, and confirms that it
+has read it. It is notified that the run begins, and in the end that it has stopped. A program that takes the
+network for one on a machine reads the keys of cells there, and sets where spikes go by the board's UDP port.
 """
 
 from __future__ import annotations
 
 import logging
 import socket
+import sqlite3
 import struct
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from pathlib import Path
 from select import select
 from tempfile import TemporaryDirectory
 from typing import Final
 
 from nrp_core.errors import NetworkError
-from nrp_spynnaker.live.board import Board
-from nrp_spynnaker.live.database import write_database
+
+PORT: Final = 17893
+"""The port at which every board listens."""
+TAG: Final = 1
+"""The tag through which spikes leave the board."""
+_ADDRESSES: Final = [f"127.0.0.{k}" for k in range(1, 255)]
+"""A board has its port to itself; the loopback addresses are boards of networks that run at the same time."""
+_HEADER: Final = struct.Struct("<2xBBBBBBBB")
+"""Flags, tag, port and core of destination and source, and y and x of the chips of both."""
+_COMMAND: Final = struct.Struct("<HHI")
+"""Number, sequence and first argument of a command."""
+_REPLY_EXPECTED: Final = 0x80
+_NO_REPLY: Final = 0x07
+_CORES: Final = 16
+"""Cores of a chip."""
+_SET_TAG, _SET, _OK, _BAD_COMMAND = 26, 1, 0x80, 0x83
+_LARGEST: Final = 65536
+
+
+def place_of(core: int) -> tuple[int, int, int]:
+    """Return the x and y of the chip, and the number on it, of a core; they are numbered from 0."""
+    return core // _CORES, 0, core % _CORES + 1
+
+
+class Board:
+    """The board.
+
+    Attributes:
+        address: its IP address.
+
+    Raises:
+        NetworkError: there is none left.
+    """
+
+    def __init__(self) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._listeners: dict[tuple[str, int], None] = {}
+        for self.address in _ADDRESSES:
+            try:
+                self._socket.bind((self.address, PORT))
+            except OSError:  # another network's
+                continue
+            return
+        self._socket.close()
+        raise NetworkError(f"UDP port {PORT} is in use at every address of this machine")
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait for."""
+        return self._socket.fileno()
+
+    def packets(self) -> Iterator[tuple[int, bytes]]:
+        """Answer what has arrived, and yield packets of spikes: the number of a core, and what it is sent."""
+        while True:
+            try:
+                message, sender = self._socket.recvfrom(_LARGEST)
+            except BlockingIOError:
+                return
+            if len(message) < _HEADER.size:
+                continue
+            flags, _, to, _, _, x, _, _ = _HEADER.unpack_from(message)
+            if to >> 5:  # a port of a program on a core; port 0 is that of the monitor
+                core = x * _CORES + (to & 31) - 1
+                yield core, message[_HEADER.size :]
+            elif flags & _REPLY_EXPECTED and len(message) >= _HEADER.size + _COMMAND.size:
+                self._socket.sendto(self._reply(message, sender), sender)
+
+    def _reply(self, message: bytes, sender: tuple[str, int]) -> bytes:
+        _, tag, to, source, y, x, source_y, source_x = _HEADER.unpack_from(message)
+        command, sequence, argument = _COMMAND.unpack_from(message, _HEADER.size)
+        is_set = command == _SET_TAG and argument >> 16 & 0xF == _SET
+        if is_set:
+            self._listeners[sender] = None
+        header = _HEADER.pack(_NO_REPLY, tag, source, to, source_y, source_x, y, x)
+        return header + _COMMAND.pack(_OK if is_set else _BAD_COMMAND, sequence, argument & 0xFF)
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet of spikes to the programs that have set the tag."""
+        for listener in self._listeners:
+            self._socket.sendto(packet, listener)
+
+    def forget(self) -> None:
+        """Forget the programs: before a run they set the tag anew."""
+        self._listeners.clear()
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._socket.close()
+
+
+_TABLES = """
+CREATE TABLE configuration_parameters(parameter_id TEXT PRIMARY KEY, value REAL);
+CREATE TABLE proxy_configuration(kind TEXT, name TEXT, value TEXT);
+CREATE TABLE label_event_atom_view(label TEXT, event INTEGER, atom INTEGER);
+CREATE TABLE app_output_tag_view(
+    pre_vertex_label TEXT, post_vertex_label TEXT, ip_address TEXT, port INTEGER, strip_sdp INTEGER,
+    board_address TEXT, tag INTEGER, chip_x INTEGER, chip_y INTEGER);
+CREATE TABLE application_vertex_placements(vertex_label TEXT, x INTEGER, y INTEGER, p INTEGER);
+CREATE TABLE chip_eth_info(x INTEGER, y INTEGER, eth_x INTEGER, eth_y INTEGER, eth_ip_address TEXT);
+"""
+_RECEIVER = "LiveSpikeReceiver"
+"""What connections call the part of the machine that passes spikes on."""
+_FOREVER = -1.0
+
+
+def write_database(
+    path: Path, address: str, keys: Mapping[str, range], sent: list[str], cores: list[str],
+    timestep_ms: float, run_time_ms: float,
+) -> None:  # fmt: skip
+    """Write the database; a file that is there is replaced.
+
+    Args:
+        path: its file.
+        address: the IP address of the board.
+        keys: of the cells of populations, in their order, by label.
+        sent: the populations whose spikes are sent.
+        cores: the populations that receive spikes, in the order of their cores.
+        timestep_ms: the time step.
+        run_time_ms: the time to run; infinite, if there is no end.
+    """
+    path.unlink(missing_ok=True)
+    with closing(sqlite3.connect(path)) as database, database:
+        database.executescript(_TABLES)
+        fill = database.executemany
+        fill(
+            "INSERT INTO configuration_parameters VALUES (?, ?)",
+            [
+                ("machine_time_step", 1000.0 * timestep_ms),
+                ("time_scale_factor", 1.0),
+                ("runtime", run_time_ms if run_time_ms < float("inf") else _FOREVER),
+            ],
+        )
+        for label, numbers in keys.items():
+            rows = ((label, key, cell) for cell, key in enumerate(numbers))
+            fill("INSERT INTO label_event_atom_view VALUES (?, ?, ?)", rows)
+        outputs = [(label, _RECEIVER, address, PORT, 1, address, TAG, 0, 0) for label in sent]
+        fill("INSERT INTO app_output_tag_view VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", outputs)
+        places = [(label, *place_of(core)) for core, label in enumerate(cores)]
+        fill("INSERT INTO application_vertex_placements VALUES (?, ?, ?, ?)", places)
+        database.execute("INSERT INTO chip_eth_info VALUES (0, 0, 0, 0, ?)", (address,))
+
 
 _logger = logging.getLogger(__name__)
-_COMMAND: Final = 1 << 14
-_DATABASE, _STOPPED, _BEGINS = (struct.pack("<H", _COMMAND | number) for number in (1, 10, 11))
+_NOTICE: Final = 1 << 14
+_DATABASE, _STOPPED, _BEGINS = (struct.pack("<H", _NOTICE | number) for number in (1, 10, 11))
 _PATIENCE_S: Final = 60.0
 _NAME: Final = "input_output_database.sqlite3"
 

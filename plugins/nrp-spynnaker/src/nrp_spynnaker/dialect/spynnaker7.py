@@ -16,7 +16,7 @@ from nrp_core.brain.pynn.populations import WRITTEN
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.errors import NetworkError
 from nrp_spynnaker.dialect import neo_convertor
-from nrp_spynnaker.dialect.rules import nearest_pair_rule
+from nrp_spynnaker.dialect.plasticity import nearest_pair_rule
 
 SPIKES: Final = object()
 """The variables of a call of `record` that names none; None means that nothing is recorded any more."""

@@ -8,7 +8,7 @@ over UDP keeps to the real time.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread, current_thread
@@ -16,16 +16,40 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.spikes import Spikes
-from nrp_core.clock import MS_PER_S
+from nrp_core.clock import MS_PER_S, from_milliseconds
 from nrp_core.errors import LifecycleError, NetworkError
+from nrp_core.pynn.recording import Recorder
 from nrp_core.pynn.running import RunningState
 from nrp_spynnaker.dialect.connections import Hub
 from nrp_spynnaker.live.clock import SimulatedClock
-from nrp_spynnaker.live.udp import Sockets
+from nrp_spynnaker.live.packets import Sockets
+
+# mypy: disable-error-code="misc"
+
+
+class LabelledRecorder(Recorder):
+    """PyNN's recorder, with the times of a machine."""
+
+    def _get_spiketimes(self, ids: Iterable[Any], clear: bool = False) -> tuple[IntArray, FloatArray]:
+        neurons, times = super()._get_spiketimes(ids, clear)
+        state = self._simulator.state
+        if self.population.celltype.receptor_types:
+            return neurons, (np.rint(times / state.dt) - 1) * state.dt
+        step_us = round(state.dt * 1000)
+        steps = -(np.floor(times * 1000).astype(np.int64) // -step_us)  # as sPyNNaker does
+        begun = steps < round(state.t / state.dt)  # the others are of the next step
+        return neurons[begun], np.multiply(steps[begun], float(state.dt))
+
+    def _get_all_signals(
+        self, variable: Any, ids: Iterable[Any], clear: bool = False
+    ) -> tuple[FloatArray, None]:
+        signals, _ = super()._get_all_signals(variable, ids, clear)
+        lasted_ns = from_milliseconds(self._simulator.state.t) - self._begin_ns
+        return signals[: -(-lasted_ns // from_milliseconds(self.sampling_interval))], None
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +209,7 @@ class LiveState(RunningState):
     def _open(self) -> Brain:
         brain = super()._open()
         self._ports = {
-            label: brain.add_sink(Listener(), _ids(population), name=f"live/{label}")  # type: ignore[misc]
+            label: brain.add_sink(Listener(), _ids(population), name=f"live/{label}")
             for label, population in self.hub.heard.items()
         }
         return brain
