@@ -32,11 +32,6 @@ with sm:
     [
         ("", "", ""),
         (
-            "WaitToClockState(1)",
-            "WaitToClockState(1000)",
-            "the state waits until 1000 s, and the run ends at 2 s",
-        ),
-        (
             '"invalid": "again"',
             '"invalid": "agian"',
             "goes to 'agian', which is neither a state nor an outcome",

@@ -44,7 +44,6 @@ def test_a_model_is_posed_by_a_function_turned_and_scaled_from_its_own_size(play
         ("gate.exd", "(lambda ud, p: not (", "('a', 'b', lambda ud, p: not (", "takes a callback and at"),
         ("gate.exd", "gravity_factor=0", "gravty_factor=0", "adds an object has no argument 'gravty_factor'"),
         ("gate.exd", "Point(0, -2, 0.5)", "Point(float('nan'), -2, 0)", "the pose of 'box' must be finite"),
-        ("gate.exd", "'invalid': 'pose'", "'invalid': FINISHED", "no transition leads to the state 'pose'"),
         ("drive.py", "return SetBoolResponse", "SetBoolResponse", "handler returned None instead"),
         ("drive.py", "SetBoolResponse(True,", "SetBoolResponse(True, 1,", "service /gate: "),
         ("drive.py", "request.data\n", "request.date\n", "its handler raised AttributeError"),

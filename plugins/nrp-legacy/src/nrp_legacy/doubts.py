@@ -22,10 +22,6 @@ _SELECTORS: Final = ("Range", "List", "Population", "Index")
 _ONCE_IN_EXC: Final = ("bibiConf", "environmentModel", "timeout", "rngSeed", "physicsEngine")
 _ONCE_IN_BIBI: Final = ("brainModel", "timestep", "mode")
 _OF_POSE: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "uz", "theta", "robotId")
-_LEAST_MS: Final = 0.1
-"""A tenth of the smallest time step that the platform accepts."""
-_LARGEST_PART: Final = 1.1
-"""Of a quaternion; files round."""
 
 
 def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
@@ -47,10 +43,6 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     for timestep in children(bibi.element, "timestep")[:1]:
         if not timestep.text:
             yield _doubt(timestep, "the <timestep> is empty: the default is used")
-    if bibi.timestep is not None and bibi.timestep.text.strip().replace(".", "", 1).isdigit():
-        step_ms = float(bibi.timestep.text)
-        if 0 < step_ms < _LEAST_MS:
-            yield _doubt(bibi.timestep, f"the <timestep> is {step_ms:g} ms; is it meant in s?")
 
 
 def _doubt(element: Element, message: str) -> Finding:
@@ -120,7 +112,7 @@ def _places(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
 
 
 def _orientation(pose: Element) -> Iterator[Finding]:
-    """Yield that a quaternion has no direction, or parts that none has."""
+    """Yield that a quaternion has no direction."""
     said = [attribute(pose, name) for name in ("ux", "uy", "uz", "theta")]
     try:
         parts = [float(part) for part in said if part is not None]
@@ -130,12 +122,6 @@ def _orientation(pose: Element) -> Iterator[Finding]:
         return
     if not any(parts):
         yield _doubt(pose, "the quaternion of a start pose is 0 0 0 0, which is no orientation: none is used")
-    elif max(map(abs, parts)) > _LARGEST_PART:
-        shown = " ".join(f"{part:g}" for part in parts)
-        yield _doubt(
-            pose,
-            f"the quaternion of a start pose is {shown} (ux uy uz theta); none exceeds 1: are they angles?",
-        )
 
 
 def _selectors(populations: Mapping[str, Element]) -> Iterator[Finding]:

@@ -24,8 +24,7 @@ from nrp_core.paths import ExistingFile
 from nrp_legacy.brains import load_script
 from nrp_legacy.code import Source
 from nrp_legacy.files import Library
-from nrp_legacy.machine_doubts import doubts_of
-from nrp_legacy.machine_slips import slips_of
+from nrp_legacy.machine_slips import check_machine_file
 from nrp_legacy.maker import ShimmedMaker
 from nrp_legacy.reader import read_described
 
@@ -61,7 +60,7 @@ class ImportedMaker(ShimmedMaker):
             nest_units=options.nest_units,
         )
         for path in options.state_machines:
-            self._notes += (*slips_of(path), *doubts_of(path, experiment.duration))
+            self._notes += check_machine_file(path)
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain = experiment.brain

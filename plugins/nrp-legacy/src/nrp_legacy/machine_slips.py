@@ -28,7 +28,7 @@ def is_scxml(path: Path) -> bool:
         return re.search(rb"<(\w+:)?scxml\b", file.read(_BEGINNING)) is not None
 
 
-def scxml_left_out(path: Path) -> str:
+def scxml_message(path: Path) -> str:
     """Return the report of a state machine in SCXML. The platform never executed one."""
     return (
         f"state machine left out: {path.name} is in SCXML, which the Neurorobotics Platform did not execute "
@@ -36,10 +36,10 @@ def scxml_left_out(path: Path) -> str:
     )
 
 
-def slips_of(path: Path) -> Iterator[Finding]:
+def check_machine_file(path: Path) -> Iterator[Finding]:
     """Yield a finding for each transition that leads nowhere, and for each state that is added twice."""
     if is_scxml(path):
-        yield Finding(Code.NRP273, scxml_left_out(path), Level.WARNING, path, subject=path.name)
+        yield Finding(Code.NRP273, scxml_message(path), Level.WARNING, path, subject=path.name)
         return
     try:
         tree = Source.of_file(path).tree(unnoted)
@@ -48,7 +48,7 @@ def slips_of(path: Path) -> Iterator[Finding]:
         yield Finding(Code.NRP273, message, Level.WARNING, error.path, error.line)
         return
     tree = with_constants(tree)
-    yield from _twice(tree, path)
+    yield from _repeated_states(tree, path)
     adds = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and _adds(node)]
     labels = [_text(call.args[0]) if call.args else None for call in adds]
     outcomes = _outcomes(tree)
@@ -66,7 +66,7 @@ def slips_of(path: Path) -> Iterator[Finding]:
                 yield Finding(Code.NRP273, message, Level.WARNING, path, target.lineno, subject=name)
 
 
-def _twice(tree: ast.Module, path: Path) -> Iterator[Finding]:
+def _repeated_states(tree: ast.Module, path: Path) -> Iterator[Finding]:
     """Yield the states that one block adds again: the later one replaces the first."""
     for block in (node for node in ast.walk(tree) if isinstance(node, ast.With)):
         first: dict[str, int] = {}

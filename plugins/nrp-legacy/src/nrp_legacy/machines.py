@@ -13,9 +13,8 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 from nrp_legacy.code import Source
-from nrp_legacy.machine_consistency import inconsistencies, late_states
-from nrp_legacy.machine_doubts import doubts_in, doubts_of
-from nrp_legacy.machine_slips import is_scxml, scxml_left_out, slips_of
+from nrp_legacy.machine_consistency import check_machine
+from nrp_legacy.machine_slips import check_machine_file, is_scxml, scxml_message
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.steps import Task
 
@@ -50,7 +49,6 @@ class StateMachines:
 
     def _start(self, path: Path) -> None:
         loop = self._run.loop
-        self._run.world.warnings.extend(doubts_in(self._run.world.scene, path))
         self._tasks[path] = Task(partial(self._play, path), lambda: loop.now_ns, loop.time_limit.limit_s)
         self._tasks[path].advance()
         self._report(path)
@@ -64,21 +62,16 @@ class StateMachines:
                 task.stop()
         if new is not None:
             if is_scxml(new):
-                self._names.graph.warn(Code.NRP273, scxml_left_out(new), subject=new.name)
-            self._run.world.warnings.extend(doubts_of(new, self._run.experiment.duration))
+                self._names.graph.warn(Code.NRP273, scxml_message(new), subject=new.name)
             self._paths.append(new)
             self._start(new)
 
     def _play(self, path: Path) -> None:
         """Run a file, and its machine unless the file has done that."""
         machine = self._machine(path)
-        if next(slips_of(path), None) is None:  # those were reported before
-            for code, problem in inconsistencies(machine):
+        if next(check_machine_file(path), None) is None:  # those were reported before
+            for code, problem in check_machine(machine):
                 self._names.graph.warn(code, f"state machine {path.name}: {problem}")
-        duration_ns = self._run.experiment.duration
-        if next(doubts_of(path, duration_ns), None) is None:
-            for problem in late_states(machine, duration_ns):
-                self._names.graph.warn(Code.NRP248, f"state machine {path.name}: {problem}")
         if machine is not None and not getattr(machine, "has_run", False):
             machine.execute(getattr(machine, "userdata", None))
 

@@ -22,8 +22,7 @@ from nrp_legacy import documents
 from nrp_legacy.doubts import doubts_about
 from nrp_legacy.elements import local, milliseconds_of, seconds_of
 from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, models_of_installation
-from nrp_legacy.machine_doubts import doubts_of
-from nrp_legacy.machine_slips import slips_of
+from nrp_legacy.machine_slips import check_machine_file
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.poses import pose_of
 
@@ -113,7 +112,7 @@ class _Reading:
             "models": self._tree([self._tree(str(folder)) for folder in self._library.roots()]),
         })  # fmt: skip
         experiment = experiment_of(tree, [one for one in self._overrides if one not in self._chosen])
-        machines = [file for one in exc.machines if (file := self._machine(one, experiment.duration))]
+        machines = [file for one in exc.machines if (file := self._machine(one))]
         maker = LegacyMaker(bibi, self._library, machines, self._notes)
         experiment = experiment.with_maker(maker).with_overrides(self._overrides)
         return experiment.with_csv_folder(self._path.parent / "csv")
@@ -204,13 +203,13 @@ class _Reading:
 
     # -- notes and options
 
-    def _machine(self, named: documents.FileNamed, duration_ns: int) -> Path | None:
+    def _machine(self, named: documents.FileNamed) -> Path | None:
         path = self._library.find(named)
         if path is None:
             message = f"state machine '{named.name}' not found: left out"
             self._note(named.element, Code.NRP273, message, subject=named.name)
         else:
-            self._notes += (*slips_of(path), *doubts_of(path, duration_ns))
+            self._notes += check_machine_file(path)
         return path
 
     def _note(self, element: Element, code: Code, message: str, *, subject: str | None = None) -> None:
