@@ -330,7 +330,7 @@ def test_experiments_are_cloned_changed_and_deleted(coach: VirtualCoach, corpus:
 def test_accounts_and_servers_are_accepted_and_mentioned_once(
     corpus: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    from hbp_nrp_virtual_coach.once import say_once
+    from hbp_nrp_virtual_coach.settings import say_once
 
     say_once.cache_clear()
     for _ in range(2):

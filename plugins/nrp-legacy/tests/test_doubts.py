@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from nrp_legacy.document_checks import doubts_about
 from nrp_legacy.documents import read_bibi, read_experiment
-from nrp_legacy.doubts import doubts_about
 
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code, Weight

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from nrp_legacy.machine_consistency import check_machine
-from nrp_legacy.machine_slips import check_machine_file
 from nrp_legacy.shims.smach import State, StateMachine
+from nrp_legacy.state_machines import check_machine, check_machine_file
 
 from nrp_core.findings import Code
 

@@ -8,8 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend
-from nrp_legacy.brains import NotedNetwork, load_brain
-from nrp_legacy.injections import let_flow
+from nrp_legacy.brains import NotedNetwork, let_flow, load_brain
 
 from nrp_core.brain.devices.injector import SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.devices.sinks import SpikeRecorder

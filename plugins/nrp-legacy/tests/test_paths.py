@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from nrp_legacy.brains import load_brain
-from nrp_legacy.code import Source
+from nrp_legacy.code import Source, unnoted
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
-from nrp_legacy.notes import unnoted
 from nrp_legacy.shims.paths import Paths
 
 # code of Python 2 leaves files open

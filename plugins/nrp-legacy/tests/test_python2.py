@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_legacy.builtins2 import divide
 from nrp_legacy.code import Source
 from nrp_legacy.convert.python import piece_of
 from nrp_legacy.python2 import converted, executable, names
+from nrp_legacy.python2_builtins import divide
 
 from nrp_core.checks.validate import validate_file
 from nrp_core.errors import TransferFunctionError

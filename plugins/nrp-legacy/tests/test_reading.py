@@ -7,10 +7,8 @@ from pathlib import Path
 import pytest
 from nrp_legacy import documents
 from nrp_legacy.code import compiled_file
-from nrp_legacy.documents import FileNamed
-from nrp_legacy.elements import seconds_of
+from nrp_legacy.documents import FileNamed, pose_of, seconds_of
 from nrp_legacy.files import Library
-from nrp_legacy.poses import pose_of
 from nrp_legacy.reader import read_exc
 
 from nrp_core._support.xml import parse_xml

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 from nrp_legacy.convert.folder import write_folder
-from nrp_legacy.joint_topics import with_commanded_joints
 from nrp_legacy.reader import read_exc
+from nrp_legacy.topics import with_commanded_joints
 
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.reader import read_yaml

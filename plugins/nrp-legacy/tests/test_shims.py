@@ -14,13 +14,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from nrp_legacy.code import unnoted
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
-from nrp_legacy.notes import unnoted
-from nrp_legacy.shims import change_states, matrices, transformations
-from nrp_legacy.shims.containers import Concurrence
-from nrp_legacy.shims.cv_bridge import CvBridge, CvBridgeError
-from nrp_legacy.shims.smach import CBState, InvalidTransitionError, Sequence, State, StateMachine
+from nrp_legacy.shims import model_states, transformations
+from nrp_legacy.shims.modules import CvBridge, CvBridgeError
+from nrp_legacy.shims.smach import CBState, Concurrence, InvalidTransitionError, Sequence, State, StateMachine
 from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Duration, Time
 
@@ -68,28 +67,32 @@ def test_quaternions_multiply_as_their_matrices_do(one: float, two: float) -> No
 
 def test_a_matrix_is_composed_of_its_parts_and_taken_apart() -> None:
     parts = (2.0, 3.0, 0.5), (0.1, -0.2, 0.3), (0.4, -0.5, 0.6), (1.0, 2.0, 3.0)
-    composed = matrices.compose_matrix(*parts)
-    *found, perspective = matrices.decompose_matrix(composed)
+    composed = transformations.compose_matrix(*parts)
+    *found, perspective = transformations.decompose_matrix(composed)
     assert [pytest.approx(part) for part in found] == list(parts)
     assert perspective == pytest.approx((0, 0, 0, 1))
-    projected = matrices.compose_matrix(*parts, perspective=(0.0, 0.0, 0.1, 1.0))
-    assert matrices.is_same_transform(
-        projected, matrices.compose_matrix(*matrices.decompose_matrix(projected))
+    projected = transformations.compose_matrix(*parts, perspective=(0.0, 0.0, 0.1, 1.0))
+    assert transformations.is_same_transform(
+        projected, transformations.compose_matrix(*transformations.decompose_matrix(projected))
     )
-    moved = matrices.compose_matrix(angles=parts[2], translate=parts[3])
+    moved = transformations.compose_matrix(angles=parts[2], translate=parts[3])
     turned = transformations.euler_matrix(*parts[2])
     assert moved[:3, :3] == pytest.approx(turned[:3, :3])
     assert moved @ (0, 0, 0, 1) == pytest.approx((1, 2, 3, 1))
-    mirrored = matrices.compose_matrix(scale=(-1, 1, 1))
-    assert matrices.is_same_transform(mirrored, matrices.compose_matrix(*matrices.decompose_matrix(mirrored)))
+    mirrored = transformations.compose_matrix(scale=(-1, 1, 1))
+    assert transformations.is_same_transform(
+        mirrored, transformations.compose_matrix(*transformations.decompose_matrix(mirrored))
+    )
 
 
 def test_matrices_that_scale_mirror_and_rotate() -> None:
-    assert matrices.scale_matrix(2, (1, 0, 0)) @ (2, 1, 0, 1) == pytest.approx((3, 2, 0, 1))
-    assert matrices.scale_matrix(2, (1, 0, 0), (0, 5, 0)) @ (2, 1, 0, 1) == pytest.approx((2, 2, 0, 1))
-    assert matrices.reflection_matrix((1, 0, 0), (1, 0, 0)) @ (3, 2, 1, 1) == pytest.approx((-1, 2, 1, 1))
+    assert transformations.scale_matrix(2, (1, 0, 0)) @ (2, 1, 0, 1) == pytest.approx((3, 2, 0, 1))
+    assert transformations.scale_matrix(2, (1, 0, 0), (0, 5, 0)) @ (2, 1, 0, 1) == pytest.approx((2, 2, 0, 1))
+    assert transformations.reflection_matrix((1, 0, 0), (1, 0, 0)) @ (3, 2, 1, 1) == pytest.approx(
+        (-1, 2, 1, 1)
+    )
     turn = transformations.rotation_matrix(0.5, (0, 0, 2), (1, 1, 0))
-    angle, axis, point = matrices.rotation_from_matrix(turn)
+    angle, axis, point = transformations.rotation_from_matrix(turn)
     assert (angle, *axis) == pytest.approx((0.5, 0, 0, 1))
     assert point == pytest.approx((1, 1, 0, 1))
     assert transformations.unit_vector([[3, 4], [0, 2]], axis=1) == pytest.approx(
@@ -451,7 +454,7 @@ def test_machines_and_functions_talk_in_simulated_time(opened: Opened, corpus: P
 )  # fmt: skip
 def test_a_machine_may_give_a_rotation_in_any_form(rotation: Any) -> None:
     for place in (Point(1.0, 2.0, 3.0), {"x": 1, "y": 2, "z": 3}, (1, 2, 3)):
-        pose = pose_of(change_states.posed(place, rotation))
+        pose = pose_of(model_states.posed(place, rotation))
         assert pose.position == (1.0, 2.0, 3.0)
         assert pose.rpy == pytest.approx((0.0, 0.0, 1.5))
 

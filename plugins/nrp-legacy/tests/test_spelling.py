@@ -7,8 +7,8 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from nrp_legacy.document_checks import doubts_about
 from nrp_legacy.documents import read_bibi, read_experiment
-from nrp_legacy.doubts import doubts_about
 
 from nrp_core.findings import Code
 

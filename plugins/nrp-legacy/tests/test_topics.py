@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_legacy.aliases import find_alias
 from nrp_legacy.framework import topic
-from nrp_legacy.shims.tuples import as_in_ros1
+from nrp_legacy.shims.modules import as_in_ros1
+from nrp_legacy.topics import find_alias
 
 from nrp_core.checks.validate import validate_file
 from nrp_core.dsl.testing.mocks import MockWorld

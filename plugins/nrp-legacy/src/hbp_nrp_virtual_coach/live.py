@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 
 from nrp_legacy.maker import ShimmedMaker
 
-from hbp_nrp_virtual_coach.once import log
 from hbp_nrp_virtual_coach.runner import Runner
+from hbp_nrp_virtual_coach.settings import log
 from hbp_nrp_virtual_coach.storage import Stored
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.experiment import Experiment

@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from contextlib import suppress
 from typing import Any, TypeVar
 
-from hbp_nrp_virtual_coach.once import log
+from hbp_nrp_virtual_coach.settings import log
 from nrp_core.checks.warnings import announcement
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import LifecycleError

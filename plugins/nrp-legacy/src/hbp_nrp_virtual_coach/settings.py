@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 import os
+from functools import cache
 from pathlib import Path
 
 from nrp_core.cli.options import overrides_of
+
+log = logging.getLogger("hbp_nrp_virtual_coach")
+
+
+@cache
+def say_once(message: str) -> None:
+    """Log a warning, unless it has been logged before."""
+    log.warning(message)
+
 
 REAL_TIME = "realtime"
 """The default pace: scripts wait for times of the clock on the wall."""

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from hbp_nrp_virtual_coach import records, settings
-from hbp_nrp_virtual_coach.once import log, say_once
 from hbp_nrp_virtual_coach.runner import STOPPED
+from hbp_nrp_virtual_coach.settings import log, say_once
 from hbp_nrp_virtual_coach.simulation import Simulation
 from hbp_nrp_virtual_coach.storage import Storage, folders_of
 from nrp_core.errors import ExperimentError, did_you_mean

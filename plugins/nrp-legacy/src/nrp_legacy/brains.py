@@ -1,53 +1,203 @@
-"""Read brain files, with the populations that experiments name."""
+"""Read brain files, scripts and HDF5 of 2014, with the populations that experiments name."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import inf
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any, NoReturn
 
 import numpy as np
+from pyNN.standardmodels.cells import EIF_cond_alpha_isfa_ista
 
-from nrp_core._support.arrays import IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.dotted import last_name
 from nrp_core._support.xml import Element
+from nrp_core.brain.devices.sources import ACSource, DCSource, NoisyCurrentSource, SourceSpec
+from nrp_core.brain.files.hdf5 import array, reading
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.data import Network
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.picking import CIRCUIT, Selection, with_views
+from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.checks.code.statements import UnreadableError
 from nrp_core.dsl.selection.selectors import Selector
-from nrp_core.errors import ExperimentError, NetworkError
+from nrp_core.errors import CapabilityError, ExperimentError, NetworkError
 from nrp_core.findings import Code, Finding
-from nrp_legacy.code import Source, as_of_old, compiled_file, defined
-from nrp_legacy.elements import attribute, children, local, number
+from nrp_legacy.code import Notes, Source, as_of_old, compiled_file, defined, unnoted
+from nrp_legacy.documents import attribute, children, local, number
 from nrp_legacy.files import Library
-from nrp_legacy.h5_brain import read_h5_brain
-from nrp_legacy.injections import Injection, kept_injections
 from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.live.contents import Contents
 from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.joining import join
 from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.nest.models import SPIKE_RECORDERS
+from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, PyNNCells, recovering
 from nrp_legacy.nest.network import Conversion, network_of
-from nrp_legacy.nest.pynn_cells import PyNNCells
 from nrp_legacy.nest.running import RunningKernel
-from nrp_legacy.notes import Notes, unnoted
 from nrp_legacy.pynn07 import add_spellings
-from nrp_legacy.shims.futurized import futurized_modules
-from nrp_legacy.shims.graph import Graph
-from nrp_legacy.shims.import_path import ImportPath
-from nrp_legacy.shims.libraries import libraries_of_old
-from nrp_legacy.shims.logs import ClientLogger, log_modules
-from nrp_legacy.shims.missing import StandIns
-from nrp_legacy.shims.modules import message_modules
-from nrp_legacy.shims.paths import Paths
-from nrp_legacy.spinnaker import EXTERNAL_DEVICES, add_spinnaker
+from nrp_legacy.shims.graph import ClientLogger, Graph, log_modules
+from nrp_legacy.shims.libraries import futurized_modules, libraries_of_old
+from nrp_legacy.shims.modules import StandIns, message_modules, module
+from nrp_legacy.shims.paths import ImportPath, Paths
+
+CELL = "aeif_cond_alpha"
+LABEL = "circuit"
+_TIMES_MS = {"tau_syn_E": 1.8, "tau_syn_I": 8.0}
+"""Time constants of synapses where the file has none."""
+_EXCITES = 100
+
+
+def read_h5_brain(path: Path) -> Network:
+    """Return the network of a file.
+
+    Raises:
+        NetworkError: it is not such a file.
+    """
+    with reading(path) as file:
+        size = len(array(file, "x"))
+        cells = _cells(file, size)
+        excites = array(file, "excitatory") > _EXCITES
+        projections = [
+            projection
+            for receptor, chosen in (("excitatory", excites), ("inhibitory", ~excites))
+            if (projection := _projection(file, receptor, np.flatnonzero(chosen))) is not None
+        ]
+    return Network({LABEL: cells}, tuple(projections), {LABEL: np.arange(size)}, timestep_ms=0.1)
+
+
+def _cells(file: Any, size: int) -> Population:
+    parameters: dict[str, FloatArray] = {}
+    for name, default in EIF_cond_alpha_isfa_ista.default_parameters.items():
+        source = CELLS[CELL].parameters.get(name)
+        if name in _TIMES_MS:
+            values = array(file, name, float) if name in file else np.full(size, _TIMES_MS[name])
+        elif name == "tau_m":
+            values = array(file, "C_m", float) / array(file, "g_L", float)
+        elif source is not None and source.name in file:
+            values = array(file, source.name, float) * source.scale
+        else:
+            values = np.full(size, float(default))
+        parameters[name] = np.ascontiguousarray(values)
+    positions = np.stack([array(file, axis, float) for axis in "xyz"], axis=1)
+    initial = {"v": parameters["v_rest"].copy()}
+    initial |= {
+        name: np.full(size, float(value))
+        for name, value in EIF_cond_alpha_isfa_ista.default_initial_values.items()
+        if name != "v"
+    }
+    cell_type = CELLS[CELL].cell_type
+    return Population(LABEL, size, cell_type, parameters, initial, positions_um=positions)
+
+
+def _projection(file: Any, receptor: str, sources: np.ndarray[Any, Any]) -> Projection | None:
+    tables = {i: array(file, f"syn_{i + 1}", float) for i in sources.tolist() if f"syn_{i + 1}" in file}
+    if not tables:
+        return None
+    rows = np.concatenate([table[:6] for table in tables.values()], axis=1)
+    pre = np.repeat(list(tables), [table.shape[1] for table in tables.values()])
+    target, delay, weight, u, recovery, facilitation = rows
+    return Projection(
+        receptor, LABEL, LABEL, receptor, pre.astype(np.int32), target.astype(np.int32) - 1,
+        np.abs(weight) * 1e-3, delay, TSODYKS_MARKRAM,
+        {"U": u, "tau_rec": recovering(recovery), "tau_facil": facilitation},
+    )  # fmt: skip
+
+
+EXTERNAL_DEVICES = (
+    "spynnaker_external_devices_plugin.pyNN", "spynnaker8.external_devices",
+    "spynnaker.pyNN.external_devices", "pyNN.spiNNaker.external_devices",
+)  # fmt: skip
+"""Modules of the devices."""
+_SETTINGS = ("set_number_of_neurons_per_core", "add_machine_constraint", "set_allow_delay_extensions")
+
+
+def external_devices(sim: ModuleType) -> ModuleType:
+    """Return the live devices for spikes to and from the machine, which the experiment replaces."""
+
+    class LiveSpikesConnection:
+        def __init__(self, *_values: Any, **_options: Any) -> None:
+            """Connect nothing."""
+
+        def _nothing(self, *_values: Any, **_options: Any) -> None:
+            """Do nothing."""
+
+        add_receive_callback = add_start_callback = add_start_resume_callback = add_init_callback = _nothing
+        send_spike = send_spikes = add_pause_stop_callback = start = join = close = _nothing
+
+    return module(
+        "external_devices",
+        activate_live_output_for=_set_nothing, activate_live_output_to=_set_nothing,
+        SpikeInjector=lambda *_values, **_options: sim.SpikeSourceArray(spike_times=[]),
+        SpynnakerLiveSpikesConnection=LiveSpikesConnection,
+        SpynnakerPoissonControlConnection=LiveSpikesConnection,
+    )  # fmt: skip
+
+
+def add_spinnaker(sim: ModuleType) -> None:
+    """Add the functions of simulators for SpiNNaker to a simulator."""
+    vars(sim).update(dict.fromkeys(_SETTINGS, _set_nothing), external_devices=external_devices(sim))
+
+
+def _set_nothing(*_values: Any, **_options: Any) -> None:
+    """Do nothing, because there is no machine."""
+
+
+_FOREVER_MS = 1e12
+
+
+@dataclass(frozen=True)
+class Injection:
+    """A current into cells (global ids)."""
+
+    spec: SourceSpec
+    cells: IntArray
+
+
+def kept_injections(sim: ModuleType) -> list[Injection]:
+    """Add time-dependent currents to a simulator; return the list that collects them."""
+    kept: list[Injection] = []
+    sources: list[Any] = []
+    state, constant, injected = sim.state, sim.state.inject, sim.state.injected
+
+    def inject(source: Any, cells: IntArray) -> None:
+        try:
+            constant(source, cells)
+        except CapabilityError:
+            sources.append(source)
+            kept.extend(Injection(spec, cells) for spec in _specs(source))
+
+    state.inject, state.injected = inject, lambda: [*injected(), *sources]
+    return kept
+
+
+def let_flow(injections: tuple[Injection, ...], brain: Brain) -> None:
+    """Add currents to a brain."""
+    for i, injection in enumerate(injections):
+        brain.add_source(injection.spec, injection.cells, name=f"brain/current/{i}")
+
+
+def _specs(source: Any) -> Iterator[SourceSpec]:
+    kind = type(source).__name__
+    if kind == "StepCurrentSource":
+        ends = np.append(source.times[1:], inf)
+        for start, stop, amplitude in zip(source.times, ends, source.amplitudes, strict=True):
+            yield DCSource(start=float(start), stop=float(stop), amplitude=float(amplitude))
+        return
+    start, stop = float(source.start), inf if source.stop >= _FOREVER_MS else float(source.stop)
+    if kind == "DCSource":
+        yield DCSource(start=start, stop=stop, amplitude=source.amplitude)
+    elif kind == "ACSource":
+        wave = {name: getattr(source, name) for name in ("amplitude", "offset", "frequency", "phase")}
+        yield ACSource(start=start, stop=stop, **wave)
+    elif kind == "NoisyCurrentSource":
+        yield NoisyCurrentSource(start=start, stop=stop, mean=source.mean, stdev=source.stdev)
+
 
 _PYNN = ("pyNN", "hbp_nrp_cle.brainsim", "python_cle", "spynnaker")
 """How the names of modules begin in which scripts find PyNN's populations."""

@@ -1,4 +1,4 @@
-"""Turn the code in documents into code for Python 3."""
+"""Turn the code in documents into code for Python 3, and note what is converted or left out."""
 
 from __future__ import annotations
 
@@ -10,13 +10,30 @@ from dataclasses import dataclass
 from pathlib import Path
 from textwrap import dedent
 from types import CodeType
+from typing import Protocol
 
 from nrp_bibi.model.values import dedented
 
 from nrp_core._support.xml import Element
 from nrp_core.findings import Code
-from nrp_legacy.notes import Notes, unnoted
 from nrp_legacy.python2 import Converted, converted, executable, refusal
+
+
+class Notes(Protocol):
+    """Takes a note."""
+
+    def __call__(self, code: Code, message: str, *, subject: str | None = None) -> object:
+        """Take a note.
+
+        Args:
+            code: its kind.
+            message: the note.
+            subject: the thing concerned, if it has a name.
+        """
+
+
+def unnoted(code: Code, message: str, *, subject: str | None = None) -> None:
+    """Drop a note, which was taken at an earlier reading."""
 
 
 @contextmanager

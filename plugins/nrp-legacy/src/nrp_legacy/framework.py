@@ -1,28 +1,304 @@
-"""The module ``nrp`` of files of the platform: our language, with the platform's spellings."""
+"""The module ``nrp`` of files of the platform: our language, with the platform's spellings and devices.
+
+Where NEST is used directly, devices are set in pA, nS and pF. ``nrp.config.brain_root`` and ``nrp.brain``
+have the variables of the brain file.
+"""
 
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
+from math import inf
 from types import ModuleType
-from typing import Any
+from typing import Any, ClassVar
+from weakref import WeakSet
+
+import numpy as np
 
 from nrp_core import dsl
+from nrp_core.brain import interface
+from nrp_core.brain.network.data import Network
+from nrp_core.clock import from_milliseconds
+from nrp_core.dsl import brain as any_brain
+from nrp_core.dsl.devices.devices import (
+    CurrentGenerator,
+    Device,
+    LeakyIntegratorDevice,
+    NoiseCurrentGenerator,
+    Port,
+    SettableAttribute,
+    SineCurrentGenerator,
+    SpikeGenerator,
+)
 from nrp_core.dsl.devices.kinds import DeviceKind
 from nrp_core.dsl.functions.variables import Variable
 from nrp_core.dsl.parameters.binding import Binding
-from nrp_core.dsl.selection.selectors import evaluate
+from nrp_core.dsl.selection.selection import Selection
+from nrp_core.dsl.selection.selectors import Selector, evaluate
 from nrp_core.findings import Code
-from nrp_legacy.brain_root import Brain
-from nrp_legacy.devices import device_kinds, in_our_units, recovering_at_once
+from nrp_legacy.code import Notes
+from nrp_legacy.live.built import built_of
 from nrp_legacy.live.cells import Cells
-from nrp_legacy.notes import Notes
+from nrp_legacy.nest.models import recovering
 from nrp_legacy.shims.graph import absolute, log
-from nrp_legacy.shims.message_numbers import with_numbers
-from nrp_legacy.shims.modules import OpenMessage, module
-from nrp_legacy.shims.tuples import as_in_ros1
+from nrp_legacy.shims.modules import OpenMessage, as_in_ros1, module, with_numbers
+
+_STEP_MS = 1.0
+"""The time step of a machine whose network does not set another."""
+
+
+class SendingIntegrator(LeakyIntegratorDevice):
+    """A leaky integrator that sends its voltage each time a number of time steps of its network has passed.
+
+    Args:
+        timesteps: this number.
+    """
+
+    __slots__ = ("_brain", "_period_ns", "_sent", "_timesteps")
+
+    options: ClassVar[tuple[str, ...]] = ("timesteps",)
+
+    def __init__(
+        self,
+        parameter: str,
+        port: Port,
+        selection: Selection,
+        release: Callable[[], None],
+        *,
+        timesteps: float = 10,
+    ) -> None:
+        super().__init__(parameter, port, selection, release)
+        if not timesteps >= 1:
+            raise ValueError(f"timesteps must be 1 or more, not {timesteps}")
+        self._timesteps = int(timesteps)
+        self._sent = 0
+
+    def attach(self, brain: interface.Brain) -> None:
+        """Follow the time of a brain."""
+        self._brain = brain
+        self._period_ns = from_milliseconds(self._timesteps * (brain.network.timestep_ms or _STEP_MS))
+        self.refresh(brain.now_ns)
+
+    def has_news(self) -> bool:
+        return self._brain.now_ns // self._period_ns > self._sent
+
+    def refresh(self, now_ns: int) -> None:
+        self._sent = now_ns // self._period_ns
+
+    def reset(self) -> None:
+        self._sent = 0
+
+    def save(self) -> Any:
+        return self._sent
+
+    def restore(self, saved: Any) -> None:
+        self._sent = saved
+
+
+class SendingKind(DeviceKind):
+    """A kind of leaky integrator that can trigger functions."""
+
+    __slots__ = ()
+
+    def open(
+        self, binding: Binding, selection: Selection, options: Mapping[str, Any], *, parameter: str, name: str
+    ) -> Device:
+        device = super().open(binding, selection, options, parameter=parameter, name=name)
+        assert isinstance(device, SendingIntegrator)
+        device.attach(binding.brain)
+        return device
+
+
+def sending(kind: DeviceKind) -> SendingKind:
+    """Return a kind of leaky integrator whose devices can trigger functions."""
+    return SendingKind(kind.name, kind.spec, SendingIntegrator, kind.defaults)
+
+
+_KILO = 1e-3
+_LARGEST = sys.float_info.max
+_SMALL = frozenset({"amplitude", "offset", "mean", "stdev", "weight", "cm", "i_offset"})
+"""Settings in nA, uS or nF, which NEST has in pA, nS or pF."""
+
+
+class _Forgiving(SettableAttribute):
+    """An attribute with another name or unit; invalid values become the nearest valid value.
+
+    Args:
+        name: name of the port's attribute.
+        scale: factor from the user's unit to that of the port.
+        lowest: the lowest valid value.
+    """
+
+    def __init__(self, name: str, scale: float = 1.0, lowest: float = -inf) -> None:
+        super().__init__(f"{name}, as on the platform.")
+        self._port_name, self._scale, self._lowest = name, scale, lowest
+        self._told: WeakSet[Any] = WeakSet()
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = self._port_name
+
+    def __get__(self, device: Device | None, owner: type) -> Any:
+        value = super().__get__(device, owner)
+        return value if device is None else value / self._scale
+
+    def __set__(self, device: Device, value: Any) -> None:
+        if isinstance(value, (int, float)) and max(self._lowest, -_LARGEST) <= value <= _LARGEST:
+            super().__set__(device, value * self._scale)
+            return
+        given = np.asarray(value, dtype=float) * self._scale
+        taken = np.maximum(np.where(np.isfinite(given), given, 0.0), self._lowest)
+        if (taken != given).any() and device.port not in self._told:
+            self._told.add(device.port)
+            message = f"{device.parameter}: {self._port_name} cannot be {value}: set to {taken}"
+            type(device).notes(Code.NRP225, message, subject=device.parameter)  # type: ignore[attr-defined]
+        super().__set__(device, taken.item() if taken.size == 1 else taken)
+
+
+class Spikes(SpikeGenerator):
+    """Spikes at a rate."""
+
+    __slots__ = ()
+    rate = _Forgiving("rate", lowest=0.0)
+
+
+class Current(CurrentGenerator):
+    """A constant current."""
+
+    __slots__ = ()
+    amplitude = _Forgiving("amplitude")
+
+
+class Sine(SineCurrentGenerator):
+    """A sinusoidal current."""
+
+    __slots__ = ()
+    amplitude = _Forgiving("amplitude")
+    offset = _Forgiving("offset")
+
+
+class Noise(NoiseCurrentGenerator):
+    """A noisy current whose standard deviation has both names."""
+
+    __slots__ = ()
+    mean = _Forgiving("mean")
+    stdev = std = _Forgiving("stdev", lowest=0.0)
+
+
+class NestCurrent(CurrentGenerator):
+    """A constant current in pA."""
+
+    __slots__ = ()
+    amplitude = _Forgiving("amplitude", _KILO)
+
+
+class NestSine(SineCurrentGenerator):
+    """A sinusoidal current in pA."""
+
+    __slots__ = ()
+    amplitude = _Forgiving("amplitude", _KILO)
+    offset = _Forgiving("offset", _KILO)
+
+
+class NestNoise(NoiseCurrentGenerator):
+    """A noisy current in pA."""
+
+    __slots__ = ()
+    mean = _Forgiving("mean", _KILO)
+    stdev = std = _Forgiving("stdev", _KILO, lowest=0.0)
+
+
+def device_kinds(notes: Notes, *, nest_units: bool) -> dict[str, DeviceKind]:
+    """Return the lenient kinds of devices, by name.
+
+    Args:
+        notes: receives a note about each value that no device can have.
+        nest_units: whether currents are in pA.
+    """
+    currents = (NestCurrent, NestSine, NestNoise) if nest_units else (Current, Sine, Noise)
+    kinds = {"dc_source": currents[0], "ac_source": currents[1], "nc_source": currents[2],
+             "poisson": Spikes, "fixed_frequency": Spikes}  # fmt: skip
+    noting = {"__slots__": (), "notes": staticmethod(notes)}
+    forgiving = {
+        name: replace(getattr(dsl, name), device=type(device.__name__, (device,), noting))
+        for name, device in kinds.items()
+    }
+    integrators = (dsl.leaky_integrator_alpha, dsl.leaky_integrator_exp)
+    return {**forgiving, **{kind.name: sending(kind) for kind in integrators}}
+
+
+def recovering_at_once(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings in which synapses may have a time constant of recovery of 0, as on the platform."""
+    law = settings.get("synapse_type")
+    if not isinstance(law, Mapping) or not isinstance(law.get("tau_rec"), (int, float)):
+        return dict(settings)
+    return {**settings, "synapse_type": {**law, "tau_rec": recovering(law["tau_rec"])}}
+
+
+def in_our_units(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings in the units of NEST in ours."""
+    return {name: _scaled(value) if name in _SMALL else value for name, value in settings.items()}
+
+
+def _scaled(value: Any) -> Any:
+    return [_scaled(one) for one in value] if isinstance(value, (list, tuple)) else value * _KILO
+
+
+_NOTHING = object()
+
+
+class BrainRoot:
+    """The module of the brain file; changes of its cells and synapses change the running brain.
+
+    Args:
+        network: the network that the file has built, None if it is not known yet.
+    """
+
+    def __init__(self, network: Network | None) -> None:
+        self._network = network
+        self._built = None if network is None else built_of(network)
+
+    def __deepcopy__(self, memo: object) -> BrainRoot:
+        """Return the root itself, so that variables are not copies."""
+        return self
+
+    def __getattr__(self, name: str) -> Any:
+        if name[:2] == "__":
+            raise AttributeError(name)
+        found = self.found(name)
+        return getattr(any_brain, name) if found is _NOTHING else found
+
+    def found(self, name: str) -> Any:
+        """Return the neurons of this name, otherwise the value of the file's variable."""
+        network, built = self._network, self._built
+        if network is None or built is None:
+            return _NOTHING
+        if name in network.views or name in network.populations:
+            return Cells(built, f"brain.{name}", network.neurons(name))
+        if name in built.variables:
+            return built.show(built.variables[name], f"brain.{name}")
+        return _NOTHING
+
+
+class Brain(Selector):
+    """The object ``nrp.brain``: its attributes are selectors, or values of variables of the brain file.
+
+    Args:
+        root: holds the variables.
+    """
+
+    __slots__ = ("_root",)
+
+    def __init__(self, root: Any) -> None:
+        super().__init__(any_brain._find, repr(any_brain))
+        self._root = root
+
+    def __getattr__(self, name: str) -> Any:
+        held = self._root.found(name) if isinstance(self._root, BrainRoot) else _NOTHING
+        return super().__getattr__(name) if held is _NOTHING or isinstance(held, Cells) else held
+
 
 __extends_dsl__ = True
 """Errors here are reported at the caller; see :mod:`nrp_core.dsl.parameters.source_line`."""

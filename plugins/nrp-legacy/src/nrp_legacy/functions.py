@@ -15,12 +15,10 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading import listing
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.errors import TransferFunctionError
-from nrp_legacy.code import Source
-from nrp_legacy.documents import is_active, priority_of
-from nrp_legacy.elements import attribute, children, local, text
+from nrp_legacy.code import Notes, Source
+from nrp_legacy.documents import attribute, children, is_active, local, priority_of, text
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
-from nrp_legacy.notes import Notes
 
 _OF_BLOCKS = ("local", "device", "deviceGroup", "topic", "returnValue")
 _PYTHON = ("PythonTransferFunction", "transferFunctionImport", "transferFunctionInline")

@@ -24,9 +24,9 @@ from nrp_core.paths import ExistingFile
 from nrp_legacy.brains import load_script
 from nrp_legacy.code import Source
 from nrp_legacy.files import Library
-from nrp_legacy.machine_slips import check_machine_file
 from nrp_legacy.maker import ShimmedMaker
 from nrp_legacy.reader import read_described
+from nrp_legacy.state_machines import check_machine_file
 
 RESOURCES = "resources"
 """The folder, beside transfer functions, whose modules they can import."""

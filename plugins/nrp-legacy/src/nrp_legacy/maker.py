@@ -27,22 +27,18 @@ from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_scene
 from nrp_core.world.world import World
 from nrp_legacy import code
-from nrp_legacy.aliases import find_alias
-from nrp_legacy.bases import with_sliding_base
-from nrp_legacy.brains import load_brain, remark, with_unseen
-from nrp_legacy.builtins2 import quotient
+from nrp_legacy.brains import let_flow, load_brain, remark, with_unseen
+from nrp_legacy.code import unnoted
 from nrp_legacy.documents import Bibi
 from nrp_legacy.files import EMPTY_ROOM, Library
 from nrp_legacy.functions import code_of, load, sources_of
-from nrp_legacy.injections import let_flow
-from nrp_legacy.joint_topics import with_commanded_joints
 from nrp_legacy.live.built import built_of
-from nrp_legacy.machines import StateMachines
 from nrp_legacy.namespace import Namespace
-from nrp_legacy.notes import unnoted
-from nrp_legacy.shared_topics import SharedTopics
-from nrp_legacy.shims.clock import CLOCK, declare_clock, let_tick
-from nrp_legacy.two_way_topics import let_all_talk, plain_name
+from nrp_legacy.python2_builtins import quotient
+from nrp_legacy.robots import with_sliding_base
+from nrp_legacy.shims.times import CLOCK, declare_clock, let_tick
+from nrp_legacy.state_machines import StateMachines
+from nrp_legacy.topics import SharedTopics, find_alias, let_all_talk, plain_name, with_commanded_joints
 
 _PLATFORM = frozenset({"hbp_nrp_cle", "python_cle"})
 """Packages of the platform that have the simulator and the functions' decorators."""

@@ -16,30 +16,30 @@ from nrp_core.findings import Code
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
 from nrp_core.world.messages.std_msgs import Float32, Int32, String
 from nrp_legacy import python2
-from nrp_legacy.brain_root import BrainRoot
-from nrp_legacy.code import compiled_file
+from nrp_legacy.code import Notes, compiled_file
 from nrp_legacy.files import Library
-from nrp_legacy.framework import framework, topic
+from nrp_legacy.framework import BrainRoot, framework, topic
 from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.notes import Notes
 from nrp_legacy.shims.actions import action_modules
-from nrp_legacy.shims.containers import smach_module
-from nrp_legacy.shims.cv_bridge import CvBridge, cv_bridge_module
-from nrp_legacy.shims.futurized import futurized_modules
-from nrp_legacy.shims.graph import Graph, log
-from nrp_legacy.shims.import_path import ImportPath
-from nrp_legacy.shims.libraries import libraries_of_old
-from nrp_legacy.shims.logs import ClientLogger, log_modules
-from nrp_legacy.shims.matrices import transformations_module
-from nrp_legacy.shims.missing import StandIns, with_missing_parts
-from nrp_legacy.shims.modules import message_modules, module, service_modules
-from nrp_legacy.shims.paths import Paths
+from nrp_legacy.shims.graph import ClientLogger, Graph, log, log_modules
+from nrp_legacy.shims.libraries import futurized_modules, libraries_of_old
+from nrp_legacy.shims.modules import (
+    CvBridge,
+    StandIns,
+    cv_bridge_module,
+    message_modules,
+    module,
+    service_modules,
+    with_missing_parts,
+)
+from nrp_legacy.shims.paths import ImportPath, Paths
 from nrp_legacy.shims.rospy import rospy_module, sleep
 from nrp_legacy.shims.services import Services
+from nrp_legacy.shims.smach import smach_module
 from nrp_legacy.shims.states import nrp_states_module, smach_ros_module
-from nrp_legacy.shims.transformations import tf_module
+from nrp_legacy.shims.transformations import tf_module, transformations_module
 
 _STATES = "hbp_nrp_excontrol.nrp_states"
 _FILES_OF_STATES = (

@@ -19,12 +19,11 @@ from nrp_core.experiment.reading.reader import experiment_of, overridden
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.paths import MissingFileError, existing_folder
 from nrp_legacy import documents
-from nrp_legacy.doubts import doubts_about
-from nrp_legacy.elements import local, milliseconds_of, seconds_of
+from nrp_legacy.document_checks import doubts_about
+from nrp_legacy.documents import local, milliseconds_of, pose_of, seconds_of
 from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, models_of_installation
-from nrp_legacy.machine_slips import check_machine_file
 from nrp_legacy.maker import LegacyMaker
-from nrp_legacy.poses import pose_of
+from nrp_legacy.state_machines import check_machine_file
 
 TIMESTEP_MS = 20.0
 """The default period of a loop."""

@@ -1,34 +1,172 @@
-"""Write an experiment of the platform as a folder in our own format."""
+"""Write an experiment of the platform as a folder in our own format.
+
+Rooms and robots come with the models that they refer to. State machines that only wait for times and change
+colours become events.
+"""
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 from ruamel.yaml import YAML
 
-from nrp_core.clock import milliseconds
+from nrp_core.clock import milliseconds, seconds
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.making.maker import Maker
 from nrp_core.experiment.making.prepare import Plan, load_functions, make_parts, prepare
 from nrp_core.experiment.model.experiment import BackendSection, Experiment
 from nrp_core.experiment.reading.reader import read_yaml
+from nrp_core.world.scene.devices import JointController, TrajectoryController
 from nrp_core.world.scene.model import Scene
-from nrp_legacy.code import Source
-from nrp_legacy.convert.brain import write_brain
+from nrp_legacy.code import Source, unnoted
+from nrp_legacy.convert.brain import copy_neighbours, write_brain
 from nrp_legacy.convert.functions import Functions, write_texts
-from nrp_legacy.convert.machines import events_of
-from nrp_legacy.convert.models import Models, add_controllers
-from nrp_legacy.convert.neighbours import copy_neighbours
 from nrp_legacy.convert.python import modern
+from nrp_legacy.files import Library
 from nrp_legacy.imported import RESOURCES
 from nrp_legacy.maker import LegacyMaker
-from nrp_legacy.two_way_topics import plain_name
+from nrp_legacy.namespace import Namespace
+from nrp_legacy.shims.service_states import SetMaterialColorServiceState
+from nrp_legacy.shims.smach import StateMachine
+from nrp_legacy.shims.states import ClientLogState, ClockDelayState, PollingState, WaitToClockState
+from nrp_legacy.state_machines import machine_in
+from nrp_legacy.topics import plain_name
+
+MODELS = "models"
+_REFERENCE = re.compile(r"(?:model|package)://([\w.-]+)")
+_TEXTS = (".sdf", ".urdf", ".world", ".xacro")
+
+
+class Models:
+    """Copies models into a folder, each once.
+
+    Args:
+        library: the search path for models.
+        folder: the folder of the imported experiment.
+    """
+
+    def __init__(self, library: Library, folder: Path) -> None:
+        self._library, self._folder = library, folder
+        self._copied: set[Path] = set()
+
+    def copy(self, path: Path) -> str:
+        """Copy a room or robot and what it refers to; return its file, relative to the folder."""
+        if path.parent in (self._library.folder, self._library.folder.parent):
+            shutil.copy(path, self._folder / path.name)
+            self._follow(path)
+            return path.name
+        self._copy_folder(path.parent)
+        return f"{MODELS}/{path.parent.name}/{path.name}"
+
+    def _copy_folder(self, source: Path) -> None:
+        if source in self._copied:
+            return
+        self._copied.add(source)
+        shutil.copytree(source, self._folder / MODELS / source.name, dirs_exist_ok=True)
+        for path in sorted(source.rglob("*")):
+            if path.suffix in _TEXTS:
+                self._follow(path)
+
+    def _follow(self, path: Path) -> None:
+        for name in dict.fromkeys(_REFERENCE.findall(path.read_text("utf-8", "replace"))):
+            found = (root / name for root in self._library.roots())
+            folder = next((folder for folder in found if folder.is_dir()), None)
+            if folder is not None:
+                self._copy_folder(folder.resolve())
+
+
+def add_controllers(
+    path: Path, controllers: list[JointController], followers: list[TrajectoryController]
+) -> bool:
+    """Write controllers of joints into the file of a robot; return whether this succeeded."""
+    text = path.read_text("utf-8")
+    before, end, after = text.rpartition("</model>")
+    if not end:
+        return False
+    lines = [
+        f"    <controller joint_name={quoteattr(one.joint)}><type>{one.kind}</type>"
+        f"<topic>{one.topic}</topic></controller>"
+        for one in controllers
+    ]
+    plugin = [
+        '<plugin name="commanded_joints" filename="libgeneric_controller_plugin.so">',
+        *lines,
+        "  </plugin>",
+    ]
+    added = [*(plugin if lines else []), *map(_plugin, followers)]
+    path.write_text(before + "  " + "\n".join(added) + "\n  " + end + after, encoding="utf-8")
+    return True
+
+
+def _plugin(follower: TrajectoryController) -> str:
+    joints = "".join(f"<joint_name>{joint}</joint_name>" for joint in follower.joints)
+    return (
+        f'<plugin name={quoteattr(follower.name)} filename="gz-sim-joint-trajectory-controller-system">'
+        f"<topic>{follower.command_topic}</topic>{joints}</plugin>"
+    )
+
+
+def events_of(path: Path, names: Namespace) -> dict[str, Any] | None:
+    """Return a machine as events by name; None if events cannot express it.
+
+    Args:
+        path: its file.
+        names: its initial names and imports.
+    """
+    module = names.fresh()
+    try:
+        names.scope.run(path, module, Source.of_file(path).compiled(unnoted))
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything
+        raise names.scope.located(error, ExperimentError, path) from None
+    machine = machine_in(module)
+    return _events(machine, path.stem) if isinstance(machine, StateMachine) else None
+
+
+def _events(machine: StateMachine, stem: str) -> dict[str, Any] | None:
+    states: Mapping[str, Any] = machine._states
+    label, now_ns, seen = machine._initial, 0, set[str]()
+    events: dict[str, Any] = {}
+    while label in states and label is not None:
+        state, ways = states[label], machine._transitions[label]
+        if label in seen:
+            return None
+        seen.add(label)
+        if isinstance(state, WaitToClockState):
+            now_ns, outcome = max(now_ns, state.end_ns), "invalid"
+        elif isinstance(state, ClockDelayState):
+            now_ns, outcome = now_ns + state.delay_ns, "invalid"
+        elif isinstance(state, SetMaterialColorServiceState):
+            model, link, visual, _, color = state.values
+            topic = f"/{model}/{link}/{visual}/color"
+            name = f"{stem}_{label}".replace("-", "_").replace(" ", "_")
+            events[name] = {"at": f"{seconds(now_ns):g} s", "publish": {"topic": topic, "value": color}}
+            outcome = "succeeded"
+        elif isinstance(state, ClientLogState):
+            outcome = "succeeded"
+        else:
+            return events if _only_look(machine, label) else None
+        label = ways.get(outcome)
+    return events
+
+
+def _only_look(machine: StateMachine, label: str) -> bool:
+    """Return whether all states that can follow a state have no effect."""
+    waiting, seen = [label], set[str]()
+    while waiting:
+        one = waiting.pop()
+        if one in machine._states and one not in seen:
+            seen.add(one)
+            waiting += machine._transitions[one].values()
+    return all(isinstance(machine._states[one], (PollingState, ClientLogState)) for one in seen)
+
 
 FILE, FUNCTIONS, MACHINES, REPORT = "experiment.yaml", "transfer_functions", "state_machines", "import.md"
 PLATFORM = "hbp_nrp"

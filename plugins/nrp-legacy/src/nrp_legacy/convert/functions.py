@@ -14,7 +14,7 @@ from nrp_legacy.convert.python import Piece, piece_of
 from nrp_legacy.documents import is_active, priority_of
 from nrp_legacy.functions import part_source
 from nrp_legacy.maker import LegacyMaker
-from nrp_legacy.shims.logs import LOGS
+from nrp_legacy.shims.graph import LOGS
 
 _NEST_UNITS = ("dc_source", "ac_source", "nc_source", "weight=")
 _HELPERS = "shared"

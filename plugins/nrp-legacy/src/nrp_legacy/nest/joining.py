@@ -12,18 +12,17 @@ from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
 from nrp_legacy.nest.kernel import Block, Group, Kernel
-from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKE_RECORDERS, SPIKES
-from nrp_legacy.nest.multisynapse import settled
+from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKE_RECORDERS, SPIKES, scale_of
 from nrp_legacy.nest.network import (
     by_ends,
     by_receptor,
     cells_from,
     nodes_in,
     plasticity_of,
+    settled,
     trains_at,
     trains_of,
 )
-from nrp_legacy.nest.pynn_cells import scale_of
 
 _DIRECT = {"amplitude": 0.0, "start": 0.0, "stop": 1e12}
 

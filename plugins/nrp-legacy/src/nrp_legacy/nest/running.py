@@ -19,9 +19,8 @@ from nrp_core.experiment.running.run import Run
 from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.nest.joining import Joined
 from nrp_legacy.nest.kernel import Block, Group, Kernel
-from nrp_legacy.nest.models import CELLS, POISSON, SPIKE_RECORDERS, SPIKES, SynapseModel
+from nrp_legacy.nest.models import CELLS, NEST_OF, POISSON, SPIKE_RECORDERS, SPIKES, SynapseModel
 from nrp_legacy.nest.network import Conversion
-from nrp_legacy.nest.pynn_cells import NEST_OF
 
 _SYNAPSES = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
 _TSODYKS = {"tau_facil": "tau_fac"}

@@ -1,6 +1,7 @@
 """The state of a run for the shims: its time, its topics and its log.
 
-Before the run begins, topics are only remembered: :meth:`Graph.wanted` says which.
+Before the run begins, topics are only noted: :meth:`Graph.wanted` returns them. ``hbp_nrp_excontrol.logs``
+are texts for the user, which state machines can wait for.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import logging
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Final, Protocol
 
 from nrp_core.cle.engine import ClosedLoop
@@ -16,12 +18,13 @@ from nrp_core.clock import seconds
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, Level
+from nrp_core.world.messages.std_msgs import String
 from nrp_core.world.rigid import Vector
 from nrp_core.world.topics import Direction, Stamped, Subscription, check_message
 from nrp_core.world.world import World
 from nrp_legacy.documents import ROBOT
+from nrp_legacy.shims.modules import OpenMessage, as_in_ros1, module
 from nrp_legacy.shims.steps import Task
-from nrp_legacy.shims.tuples import as_in_ros1
 
 log = logging.getLogger("nrp_legacy")
 """What experiments log."""
@@ -275,3 +278,52 @@ class Graph:
         stamped = subscription.latest
         self.world.unsubscribe(subscription)
         return None if stamped is None else as_in_ros1(stamped.message)
+
+
+LOGS = "/ros_cle_simulation/logs"
+"""The topic of the texts, which is there if somebody listens."""
+
+
+class ClientLoggerMessage(OpenMessage):
+    """A text for the user, as ``message``."""
+
+
+def shown(topic: str, message: Any, graph: Graph) -> bool:
+    """Show a message of the topic of texts to the user; return whether nobody else listens to it."""
+    if topic != LOGS:
+        return False
+    log.info("%s", getattr(message, "data", getattr(message, "message", message)))
+    if not graph.has_begun:
+        return True
+    graph.declare(LOGS, type(message))
+    return LOGS not in graph.world.subscribed
+
+
+class ClientLogger:
+    """Shows texts to the user.
+
+    Args:
+        graph: the graph of the run.
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+
+    def info(self, *words: object) -> None:
+        """Show a text."""
+        text = " ".join(map(str, words))
+        log.info("%s", text)
+        if LOGS in self._graph.topics:  # some files take its messages for strings
+            takes_strings = self._graph.world.topics[LOGS].type is String
+            message = String(text) if takes_strings else ClientLoggerMessage(message=text)
+            self._graph.publish(LOGS, type(message), message)
+
+    advertise = info
+
+    def clear_advertisements(self) -> None:
+        """Do nothing, because shown texts stay."""
+
+
+def log_modules(logger: ClientLogger) -> dict[str, ModuleType]:
+    """Return the module with a logger, by its name."""
+    return {"hbp_nrp_excontrol.logs": module("logs", clientLogger=logger)}

@@ -10,10 +10,8 @@ from typing import Any
 
 from nrp_core.clock import NS_PER_S
 from nrp_core.findings import Code
-from nrp_legacy.shims.graph import Graph, absolute, log
-from nrp_legacy.shims.logs import shown
-from nrp_legacy.shims.message_numbers import with_numbers
-from nrp_legacy.shims.modules import OpenMessage, module
+from nrp_legacy.shims.graph import Graph, absolute, log, shown
+from nrp_legacy.shims.modules import OpenMessage, module, with_numbers
 from nrp_legacy.shims.services import Service, ServiceException, Services
 from nrp_legacy.shims.times import Duration, Time
 

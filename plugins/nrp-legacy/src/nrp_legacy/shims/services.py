@@ -11,8 +11,7 @@ from nrp_core.findings import Code
 from nrp_core.world.messages import gazebo_srvs, std_srvs
 from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_legacy.shims.graph import Graph, absolute
-from nrp_legacy.shims.message_numbers import with_numbers
-from nrp_legacy.shims.modules import OpenMessage, Request
+from nrp_legacy.shims.modules import OpenMessage, Request, with_numbers
 
 _SPELLINGS = {"entity_name": "model_name", "entity_xml": "model_xml", "entity_namespace": "robot_namespace"}
 """Fields as the platform's own version of Gazebo called them."""

@@ -1,23 +1,22 @@
-"""``smach_ros`` and ``hbp_nrp_excontrol.nrp_states``: states that wait for the world and change it."""
+"""``smach_ros`` and ``hbp_nrp_excontrol.nrp_states``: states that wait for times, messages and neurons."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import partial
 from types import ModuleType
 from typing import Any
 
 from nrp_core.clock import NS_PER_S
 from nrp_core.findings import Code
+from nrp_core.world.messages.cle_ros_msgs import SpikeEvent, SpikeRate
 from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.model_states import LINK_STATES, MODEL_STATES
 from nrp_legacy.shims.actions import SimpleActionState
-from nrp_legacy.shims.activity_states import activity_states
-from nrp_legacy.shims.graph import Graph, log
-from nrp_legacy.shims.logs import LOGS, ClientLogger, ClientLoggerMessage
+from nrp_legacy.shims.graph import LOGS, ClientLogger, ClientLoggerMessage, Graph, absolute, log
 from nrp_legacy.shims.model_states import model_states
 from nrp_legacy.shims.modules import bound, module
-from nrp_legacy.shims.monitor_states import MonitorState, PollingState
 from nrp_legacy.shims.service_states import (
     SERVED,
     LightServiceState,
@@ -26,7 +25,137 @@ from nrp_legacy.shims.service_states import (
 )
 from nrp_legacy.shims.services import Services
 from nrp_legacy.shims.smach import State
+from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Time
+
+MONITORED = ("valid", "invalid", "preempted")
+
+
+class PollingState(State):
+    """A state that checks once a step whether it may continue.
+
+    Args:
+        is_over: called with the user data.
+        graph: the graph of the run.
+    """
+
+    def __init__(self, graph: Graph, is_over: Callable[[Any], bool]) -> None:
+        super().__init__(MONITORED)
+        self._graph, self._is_over = graph, is_over
+
+    def execute(self, userdata: Any) -> str:
+        self._entered()
+        while not self._is_over(userdata):
+            if self.preempt_requested():
+                return "preempted"
+            task = Task.here()
+            if task is None:
+                return "valid"
+            task.wait_until(0)
+        return "invalid"
+
+    def _entered(self) -> None:
+        """Begin to wait."""
+
+
+class MonitorState(PollingState):
+    """Waits while a condition holds for the messages of a topic.
+
+    Args:
+        topic: the topic.
+        msg_type: its type.
+        cond_cb: called with the user data and a message; True: keep waiting.
+        max_checks: number of messages after which it stops waiting; the outcome is then ``valid``.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        topic: str,
+        msg_type: Any,
+        cond_cb: Callable[..., bool],
+        max_checks: int = -1,
+        **_keys: Any,
+    ) -> None:
+        super().__init__(graph, lambda _userdata: False)
+        self._topic, self._type, self._condition, self._checks = (
+            absolute(topic),
+            msg_type,
+            cond_cb,
+            max_checks,
+        )
+        graph.want(self._topic, msg_type)
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether it stops waiting after a number of messages."""
+        return self._checks > 0
+
+    def execute(self, userdata: Any) -> str:
+        came: list[Any] = []
+        listener = self._graph.listen(self._topic, self._type, came.append)
+        self._left = self._checks
+        self._is_over = lambda data: self._met(came, data)
+        try:
+            outcome = super().execute(userdata)
+        finally:
+            self._graph.forget(listener)
+        return "valid" if outcome == "invalid" and self._left == 0 else outcome
+
+    def _met(self, came: list[Any], userdata: Any) -> bool:
+        messages, came[:] = list(came), []
+        for message in messages:
+            if not self._condition(userdata, message):
+                return True
+            self._left -= 1
+            if self._left == 0:
+                return True
+        return False
+
+
+_RATES = {
+    "MonitorSpikeRateState": "population_rate",
+    "MonitorLeakyIntegratorAlphaState": "leaky_integrator_alpha",
+    "MonitorLeakyIntegratorExpState": "leaky_integrator_exp",
+}
+"""The states for values, and the kinds of monitors that they listen to."""
+
+
+class ActivityMonitorState(MonitorState):
+    """Waits while a condition holds for the messages of one monitor.
+
+    Args:
+        topic: the topic of its kind.
+        shown: the type of its messages.
+        value: the field that the condition gets.
+        monitor_name: the name of the monitor, that of its function.
+        callback: called with the user data, the time in s, and the value; True: keep waiting.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        topic: str,
+        shown: type,
+        value: str,
+        monitor_name: str,
+        callback: Callable[[Any, float, Any], bool],
+        *_keys: Any,
+        **_more: Any,
+    ) -> None:
+        def holds(userdata: Any, message: Any) -> bool:
+            if message.monitor_name != monitor_name:
+                return True
+            return callback(userdata, message.simulation_time, getattr(message, value))
+
+        super().__init__(graph, topic, shown, holds)
+
+
+def activity_states(graph: Graph) -> dict[str, type]:
+    """Return the states by their names."""
+    made = partial(bound, ActivityMonitorState, graph)
+    rates = {name: made(f"/monitor/{kind}", SpikeRate, "rate") for name, kind in _RATES.items()}
+    return {**rates, "MonitorSpikeRecorderState": made("/monitor/spike_recorder", SpikeEvent, "spikes")}
 
 
 class ModelMonitorState(PollingState):

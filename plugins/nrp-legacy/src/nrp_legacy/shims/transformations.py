@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -23,9 +24,7 @@ def _sequence(axes: str) -> str:
     return axes[1:] if axes.startswith("s") else axes[1:].upper()
 
 
-def quaternion_from_euler(
-    ai: float, aj: float, ak: float, axes: str = _FIXED_AXES
-) -> npt.NDArray[np.float64]:
+def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = _FIXED_AXES) -> Array:
     """Return the quaternion of roll, pitch and yaw."""
     if axes == _FIXED_AXES:
         return np.array(Pose.from_rpy(_ORIGIN, ai, aj, ak).orientation)
@@ -41,24 +40,24 @@ def euler_from_quaternion(quaternion: Sequence[float], axes: str = _FIXED_AXES) 
     return Pose(_ORIGIN, (x, y, z, w)).rpy
 
 
-def quaternion_multiply(q1: Sequence[float], q0: Sequence[float]) -> npt.NDArray[np.float64]:
+def quaternion_multiply(q1: Sequence[float], q0: Sequence[float]) -> Array:
     """Return the product of quaternions ``q0 * q1``."""
     (ax, ay, az, aw), (bx, by, bz, bw) = q1, q0
     return np.array(multiply((ax, ay, az, aw), (bx, by, bz, bw)))
 
 
-def quaternion_conjugate(quaternion: Sequence[float]) -> npt.NDArray[np.float64]:
+def quaternion_conjugate(quaternion: Sequence[float]) -> Array:
     """Return the conjugate of a quaternion."""
     return np.array(quaternion) * (-1, -1, -1, 1)
 
 
-def quaternion_inverse(quaternion: Sequence[float]) -> npt.NDArray[np.float64]:
+def quaternion_inverse(quaternion: Sequence[float]) -> Array:
     """Return the inverse of a quaternion."""
-    inverse: npt.NDArray[np.float64] = quaternion_conjugate(quaternion) / np.dot(quaternion, quaternion)
+    inverse: Array = quaternion_conjugate(quaternion) / np.dot(quaternion, quaternion)
     return inverse
 
 
-def quaternion_matrix(quaternion: Sequence[float]) -> npt.NDArray[np.float64]:
+def quaternion_matrix(quaternion: Sequence[float]) -> Array:
     """Return the homogeneous matrix of a quaternion, shape ``(4, 4)``."""
     x, y, z, w = _unit(quaternion)
     pose = Pose(_ORIGIN, (x, y, z, w))
@@ -67,12 +66,12 @@ def quaternion_matrix(quaternion: Sequence[float]) -> npt.NDArray[np.float64]:
     return matrix
 
 
-def euler_matrix(ai: float, aj: float, ak: float, axes: str = _FIXED_AXES) -> npt.NDArray[np.float64]:
+def euler_matrix(ai: float, aj: float, ak: float, axes: str = _FIXED_AXES) -> Array:
     """Return the homogeneous matrix of roll, pitch and yaw, shape ``(4, 4)``."""
     return quaternion_matrix(list(quaternion_from_euler(ai, aj, ak, axes)))
 
 
-def translation_matrix(direction: Sequence[float]) -> npt.NDArray[np.float64]:
+def translation_matrix(direction: Sequence[float]) -> Array:
     """Return the homogeneous matrix of a translation, shape ``(4, 4)``."""
     matrix = np.eye(4)
     matrix[:3, 3] = direction[:3]
@@ -125,10 +124,10 @@ def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: f
     return between
 
 
-def unit_vector(data: Sequence[float], axis: int | None = None) -> npt.NDArray[np.float64]:
+def unit_vector(data: Sequence[float], axis: int | None = None) -> Array:
     """Return a vector of length 1, or several along an axis."""
     values = np.asarray(data, dtype=float)
-    unit: npt.NDArray[np.float64] = values / np.linalg.norm(values, axis=axis, keepdims=axis is not None)
+    unit: Array = values / np.linalg.norm(values, axis=axis, keepdims=axis is not None)
     return unit
 
 
@@ -174,3 +173,101 @@ def tf_module() -> ModuleType:
         "tf", TransformListener=TransformListener, TransformBroadcaster=TransformBroadcaster,
         **dict.fromkeys(errors, LookupException),
     )  # fmt: skip
+
+
+Vector: TypeAlias = Sequence[float]
+
+_SHEARED = ((0, 0, 1), (1, 2, 2))
+"""Rows and columns of the shear of x and y, x and z, and y and z."""
+
+
+def compose_matrix(
+    scale: Vector | None = None,
+    shear: Vector | None = None,
+    angles: Vector | None = None,
+    translate: Vector | None = None,
+    perspective: Vector | None = None,
+) -> Array:
+    """Return the matrix that scales, shears, rotates, translates and projects, in this order."""
+    matrix: Array = np.eye(4)
+    if perspective is not None:
+        matrix[3] = perspective[:4]
+    if translate is not None:
+        matrix = matrix @ translation_matrix(translate)
+    if angles is not None:
+        matrix = matrix @ euler_matrix(angles[0], angles[1], angles[2])
+    if shear is not None:
+        sheared = np.eye(4)
+        sheared[_SHEARED] = shear
+        matrix = matrix @ sheared
+    if scale is not None:
+        matrix = matrix @ np.diag([*scale[:3], 1.0])
+    matrix /= matrix[3, 3]
+    return matrix
+
+
+def decompose_matrix(matrix: Any) -> tuple[Array, list[float], tuple[float, ...], Array, Array]:
+    """Return scale, shear, angles, translation and perspective of a matrix."""
+    whole: Array = np.array(matrix, dtype=float)
+    whole /= whole[3, 3]
+    affine = whole.copy()
+    affine[3] = 0.0, 0.0, 0.0, 1.0
+    turned, upper = np.linalg.qr(affine[:3, :3])
+    signs = np.sign(np.diag(upper))
+    turned, upper = turned * signs, upper * signs[:, None]
+    if np.linalg.det(turned) < 0:
+        turned, upper = -turned, -upper
+    scale: Array = np.diag(upper).copy()
+    shear: list[float] = (upper / scale)[_SHEARED].tolist()
+    return scale, shear, euler_from_matrix(turned), affine[:3, 3], whole[3] @ np.linalg.inv(affine)
+
+
+def scale_matrix(factor: float, origin: Vector | None = None, direction: Vector | None = None) -> Array:
+    """Return the matrix that scales from a point, in all directions or in one."""
+    matrix: Array = np.eye(4)
+    along = np.eye(3) if direction is None else np.outer(*(unit_vector(direction[:3]),) * 2)
+    matrix[:3, :3] += (factor - 1) * along
+    if origin is not None:
+        matrix[:3, 3] = (1 - factor) * along @ np.asarray(origin[:3])
+    return matrix
+
+
+def reflection_matrix(point: Vector, normal: Vector) -> Array:
+    """Return the matrix that reflects at a plane."""
+    return scale_matrix(-1.0, point, normal)
+
+
+def rotation_from_matrix(matrix: Any) -> tuple[float, Array, Array]:
+    """Return angle, axis, and a point on the axis, of a rotation."""
+    whole: Array = np.asarray(matrix, dtype=float)
+    x, y, z, w = quaternion_from_matrix(whole)
+    sine = float(np.linalg.norm((x, y, z)))
+    axis = np.array((x, y, z)) / sine if sine else np.array((0.0, 0.0, 1.0))
+    point = np.linalg.lstsq(np.eye(3) - whole[:3, :3], whole[:3, 3], rcond=None)[0]
+    return 2 * float(np.arctan2(sine, w)), axis, np.append(point, 1.0)
+
+
+def is_same_transform(matrix0: Any, matrix1: Any) -> bool:
+    """Return whether two matrices do the same."""
+    one, other = (np.array(each, dtype=float) for each in (matrix0, matrix1))
+    return bool(np.allclose(one / one[3, 3], other / other[3, 3]))
+
+
+def transformations_module() -> ModuleType:
+    """Return the module."""
+    functions: dict[str, Any] = {
+        function.__name__: function
+        for function in (
+            quaternion_from_euler, euler_from_quaternion, quaternion_multiply, quaternion_conjugate,
+            quaternion_inverse, quaternion_matrix, euler_matrix, translation_matrix, unit_vector,
+            quaternion_about_axis, rotation_matrix, quaternion_from_matrix, euler_from_matrix,
+            translation_from_matrix, concatenate_matrices, quaternion_slerp, compose_matrix,
+            decompose_matrix, scale_matrix, reflection_matrix, rotation_from_matrix, is_same_transform,
+        )
+    }  # fmt: skip
+    plain = {
+        "inverse_matrix": np.linalg.inv,
+        "vector_norm": np.linalg.norm,
+        "identity_matrix": partial(np.eye, 4),
+    }
+    return module("transformations", **functions, **plain)

@@ -17,7 +17,6 @@ from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.clock import MS_PER_S
 from nrp_core.errors import CapabilityError
 
-
 _NAME = "SpikeSourcePoissonVariable"
 
 
