@@ -7,12 +7,14 @@ import h5py
 import numpy as np
 import pytest
 from nrp_brain_event.backend import EventBackend
+from nrp_spynnaker.dialect import Dialect
 from scipy.signal import convolve2d, correlate2d
 from spynnaker_scripts import HEAD, mapped, refused, run
 
 from nrp_core import save_network
 from nrp_core.brain.files.network_file import read_network
 from nrp_core.brain.network.implausible import implausible
+from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError
 
 
@@ -235,6 +237,11 @@ p.Projection(good, cells, p.OneToOneConnector(), dopamine, receptor_type="punish
 network = p.network()
 p.run(10)
 """
+
+
+def test_rewards_are_those_of_the_builder() -> None:
+    sim = builder()
+    assert Dialect(sim).simulator.extra_models.Neuromodulation is sim.Neuromodulation
 
 
 def test_rewards_are_kept_in_files_and_refused_by_other_backends(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from pyNN import errors
 from pyNN.parameters import LazyArray
 
 from nrp_core.brain.network.data import Projection
+from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError
 
@@ -333,3 +334,16 @@ def test_weights_of_both_signs_are_counted_and_need_two_projections(sim: ModuleT
         NetworkError, match=r"1 weights are negative and 5 positive: make a projection for each"
     ):
         connect(sim, sim.StaticSynapse(weight=weights), model="IF_curr_exp")
+
+
+def test_rewards_have_their_own_receptor_and_a_delay_of_a_step(sim: ModuleType) -> None:
+    connect(sim, sim.Neuromodulation(0.05, tau_c=90.0), receptor_type="reward", model="IF_curr_exp")
+    reward = only(sim)
+    assert reward.receptor == "reward"
+    assert reward.neuromodulation == Neuromodulation(tau_c=90.0)
+    assert set(reward.weight) == {0.05}
+    assert set(reward.delay_ms) == {0.5}
+    with pytest.raises(NetworkError, match="Neuromodulation"):
+        connect(sim, sim.Neuromodulation(), receptor_type="excitatory")
+    with pytest.raises(NetworkError, match="tau_x"):
+        sim.Neuromodulation(tau_x=1.0)
