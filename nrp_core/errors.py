@@ -27,6 +27,7 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   ├── TransferFunctionRaisedError               a transfer function raised
     │   ├── RecordingError                            a recording cannot be written
     │   └── SnapshotError                             a snapshot does not fit
+    ├── UnreadableError               (LookupError)   a value that is known only when a file is executed
     └── LifecycleError                (RuntimeError)  a call out of order, e.g. on a closed simulation
 """
 
@@ -40,6 +41,10 @@ from typing import NamedTuple
 
 class NrpError(Exception):
     """Base of every error raised on purpose by the platform."""
+
+
+class UnreadableError(NrpError, LookupError):
+    """A value that is only known when the file is executed."""
 
 
 class BackendError(NrpError):

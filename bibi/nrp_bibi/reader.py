@@ -13,8 +13,8 @@ from typing import Any
 
 from nrp_bibi.model.functions import Bibi
 from nrp_bibi.model.metamodel import Feature, Node, Value, concrete, features
-from nrp_core._support.xml import Element, parse_xml, read_xml
 from nrp_core.errors import ExperimentError, TransferFunctionError, did_you_mean
+from nrp_core.xml import Element, parse_xml, read_xml
 
 _ROOTS = {"bibi", "BIBIConfiguration", "Bibi"}
 

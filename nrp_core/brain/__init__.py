@@ -7,6 +7,7 @@ from nrp_core._support.lazy import lazily
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing would take 5 ms
 if TYPE_CHECKING:
+    from nrp_core._support.arrays import BoolArray as BoolArray
     from nrp_core._support.arrays import FloatArray as FloatArray
     from nrp_core._support.arrays import IndexArray as IndexArray
     from nrp_core._support.arrays import IntArray as IntArray
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.changes import PARAMETERS as PARAMETERS
     from nrp_core.brain.changes import WEIGHTS as WEIGHTS
     from nrp_core.brain.changes import ParameterChange as ParameterChange
+    from nrp_core.brain.changes import Synapses as Synapses
     from nrp_core.brain.devices.ports import SourcePort as SourcePort
     from nrp_core.brain.devices.ports import SourceSpec as SourceSpec
     from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha as LeakyIntegratorAlpha
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.devices.sinks import SinkPort as SinkPort
     from nrp_core.brain.devices.sinks import SinkSpec as SinkSpec
     from nrp_core.brain.devices.sinks import SpikeRecorder as SpikeRecorder
+    from nrp_core.brain.devices.sinks import SpikeRecorderPort as SpikeRecorderPort
     from nrp_core.brain.devices.sources import ACSource as ACSource
     from nrp_core.brain.devices.sources import DCSource as DCSource
     from nrp_core.brain.devices.sources import FixedFrequencySource as FixedFrequencySource
@@ -36,6 +39,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.devices.sources import SpikeInjector as SpikeInjector
     from nrp_core.brain.devices.state_recorder import ConductanceRecorder as ConductanceRecorder
     from nrp_core.brain.devices.state_recorder import StateRecorder as StateRecorder
+    from nrp_core.brain.devices.state_recorder import StateRecorderPort as StateRecorderPort
     from nrp_core.brain.devices.state_recorder import VoltageRecorder as VoltageRecorder
     from nrp_core.brain.devices.train_queue import TrainQueue as TrainQueue
     from nrp_core.brain.interface import Brain as Brain
@@ -70,20 +74,23 @@ else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
         {
-            "nrp_core._support.arrays": "FloatArray IndexArray IntArray",
+            "nrp_core._support.arrays": "BoolArray FloatArray IndexArray IntArray",
             "nrp_core._support.closing": "Closing",
             "nrp_core._support.diagnosis": "Diagnosis",
             "nrp_core._support.subnormals": "flushing_subnormals",
             "nrp_core.brain.capabilities": "BrainCapabilities",
-            "nrp_core.brain.changes": "PARAMETERS ParameterChange WEIGHTS",
+            "nrp_core.brain.changes": "PARAMETERS ParameterChange Synapses WEIGHTS",
             "nrp_core.brain.devices.ports": "SourcePort SourceSpec",
             "nrp_core.brain.devices.sinks": (
-                "LeakyIntegratorAlpha LeakyIntegratorExp PopulationRate SinkPort SinkSpec SpikeRecorder"
+                "LeakyIntegratorAlpha LeakyIntegratorExp PopulationRate SinkPort SinkSpec SpikeRecorder "
+                "SpikeRecorderPort"
             ),
             "nrp_core.brain.devices.sources": (
                 "ACSource DCSource FixedFrequencySource NoisyCurrentSource PoissonSource SpikeInjector"
             ),
-            "nrp_core.brain.devices.state_recorder": "ConductanceRecorder StateRecorder VoltageRecorder",
+            "nrp_core.brain.devices.state_recorder": (
+                "ConductanceRecorder StateRecorder StateRecorderPort VoltageRecorder"
+            ),
             "nrp_core.brain.devices.train_queue": "TrainQueue",
             "nrp_core.brain.backend": "BRAIN_INTERFACE_VERSION BrainBackend BrainOptions",
             "nrp_core.brain.interface": "Brain",

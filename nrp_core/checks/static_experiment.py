@@ -18,7 +18,6 @@ from nrp_core.brain.network.data import Network
 from nrp_core.checks.code.declarations import Declarations, Declared, found_in
 from nrp_core.checks.code.expressions import FunctionBody
 from nrp_core.checks.code.shapes import UNKNOWN, Event, Known, Number, Shape
-from nrp_core.checks.code.statements import UnreadableError
 from nrp_core.checks.network_summary import NetworkSummary
 from nrp_core.checks.scripts import scripts_from
 from nrp_core.cle.wiring import declare_topics
@@ -33,7 +32,7 @@ from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
 from nrp_core.dsl.selection.selection import BrainRoot, Selection
 from nrp_core.dsl.selection.selectors import Selector, evaluate
 from nrp_core.dsl.testing.mocks import MockBrain
-from nrp_core.errors import NrpError, TopicError
+from nrp_core.errors import NrpError, TopicError, UnreadableError
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.prepare import Side, name_cause
 from nrp_core.experiment.making.watch import warn_of_missing_topics

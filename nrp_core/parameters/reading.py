@@ -7,10 +7,10 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from nrp_core._support.dotted import last_name
 from nrp_core.errors import ExperimentError, ParameterError
 from nrp_core.parameters.parameter import Parameter
 from nrp_core.registry import Registry
+from nrp_core.scripts import last_name
 
 CALL = "parameter"
 _ARGUMENTS = ("name", "default")

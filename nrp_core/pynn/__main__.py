@@ -14,12 +14,12 @@ from pathlib import Path
 from types import ModuleType
 
 import nrp_core.pynn
-from nrp_core._support.script_arguments import script_arguments
 from nrp_core.brain.files.script import scope_of
 from nrp_core.brain.pynn.api import SIMULATOR_NAME
 from nrp_core.brain.pynn.dialects import Dialects
 from nrp_core.errors import ExperimentError, NetworkError, NrpError
 from nrp_core.pynn.runners import RUNNERS
+from nrp_core.scripts import script_arguments
 
 
 def main(arguments: list[str]) -> None:

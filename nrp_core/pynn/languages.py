@@ -12,9 +12,9 @@ from types import CodeType, ModuleType
 from typing import Protocol
 
 from nrp_core._support.encoding import Misfit, decoded_python
-from nrp_core._support.unbound_names import unbound_names
 from nrp_core.errors import NrpError
 from nrp_core.registry import Registry
+from nrp_core.scripts import unbound_names
 
 
 class Language(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -96,7 +96,7 @@ class RunningState(State):
             self.tell(
                 [f"the longest run ended at {self._longest_ms:g} ms: times are in ms, is it meant in s?"]
             )
-        self.tell([*self.remarks, *_without_effect()])
+        self.tell([*self.remarks, *_warnings_about_main()])
         if self._longest_ms > 0.0:
             self.tell(
                 f"{name} of '{label}' is set after the last run, so that it has no effect"
@@ -282,12 +282,23 @@ class RunningState(State):
             current.update(now_ns)
 
 
-def _without_effect() -> Iterator[str]:
-    """Yield what the main program changes too late, or names without calling it, if it is a script."""
+def warnings_about(script: Path, simulators: Collection[str] = ()) -> Iterator[str]:
+    """Yield a sentence for each line of a script that changes something too late, or only names it.
+
+    Args:
+        script: its file.
+        simulators: the packages of simulators besides PyNN and this one.
+    """
+    text = script.read_bytes()
+    yield from late_changes(text, simulators)
+    yield from lone_names(text)
+
+
+def _warnings_about_main() -> Iterator[str]:
+    """Yield the warnings about the main program, if it is a script."""
     path = Path(getattr(sys.modules["__main__"], "__file__", None) or "")
     if path.suffix == ".py" and path.is_file():
-        yield from late_changes(path.read_bytes())
-        yield from lone_names(path.read_bytes())
+        yield from warnings_about(path)
 
 
 def _told(found: Mapping[str, Any], known: Iterable[str]) -> str:

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.global_generators import seeded
-from nrp_core._support.scoped_import import Missing, Scope
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.paths import MissingFileError, existing_file
+from nrp_core.scripts import Missing, Scope
 from nrp_core.seeds import Seeds, require_seed
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from nrp_core._support.dotted import last_name
 from nrp_core.checks.checks.sensors import read_sensors
 from nrp_core.checks.code.declarations import found_in
 from nrp_core.checks.code.shapes import Call, Known
@@ -20,6 +19,7 @@ from nrp_core.dsl.functions.mappings import MapRobotSubscriber
 from nrp_core.dsl.tf_lib.vision import find_centroid_hsv, wrong_bounds
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.scripts import last_name
 from nrp_core.world.raycast.beams import Beams
 
 _OF_MANY: Final = ("min", "max", "nanmin", "nanmax", "median", "nanmedian", "percentile", "float")

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 from math import isclose
 from typing import Any, Final
 
-from nrp_core._support.dotted import last_name
 from nrp_core.checks.code.shapes import Add, Known, Number
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
@@ -23,6 +22,7 @@ from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.quantities import time_ns
+from nrp_core.scripts import last_name
 
 
 @checks_experiment(Code.NRP248)

@@ -18,7 +18,7 @@ from typing import Any
 from nrp_core.checks.code.expressions import Expressions, assigned
 from nrp_core.checks.code.shapes import NEURONS, UNKNOWN, Call, Known, Row, Shape, joined
 from nrp_core.checks.code.syntax import SCOPES, own_nodes
-from nrp_core.errors import NrpError, did_you_mean
+from nrp_core.errors import NrpError, UnreadableError, did_you_mean
 
 _PLAIN: tuple[Any, ...] = (
     slice, range, int, float, str, bool, list, tuple, dict, len, min, max, sum, abs, round, enumerate, zip,
@@ -43,10 +43,6 @@ _COMPARISONS: dict[type, Callable[[Any, Any], Any]] = {
 }  # fmt: skip
 _DECIDING = (int, float, str, tuple, list, dict, type(None))
 """Types of constants whose equality and truth value are known."""
-
-
-class UnreadableError(NrpError):
-    """A value that is only known when the file is executed."""
 
 
 class MisfitError(TypeError):

@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import CodeType, ModuleType
 
-from nrp_core._support.scoped_import import Missing, Scope
 from nrp_core.dsl.parameters.messages import message_packages, service_packages
+from nrp_core.scripts import Missing, Scope
 from nrp_core.world.messages import cv_bridge, point_cloud2
 
 

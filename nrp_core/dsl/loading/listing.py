@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from nrp_core._support.encoding import Misfit, decoded_python
-from nrp_core._support.scoped_import import Scope
 from nrp_core.dsl.loading.imports import file_scope
 from nrp_core.dsl.loading.loader import file_names
 from nrp_core.errors import TransferFunctionError
+from nrp_core.scripts import Scope
 
 _PLACED = (ast.stmt, ast.expr, ast.arg, ast.keyword, ast.alias, ast.excepthandler, ast.pattern)
 

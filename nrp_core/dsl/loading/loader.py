@@ -9,7 +9,6 @@ from typing import Any
 
 from nrp_core import dsl
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.scoped_import import Scope
 from nrp_core.dsl import tf_lib
 from nrp_core.dsl.functions.collector import collecting
 from nrp_core.dsl.functions.function import TransferFunction
@@ -18,6 +17,7 @@ from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.errors import TransferFunctionError, did_you_mean
 from nrp_core.parameters import GivenParameters
 from nrp_core.paths import path_of
+from nrp_core.scripts import Scope
 
 DECLARES_NOTHING = "declares no transfer function; decorate one with @nrp.Neuron2Robot or @nrp.Robot2Neuron"
 

@@ -94,7 +94,7 @@ class Maker(PartMaker):
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         for i, path in enumerate(experiment.transfer_functions):
             with collector.during(Code.NRP210, "transfer_functions", i):
-                yield from load_functions(path, experiment.function_parameters)
+                yield from load_function_file(path, experiment.function_parameters)
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
         for i, path in enumerate(experiment.transfer_functions):
@@ -111,7 +111,7 @@ def maker_of(experiment: Experiment) -> PartMaker:
     return experiment.maker or Maker()
 
 
-def load_functions(
+def load_function_file(
     path: Path, parameters: Mapping[str, object] = MappingProxyType({})
 ) -> list[TransferFunction]:
     """Return the transfer functions of a file of any supported kind.

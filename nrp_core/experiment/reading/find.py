@@ -14,8 +14,8 @@ from os import PathLike
 from pathlib import Path
 from types import ModuleType
 
-from nrp_core._support.archives import unpacked
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core.archives import unpacked
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.paths import MissingFileError, require_target

@@ -9,7 +9,7 @@ from typing import Any
 
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.making.maker import load_functions
+from nrp_core.experiment.making.maker import load_function_file
 from nrp_core.experiment.running.control import Commands
 from nrp_core.experiment.running.run import Run
 
@@ -54,7 +54,7 @@ def _require(run: Run, added: Iterable[Path], names: set[str]) -> None:
     if names <= known:
         return
     for path in added:
-        known |= {function.name for function in load_functions(path, run.experiment.function_parameters)}
+        known |= {function.name for function in load_function_file(path, run.experiment.function_parameters)}
     for name in sorted(names - known):
         raise ExperimentError(f"no transfer function '{name}'{did_you_mean(name, known)}")
 

@@ -39,7 +39,7 @@ from nrp_core.errors import (
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.events.values import to_message
 from nrp_core.experiment.making.interventions import Interventions
-from nrp_core.experiment.making.maker import load_functions, maker_of
+from nrp_core.experiment.making.maker import load_function_file, maker_of
 from nrp_core.experiment.making.prepare import Plan, ProgressCallback, load_network_only, no_progress, prepare
 from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
@@ -289,7 +289,7 @@ class Run(Closing):
         self.loop.between_steps(make)
 
     def _load(self, path: Path) -> list[TransferFunction]:
-        return load_functions(path, self.experiment.function_parameters)
+        return load_function_file(path, self.experiment.function_parameters)
 
     @checks_arguments("active")
     def activate(self, name: str, active: bool = True) -> None:

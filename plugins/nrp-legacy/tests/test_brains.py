@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from nrp_legacy.brains import load_brain, remark
 
-from nrp_core._support.xml import Element, parse_xml
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import CapabilityError, ExperimentError, NetworkError
 from nrp_core.findings import Findings
+from nrp_core.xml import Element, parse_xml
 
 SETUP = "import pyNN.nest as sim\nsim.setup(timestep=0.1)\n"
 CELLS = SETUP + "circuit = sim.Population(6, sim.IF_cond_alpha, {'tau_m': 10.0})\n"

@@ -10,9 +10,9 @@ from nrp_legacy.documents import FileNamed
 from nrp_legacy.files import Library
 from nrp_legacy.reader import read_exc
 
-from nrp_core._support.xml import parse_xml
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.xml import parse_xml
 
 EXPERIMENT = '<ExD><environmentModel src="room"/><bibiConf src="x.bibi"/></ExD>'
 BIBI = """<bibi><bodyModel>husky_model</bodyModel><brainModel>two_cells</brainModel>

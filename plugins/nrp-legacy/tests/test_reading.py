@@ -11,8 +11,8 @@ from nrp_legacy.documents import FileNamed, pose_of, seconds_of
 from nrp_legacy.files import Library
 from nrp_legacy.reader import read_exc
 
-from nrp_core._support.xml import parse_xml
 from nrp_core.errors import ExperimentError
+from nrp_core.xml import parse_xml
 
 
 def element(text: str) -> object:

@@ -10,11 +10,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
-from nrp_core._support import xml as xml_tree
-from nrp_core._support.xml import Element as Element
+from nrp_core import xml as xml_tree
 from nrp_core.errors import BackendError, SceneError
 from nrp_core.findings import Code, Finding, Findings, Level, merged
 from nrp_core.registry import Registry
+from nrp_core.xml import Element as Element
 
 
 def read_xml(path: Path) -> Element:

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from nrp_core._support.archives import unpacked
+from nrp_core.archives import unpacked
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import (

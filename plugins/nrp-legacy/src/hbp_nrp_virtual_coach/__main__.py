@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from nrp_core._support.script_arguments import script_arguments
+from nrp_core.scripts import script_arguments
 
 
 def main(arguments: list[str]) -> None:

@@ -14,11 +14,10 @@ from nrp_legacy.maker import LegacyMaker, ShimmedMaker
 from hbp_nrp_virtual_coach.functions import Functions
 from hbp_nrp_virtual_coach.runner import STARTED, Runner
 from hbp_nrp_virtual_coach.settings import log
-from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Experiment, Run
 from nrp_core.findings import Code
+from nrp_core.xml import Element
 
 Selection: TypeAlias = dict[str, Any] | list[int] | int | str | None
 _BOUNDS = ("from", "to", "step")

@@ -17,9 +17,7 @@ from hbp_nrp_virtual_coach.storage import Stored
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.errors import ExperimentError, NrpError, did_you_mean
-from nrp_core.experiment.making.maker import load_functions
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Experiment, Run, load_function_file
 
 
 def sources_of(experiment: Experiment) -> dict[str, Source]:
@@ -60,7 +58,7 @@ def load(experiment: Experiment, path: Path) -> list[TransferFunction]:
     """
     maker = experiment.maker
     if not isinstance(maker, ShimmedMaker):
-        return load_functions(path, experiment.function_parameters)
+        return load_function_file(path, experiment.function_parameters)
     code = Source.of_file(path).compiled(unnoted)
     return load_transfer_functions(path, module=maker.names.module, code=code, scope=maker.names.scope)
 

@@ -13,8 +13,7 @@ from hbp_nrp_virtual_coach.runner import Runner
 from hbp_nrp_virtual_coach.settings import log
 from hbp_nrp_virtual_coach.storage import Stored
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Experiment, Run
 
 
 class Live:

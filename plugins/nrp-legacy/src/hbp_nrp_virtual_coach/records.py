@@ -11,7 +11,7 @@ from pathlib import Path
 from hbp_nrp_virtual_coach.live import Live
 from hbp_nrp_virtual_coach.settings import say_once
 from nrp_core.errors import ExperimentError, LifecycleError, did_you_mean
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 
 RECORDINGS = "recordings"

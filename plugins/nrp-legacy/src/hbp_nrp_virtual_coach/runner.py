@@ -13,8 +13,7 @@ from hbp_nrp_virtual_coach.settings import log
 from nrp_core.checks.warnings import announcement
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import LifecycleError
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Experiment, Run
 from nrp_core.findings import Weight
 from nrp_core.running import open_checked_run
 

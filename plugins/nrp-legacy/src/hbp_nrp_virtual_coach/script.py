@@ -28,8 +28,8 @@ from nrp_legacy.topics import find_alias
 
 from hbp_nrp_virtual_coach.simulation import Simulation
 from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
-from nrp_core._support.scoped_import import Scope
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
+from nrp_core.scripts import Scope
 
 T = TypeVar("T")
 

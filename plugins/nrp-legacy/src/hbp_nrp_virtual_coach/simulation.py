@@ -12,7 +12,7 @@ from hbp_nrp_virtual_coach.live import Live
 from hbp_nrp_virtual_coach.records import Records
 from hbp_nrp_virtual_coach.settings import log, say_once
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 
 
 class StateMachineEdits(Live):

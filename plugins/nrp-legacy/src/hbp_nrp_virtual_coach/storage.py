@@ -10,7 +10,7 @@ from itertools import count
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.reading.find import READERS, find_file, shipped
+from nrp_core.experiment import READERS, find_file, shipped
 
 FOLDERS = "NRP_EXPERIMENTS"
 """The environment variable with the folders of experiments."""

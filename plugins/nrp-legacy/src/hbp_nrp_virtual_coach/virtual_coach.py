@@ -14,7 +14,7 @@ from hbp_nrp_virtual_coach.settings import log, say_once
 from hbp_nrp_virtual_coach.simulation import Simulation
 from hbp_nrp_virtual_coach.storage import Storage, folders_of
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.reading.find import load_experiment, shipped
+from nrp_core.experiment import load_experiment, shipped
 
 _TYPES = ("csv", "profiler")
 _HERE = "this process"

@@ -15,20 +15,27 @@ from typing import Any, NoReturn
 import numpy as np
 from pyNN.standardmodels.cells import EIF_cond_alpha_isfa_ista
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.dotted import last_name
-from nrp_core._support.xml import Element
-from nrp_core.brain.devices.sources import ACSource, DCSource, NoisyCurrentSource, SourceSpec
+from nrp_core.brain import (
+    ACSource,
+    Brain,
+    DCSource,
+    FloatArray,
+    IntArray,
+    Network,
+    NoisyCurrentSource,
+    Population,
+    Projection,
+    SourceSpec,
+)
 from nrp_core.brain.files.hdf5 import array, reading
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.picking import CIRCUIT, Selection, with_views
 from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
-from nrp_core.checks.code.statements import UnreadableError
 from nrp_core.dsl.selection.selectors import Selector
-from nrp_core.errors import CapabilityError, ExperimentError, NetworkError
+from nrp_core.errors import CapabilityError, ExperimentError, NetworkError, UnreadableError
 from nrp_core.findings import Code, Finding
+from nrp_core.scripts import last_name
+from nrp_core.xml import Element
 from nrp_legacy.code import Notes, Source, as_of_old, compiled_file, defined, unnoted
 from nrp_legacy.documents import attribute, children, local, number
 from nrp_legacy.files import Library

@@ -14,8 +14,8 @@ from typing import Protocol
 
 from nrp_bibi.model.values import dedented
 
-from nrp_core._support.xml import Element
 from nrp_core.findings import Code
+from nrp_core.xml import Element
 from nrp_legacy.python2 import Converted, converted, executable, refusal
 
 

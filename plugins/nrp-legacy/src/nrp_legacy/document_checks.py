@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from typing import Final
 
-from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.xml import Element
 from nrp_legacy.documents import (
     DURATION_S,
     FUNCTION,

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from math import isfinite, nan, sqrt
 from pathlib import Path
 
-from nrp_core._support.xml import Element, read_xml
 from nrp_core.errors import ExperimentError
-from nrp_core.world.rigid import Pose
+from nrp_core.world import Pose
+from nrp_core.xml import Element, read_xml
 
 _DURATION = re.compile(
     r"P(?:(?P<days>\d+)D)?(?:T(?:(?P<hours>\d+)H)?(?:(?P<minutes>\d+)M)?(?:(?P<seconds>\d+(?:\.\d*)?)S)?)?"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 
-from nrp_core._support.archives import unpacked
+from nrp_core.archives import unpacked
 from nrp_core.world.scene.reading.context import main_file
 from nrp_legacy.documents import FileNamed
 

@@ -19,8 +19,8 @@ from weakref import WeakSet
 import numpy as np
 
 from nrp_core import dsl
-from nrp_core.brain import interface
-from nrp_core.brain.network.data import Network
+from nrp_core.brain import Brain as RunningBrain
+from nrp_core.brain import Network
 from nrp_core.clock import from_milliseconds
 from nrp_core.dsl import brain as any_brain
 from nrp_core.dsl.devices.devices import (
@@ -76,7 +76,7 @@ class SendingIntegrator(LeakyIntegratorDevice):
         self._timesteps = int(timesteps)
         self._sent = 0
 
-    def attach(self, brain: interface.Brain) -> None:
+    def attach(self, brain: RunningBrain) -> None:
         """Follow the time of a brain."""
         self._brain = brain
         self._period_ns = from_milliseconds(self._timesteps * (brain.network.timestep_ms or _STEP_MS))

@@ -10,11 +10,11 @@ from nrp_bibi.generation.part import CodePart
 from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.reader import model_of
 
-from nrp_core._support.xml import Element
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading import listing
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.errors import TransferFunctionError
+from nrp_core.xml import Element
 from nrp_legacy.code import Notes, Source
 from nrp_legacy.documents import attribute, children, is_active, local, priority_of, text
 from nrp_legacy.files import Library

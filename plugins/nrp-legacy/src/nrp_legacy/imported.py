@@ -9,16 +9,12 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from nrp_core.brain.network.data import Network
+from nrp_core.brain import Network
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading import listing
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.experiment.making.maker import build_here
-from nrp_core.experiment.model.collector import Collector, Omission
-from nrp_core.experiment.model.experiment import Build, Experiment
-from nrp_core.experiment.model.section import Section
-from nrp_core.experiment.reading.platforms import Platform
+from nrp_core.experiment import Build, Collector, Experiment, Omission, Platform, Section, build_here
 from nrp_core.findings import Code
 from nrp_core.paths import ExistingFile
 from nrp_legacy.brains import load_script

@@ -12,20 +12,15 @@ from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
-from nrp_core.brain.network.data import Network
+from nrp_core.brain import Network
 from nrp_core.dsl.functions.function import Flow, TransferFunction
 from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.errors import NrpError
-from nrp_core.experiment.making.maker import Maker, build_here
-from nrp_core.experiment.model.collector import Collector, Omission
-from nrp_core.experiment.model.experiment import Build, Experiment
-from nrp_core.experiment.running.run import Participant, Run
+from nrp_core.experiment import Build, Collector, Experiment, Maker, Omission, Participant, Run, build_here
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sdf import read_scene
-from nrp_core.world.world import World
+from nrp_core.world import Model, Scene, World, read_scene
 from nrp_legacy import code
 from nrp_legacy.brains import let_flow, load_brain, remark, with_unseen
 from nrp_legacy.code import unnoted

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
-from nrp_core.brain.network.data import Network
+from nrp_core.brain import Network
 from nrp_core.dsl.loading.imports import file_scope
 from nrp_core.dsl.loading.loader import file_names
 from nrp_core.findings import Code

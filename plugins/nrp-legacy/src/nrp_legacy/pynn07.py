@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_core.brain.pynn import former
 from nrp_core.brain.pynn.former import by_name
 from nrp_legacy.nest.kernel import Kernel

@@ -9,8 +9,8 @@ from __future__ import annotations
 import ast
 from dataclasses import dataclass
 
-from nrp_core._support.unbound_names import unbound_names
 from nrp_core.errors import TransferFunctionError
+from nrp_core.scripts import unbound_names
 from nrp_legacy import python2_builtins
 from nrp_legacy.python2_text import rewritten as _rewritten
 

@@ -10,14 +10,12 @@ from math import ceil
 from pathlib import Path
 from typing import Any, TypeVar
 
-from nrp_core._support.xml import Element
 from nrp_core.clock import NS_PER_MS, NS_PER_S
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.tree import Place, Tree
-from nrp_core.experiment.reading.reader import experiment_of, overridden
+from nrp_core.experiment import Experiment, Place, Tree, experiment_of, overridden
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.paths import MissingFileError, existing_folder
+from nrp_core.xml import Element
 from nrp_legacy import documents
 from nrp_legacy.document_checks import doubts_about
 from nrp_legacy.documents import local, milliseconds_of, pose_of, seconds_of

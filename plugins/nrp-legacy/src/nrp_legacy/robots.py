@@ -14,13 +14,20 @@ from typing import Literal
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world import (
+    Actuators,
+    Joint,
+    JointController,
+    Link,
+    Model,
+    ModelParts,
+    PairController,
+    Pid,
+    PlanarMove,
+)
 from nrp_core.world.drives.drive import driven_root
-from nrp_core.world.drives.mecanum import PlanarMove
-from nrp_core.world.scene.devices import JointController, PairController, Pid
 from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import Actuators, ModelParts
 from nrp_core.world.topics import resolve_name
 
 Kind = Literal["position", "velocity"]

@@ -16,12 +16,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
-from nrp_core._support.dotted import last_name
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.dsl.parameters.source_line import line_in
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.scripts import last_name
 from nrp_legacy.code import Source, unnoted
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.smach import GOES_ON, CBState, Container, State, StateMachine

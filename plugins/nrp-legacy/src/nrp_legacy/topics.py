@@ -17,11 +17,17 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.dsl.parameters.topics import Topic
 from nrp_core.findings import Code, Finding, Findings
+from nrp_core.world import (
+    Direction,
+    JointController,
+    Model,
+    PairController,
+    Scene,
+    Stamped,
+    TrajectoryController,
+    World,
+)
 from nrp_core.world.messages.base import type_name
-from nrp_core.world.scene.devices import JointController, PairController, TrajectoryController
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.topics import Direction, Stamped
-from nrp_core.world.world import World
 from nrp_legacy.shims.modules import OpenMessage
 
 Kind = Literal["position", "velocity", "effort"]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core._support import archives
+from nrp_core import archives
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles

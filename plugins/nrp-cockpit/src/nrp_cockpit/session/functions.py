@@ -16,7 +16,7 @@ from nrp_cockpit.session.findings import finding_data, function_data
 from nrp_core.checks.validate import validate
 from nrp_core.checks.warnings import new_warnings
 from nrp_core.errors import ExperimentError, NrpError
-from nrp_core.experiment.making.maker import load_functions
+from nrp_core.experiment.making.maker import load_function_file
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
@@ -208,7 +208,7 @@ class Functions:
     def _change(self, files: Mapping[str, Path]) -> None:
         """Exchange the functions of all files for those of files or their drafts in one transaction."""
         given = self._run.experiment.function_parameters
-        new = {name: load_functions(path, given) for name, path in files.items()}
+        new = {name: load_function_file(path, given) for name, path in files.items()}
         names = {function.name for functions in new.values() for function in functions}
         there = {function.name for function in self._run.loop.functions}
         gone = [

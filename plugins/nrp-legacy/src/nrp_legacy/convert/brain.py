@@ -15,12 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import IntArray
-from nrp_core.brain.files import save_network
-from nrp_core.brain.network.data import Network
+from nrp_core import save_network
+from nrp_core.brain import IntArray, Network
 from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.errors import ExperimentError, NrpError
-from nrp_core.experiment.making.networks import network_from
+from nrp_core.experiment import network_from
 from nrp_legacy.brains import NotedNetwork, load_script
 from nrp_legacy.code import Source, as_of_old
 from nrp_legacy.convert.python import Edits, modern

@@ -18,14 +18,19 @@ from xml.sax.saxutils import quoteattr
 from ruamel.yaml import YAML
 
 from nrp_core.clock import milliseconds, seconds
-from nrp_core.dsl.testing.mocks import MockWorld
+from nrp_core.dsl.testing import MockWorld
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.making.maker import Maker
-from nrp_core.experiment.making.prepare import Plan, load_functions, make_parts, prepare
-from nrp_core.experiment.model.experiment import BackendSection, Experiment
-from nrp_core.experiment.reading.reader import read_yaml
-from nrp_core.world.scene.devices import JointController, TrajectoryController
-from nrp_core.world.scene.model import Scene
+from nrp_core.experiment import (
+    BackendSection,
+    Experiment,
+    Maker,
+    Plan,
+    load_functions,
+    make_parts,
+    prepare,
+    read_yaml,
+)
+from nrp_core.world import JointController, Scene, TrajectoryController
 from nrp_legacy.code import Source, unnoted
 from nrp_legacy.convert.brain import copy_neighbours, write_brain
 from nrp_legacy.convert.functions import Functions, write_texts

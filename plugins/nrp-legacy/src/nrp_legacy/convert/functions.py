@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from nrp_core._support.xml import Element
 from nrp_core.dsl.functions.function import Flow, TransferFunction
 from nrp_core.errors import ExperimentError
+from nrp_core.xml import Element
 from nrp_legacy.code import Source
 from nrp_legacy.convert.python import Piece, piece_of
 from nrp_legacy.documents import is_active, priority_of

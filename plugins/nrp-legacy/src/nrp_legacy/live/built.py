@@ -10,15 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
-from nrp_core.brain.devices.state_recorder import StateRecorder, StateRecorderPort
-from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.spikes import Spikes
+from nrp_core.brain import (
+    Brain,
+    FloatArray,
+    IntArray,
+    Network,
+    Projection,
+    SpikeRecorder,
+    SpikeRecorderPort,
+    Spikes,
+    StateRecorder,
+    StateRecorderPort,
+)
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import LifecycleError
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 
 _STEP_MS = 0.1
 """The time step of a script that sets none, as in PyNN."""

@@ -11,8 +11,7 @@ import numpy as np
 from pyNN.common import Assembly, BasePopulation, IDMixin
 from pyNN.common import Projection as AnyProjection
 
-from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import Projection
+from nrp_core.brain import IntArray, Projection
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.errors import CapabilityError
 from nrp_legacy.live.built import BuiltBrain
@@ -93,7 +92,7 @@ def _places(projection: Projection) -> tuple[IntArray, IntArray]:
 
 
 _OF_FILES = "@"
-"""In the names of modules that are files of users, see :mod:`nrp_core._support.scoped_import`."""
+"""In the names of modules that are files of users, see :mod:`nrp_core.scripts`."""
 
 IdsOf = Callable[[Any], IntArray | None]
 """Returns the global ids of a collection of nodes of NEST, None for other values."""

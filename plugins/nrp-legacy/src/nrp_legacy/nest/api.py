@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from nrp_core._support.arrays import IntArray
+from nrp_core.brain import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.findings import Code
 from nrp_legacy.live.cells import Cells

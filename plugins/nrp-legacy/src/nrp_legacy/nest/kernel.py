@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.findings import Code, Findings
 from nrp_core.seeds import Seeds

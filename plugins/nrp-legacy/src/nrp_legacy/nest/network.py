@@ -12,8 +12,7 @@ from typing import Any, Final
 import numpy as np
 from pyNN.standardmodels import cells as standard
 
-from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain import BoolArray, FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.network.nest_models import LEAK_NS, Parameter
 from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM

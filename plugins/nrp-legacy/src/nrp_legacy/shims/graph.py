@@ -16,12 +16,11 @@ from typing import Any, Final, Protocol
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
 from nrp_core.dsl.parameters.messages import message_type
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.findings import Code, Finding, Findings, Level
+from nrp_core.world import Direction, Stamped, Subscription, Vector, World
 from nrp_core.world.messages.std_msgs import String
-from nrp_core.world.rigid import Vector
-from nrp_core.world.topics import Direction, Stamped, Subscription, check_message
-from nrp_core.world.world import World
+from nrp_core.world.topics import check_message
 from nrp_legacy.documents import ROBOT
 from nrp_legacy.shims.modules import OpenMessage, as_in_ros1, module
 from nrp_legacy.shims.steps import Task

@@ -8,9 +8,9 @@ from typing import Any, Final
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.parameters.messages import message_type
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
+from nrp_core.world import World
 from nrp_core.world.messages import base
-from nrp_core.world.world import World
 
 CLOCK: Final = "/clock"
 _TYPE: Any = message_type("rosgraph_msgs/Clock")

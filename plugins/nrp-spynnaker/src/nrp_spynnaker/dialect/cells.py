@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from pyNN.parameters import Sequence
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES

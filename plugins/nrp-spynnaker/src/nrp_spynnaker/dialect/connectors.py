@@ -9,7 +9,7 @@ import numpy as np
 from pyNN import connectors, space
 from pyNN.random import RandomDistribution
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray
 from nrp_core.brain.pynn.connectors import Connector
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.synapse_columns import evaluated

@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
+from numbers import Real
 from types import MappingProxyType, ModuleType, SimpleNamespace
 from typing import Any, ClassVar, Final
 
 from pyNN import common, space
 
-from nrp_core._support.numbers import is_number
 from nrp_core.brain.pynn.arguments import refuse_misspelt
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.errors import NetworkError, did_you_mean
@@ -84,7 +84,8 @@ _MESSAGES: Final = SimpleNamespace(KEY_16_BIT=0, KEY_PAYLOAD_16_BIT=1, KEY_32_BI
 
 def _require_size(name: str, value: Any) -> None:
     """Check an argument of ``setup`` that a machine would refuse, though it has no effect here."""
-    if value is not None and not (is_number(value) and value > 0):
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if value is not None and not (is_number and value > 0):
         raise InvalidValueError(f"setup: {name} is {value!r:.60}; it must be a number above 0, or None")
 
 

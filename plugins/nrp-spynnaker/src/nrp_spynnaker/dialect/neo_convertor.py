@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import quantities
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_core.errors import NetworkError
 
 

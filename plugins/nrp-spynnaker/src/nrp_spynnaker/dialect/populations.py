@@ -10,9 +10,7 @@ import numpy as np
 from pyNN.core import IndexBasedExpression
 from pyNN.parameters import ParameterSpace
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.changes import Synapses
-from nrp_core.brain.network.data import RECEPTORS
+from nrp_core.brain import RECEPTORS, FloatArray, Synapses
 from nrp_core.brain.pynn import populations, projections
 from nrp_core.brain.pynn.arguments import require_kind
 from nrp_core.brain.pynn.former import by_name

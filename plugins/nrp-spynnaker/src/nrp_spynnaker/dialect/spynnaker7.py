@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_core.brain.pynn import former
 from nrp_core.brain.pynn.populations import WRITTEN
 from nrp_core.brain.pynn.simulator import State

@@ -9,11 +9,10 @@ from types import ModuleType
 from typing import Any, Final
 
 import nrp_core.pynn
-from nrp_core._support.lone_names import lone_names
 from nrp_core.brain.files.script import scope_of
-from nrp_core.brain.pynn.late_changes import late_changes
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn.languages import reading_of
+from nrp_core.pynn.running import warnings_about
 from nrp_spynnaker.dialect import Dialect
 from nrp_spynnaker.dialect.connections import Hub
 from nrp_spynnaker.live.clock import SimulatedClock, stops_elsewhere
@@ -48,7 +47,7 @@ def run_script(path: Path) -> ModuleType:
     try:
         with reading.running():
             module = scope.run(path, name="__main__")
-        state.tell([*late_changes(path.read_bytes(), ("spynnaker",)), *lone_names(path.read_bytes())])
+        state.tell(warnings_about(path, {"spynnaker"}))
         return module
     except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, path) from error

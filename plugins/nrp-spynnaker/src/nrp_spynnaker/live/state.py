@@ -16,10 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
-from nrp_core.brain.interface import Brain
-from nrp_core.brain.spikes import Spikes
+from nrp_core.brain import Brain, FloatArray, IntArray, SinkPort, SinkSpec, Spikes
 from nrp_core.clock import MS_PER_S, from_milliseconds
 from nrp_core.errors import LifecycleError, NetworkError
 from nrp_core.pynn.recording import Recorder

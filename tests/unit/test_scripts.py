@@ -6,8 +6,8 @@ from types import CodeType, ModuleType
 
 import pytest
 
-from nrp_core._support.scoped_import import Scope
 from nrp_core.errors import CapabilityError, NetworkError, NrpError
+from nrp_core.scripts import Scope
 
 GREETER = ModuleType("robots.greeter")
 GREETER.hello = "hello"  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""Run a user's file as a separate module, with imports that we control.
+"""Run a user's file as a separate module, with imports that we control; the command line of such programs.
 
 Such a file sees substitutes for some modules and may import its neighbours. Nothing of it stays in
 ``sys.modules``, so two runs never share modules, and the rest of the program sees the real ones.
@@ -6,6 +6,8 @@ Such a file sees substitutes for some modules and may import its neighbours. Not
 
 from __future__ import annotations
 
+import argparse
+import ast
 import builtins
 import importlib
 import sys
@@ -21,6 +23,7 @@ from nrp_core._support.encoding import Misfit, decoded_python
 from nrp_core._support.exits import noticed_exits
 from nrp_core.errors import ExperimentError, NrpError
 
+_DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 Missing: TypeAlias = Callable[[str, Mapping[str, Any]], ModuleType | None]
 
 
@@ -246,3 +249,47 @@ def _compiled(path: Path) -> CodeType:
         if isinstance(text, Misfit):
             raise SyntaxError(text.message, (str(path), text.line, text.column, None)) from error
         raise
+
+
+def script_arguments(
+    parser: argparse.ArgumentParser, arguments: Sequence[str]
+) -> tuple[argparse.Namespace, Path]:
+    """Return the options and the absolute path of the script, which finds its own arguments in ``sys.argv``.
+
+    A script that does not exist ends the program, with the usage.
+
+    Args:
+        parser: knows the options.
+        arguments: those of the command line.
+    """
+    parser.add_argument("script", metavar="SCRIPT")
+    parser.add_argument("arguments", metavar="ARGUMENTS", nargs=argparse.REMAINDER)
+    given = parser.parse_args(arguments)
+    script = Path(given.script)
+    if not script.is_file():
+        parser.error(f"there is no file {given.script}")
+    sys.argv = [given.script, *given.arguments]
+    return given, script.resolve()
+
+
+def unbound_names(tree: ast.Module) -> set[str]:
+    """Return the names that code loads and binds nowhere, in any scope; those of built-in functions too."""
+    used: set[str] = set()
+    bound: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name):
+            (used if isinstance(node.ctx, ast.Load) else bound).add(node.id)
+        elif isinstance(node, _DEFINITIONS):
+            bound.add(node.name)
+        elif isinstance(node, ast.arg):
+            bound.add(node.arg)
+        elif isinstance(node, ast.alias):
+            bound.add(node.asname or node.name.partition(".")[0])
+        elif isinstance(node, ast.ExceptHandler) and node.name:
+            bound.add(node.name)
+    return used - bound
+
+
+def last_name(node: ast.expr) -> str:
+    """Return ``c`` for the expression ``a.b.c``, and for ``c`` alone."""
+    return ast.unparse(node).rpartition(".")[2]
