@@ -57,16 +57,15 @@ def inlined(function: F) -> F:
 def _compiled(function: F, *, inline: bool) -> F:
     if not COMPILED:
         return function
-    with _kept_in(_cache_directory(_source(function).parent, _imported(function), numba.config.CACHE_DIR)):
-        options = {
-            "nopython": True,
-            "nogil": True,
-            "error_model": "numpy",
-            "forceinline": inline,
-            "no_cfunc_wrapper": True,  # C code calls none of them, and it is a tenth of the time of compiling
-        }
-        compiled: Any = Kernel(py_func=function, locals={}, targetoptions=options)
-        compiled.enable_caching()
+    options = {
+        "nopython": True,
+        "nogil": True,
+        "error_model": "numpy",
+        "forceinline": inline,
+        "no_cfunc_wrapper": True,  # C code calls none of them, and it is a tenth of the time of compiling
+    }
+    compiled = Kernel(py_func=function, locals={}, targetoptions=options)
+    compiled.cached = lambda: _cached(function)
     return cast("F", compiled)
 
 
@@ -84,7 +83,7 @@ def c_function(function: Callable[..., Any], result: str, arguments: tuple[str, 
         else getattr(types, name)
         for name in arguments
     ]
-    with _kept_in(_cache_directory(_source(function).parent, _imported(function), numba.config.CACHE_DIR)):
+    with _cached(function):
         return numba.cfunc(getattr(types, result)(*kinds), cache=True, error_model="numpy")(function)
 
 
@@ -95,8 +94,9 @@ def cache_folder() -> Path:
 
 
 @contextmanager
-def _kept_in(folder: Path) -> Iterator[None]:
-    """Let Numba keep what is compiled in this context in a folder."""
+def _cached(function: Callable[..., Any]) -> Iterator[None]:
+    """Let Numba open a cache in the folder for a function and its sources."""
+    folder = _cache_directory(_source(function).parent, _imported(function), numba.config.CACHE_DIR)
     settings = {"CACHE_DIR": str(folder)}
     if getattr(numba.config, "CACHE_LOCATOR_CLASSES", None) == "":  # since Numba 0.62; not chosen by the user
         settings["CACHE_LOCATOR_CLASSES"] = f"{__name__}.AnyPlace"

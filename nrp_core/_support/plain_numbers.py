@@ -7,12 +7,17 @@ from functools import lru_cache
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from pydantic.fields import FieldInfo
 
 
 class PlainNumbers(BaseModel):
-    """Base of models whose numbers are numbers; kinds with a validator of their own decide themselves."""
+    """Base of models whose numbers are numbers; kinds with a validator of their own decide themselves.
+
+    A model is built when it is used first, so that those that are only parts of others are built once.
+    """
+
+    model_config = ConfigDict(defer_build=True)
 
     @field_validator("*", mode="before")
     @classmethod
