@@ -94,7 +94,11 @@ def _type(package: str, given: Any, imports: set[str]) -> str:
 
 
 def _services(services: ModuleType) -> str:
-    kinds = {name: kind for name, kind in vars(services).items() if isinstance(kind, type)}
+    kinds = {
+        name: kind
+        for name, kind in {name: getattr(services, name) for name in services.__all__}.items()
+        if isinstance(kind, type)
+    }
     written = {name: kind for name, kind in kinds.items() if name.endswith(("Request", "Response"))}
     imports = {"from typing import TypeAlias\n", *_aliases(written)}
     pairs = "".join(

@@ -44,6 +44,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
+        self._cache: Any
         self._is_called_by_python = False
         self._internal: set[tuple[Any, ...]] = set()
         """Types of arguments for which the function is compiled for compiled code only."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
+from nrp_core._support.collector import CollectorPaused
+
 # does not import typing or collections.abc: every program that imports nrp_core would pay for them
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -30,8 +32,9 @@ def lazily(
             raise AttributeError(
                 f"module '{package}' has no attribute '{name}'", name=name, obj=sys.modules[package]
             )
-        module = import_module(home)
-        value = vars(module)[name] if name in vars(module) else import_module(f"{home}.{name}")
+        with CollectorPaused():
+            module = import_module(home)
+            value = vars(module)[name] if name in vars(module) else import_module(f"{home}.{name}")
         setattr(sys.modules[package], name, value)
         return value
 

@@ -10,6 +10,7 @@ import io
 import signal
 import sys
 
+from nrp_core._support.collector import CollectorPaused
 from nrp_core._support.interruption import interrupt
 
 _INTERRUPTED = 130
@@ -28,7 +29,8 @@ def main() -> None:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, interrupt)
     try:
-        from nrp_core.cli.app import run_app
+        with CollectorPaused():
+            from nrp_core.cli.app import run_app
 
         code = run_app(sys.argv[1:])
     except KeyboardInterrupt:  # before the command began, while the program itself was being imported

@@ -156,7 +156,7 @@ def _of_adapter(adapter: Adapter, name: str) -> Shape | None:
 def _of_module(module: ModuleType, name: str) -> Shape | None:
     if name in vars(module):
         return Known(vars(module)[name])
-    if "__getattr__" in vars(module) or module.__name__ in MODULES:
+    if hasattr(module, "__getattr__") or module.__name__ in MODULES:
         try:
             return Known(getattr(module, name))
         except (AttributeError, ImportError):

@@ -12,6 +12,7 @@ import importlib.machinery
 import importlib.util
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import CodeType, ModuleType
 
@@ -59,9 +60,8 @@ class _MessageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     def exec_module(self, module: ModuleType) -> None:
         package, _, rest = module.__name__.partition(".")
         if rest:
-            types = vars(_parts_of(package)[rest])
-            shown = ("__getattr__", "__dir__")
-            vars(module).update({k: v for k, v in types.items() if not k.startswith("_") or k in shown})
+            types = _parts_of(package)[rest]
+            vars(module).update({"__getattr__": partial(getattr, types), "__dir__": types.__dir__})
 
 
 def _parts_of(package: str) -> dict[str, ModuleType]:

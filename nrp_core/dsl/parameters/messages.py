@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 import pkgutil
-from functools import cache, partial
+from functools import cache
+from importlib import import_module
 from types import MappingProxyType, ModuleType
 from typing import Any
 
@@ -18,57 +18,113 @@ from nrp_core.world.messages.generated import names as made_names
 @cache
 def message_packages() -> MappingProxyType[str, ModuleType]:
     """Return every package in the layout of ROS, ``<package>.msg.<Type>`` and ``.srv.<Type>``, by name."""
-    found = [module.name for module in pkgutil.iter_modules(messages.__path__)]
-    names = {name for name in found if name.endswith(("_msgs", "_interfaces"))} | set(PACKAGES)
-    return MappingProxyType({name: _package(name, found) for name in sorted(names)})
+    own = (name for name in _own_modules() if name.endswith(("_msgs", "_interfaces")))
+    return MappingProxyType({name: _package(name) for name in sorted({*own, *PACKAGES})})
 
 
 @cache
 def service_packages() -> MappingProxyType[str, ModuleType]:
     """Return the modules of services, ``<package>.srv``, by the name of the package."""
-    found = [module.name for module in pkgutil.iter_modules(messages.__path__)]
-    services = [name for name in found if name.endswith("_srvs")]
-    packages = {name.replace("gazebo_srvs", "gazebo_msgs"): name for name in services}
-    return MappingProxyType({package: _services(package, name) for package, name in packages.items()})
+    services = (name for name in _own_modules() if name.endswith("_srvs"))
+    packages = (name.replace("gazebo_srvs", "gazebo_msgs") for name in services)
+    return MappingProxyType({package: _Services(package) for package in packages})
 
 
-def _package(name: str, found: list[str]) -> ModuleType:
-    package, types = ModuleType(name, "Message types."), ModuleType(f"{name}.msg", "Message types.")
+@cache
+def _own_modules() -> list[str]:
+    return [module.name for module in pkgutil.iter_modules(messages.__path__)]
+
+
+def _own_classes(module: str) -> list[type]:
+    """Return the classes in a module of messages of ours, if there is one."""
+    names = vars(import_module(f"{messages.__name__}.{module}")) if module in _own_modules() else {}
+    return [value for value in names.values() if isinstance(value, type)]
+
+
+def _package(name: str) -> ModuleType:
+    package = ModuleType(name, "Message types.")
     package.__path__ = []
-    if name in found:
-        for value in vars(importlib.import_module(f"{messages.__name__}.{name}")).values():
-            if isinstance(value, type) and type_name(value).startswith(f"{name}/"):
-                setattr(types, value.__name__, value)
-    if name in PACKAGES:
-        vars(types)["__getattr__"] = partial(_made, name)
-        vars(types)["__dir__"] = lambda: sorted({*vars(types), *made_names(name)})
-    vars(package)["msg"] = types
+    vars(package)["msg"] = _Types(name)
     if name in service_packages():
         vars(package)["srv"] = service_packages()[name]
     return package
 
 
-def _made(package: str, name: str) -> type:
-    """Return a type that is made from its ROS definition."""
-    kind = None if name.startswith("_") else made(f"{package}/msg/{name}")
-    if kind is None:
-        hint = "" if name.startswith("_") else did_you_mean(name, made_names(package))
-        raise AttributeError(f"unknown message type '{package}.msg.{name}'{hint}")
-    return kind
+class _OnDemand(ModuleType):
+    """A module whose contents are imported when one of its names is used first.
+
+    The classes of all messages would take 0.05 s in every run, which uses few of them.
+    """
+
+    def __init__(self, package: str, name: str, doc: str) -> None:
+        super().__init__(f"{package}.{name}", doc)
+        self._package, self._is_filled = package, False
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "__all__":  # as ``from package.msg import *`` asks for
+            return [label for label in self._filled() if not label.startswith("_")]
+        found = None if name.startswith("_") else self._filled().get(name)
+        return self._other(name) if found is None else found
+
+    def __dir__(self) -> list[str]:
+        return sorted(self._filled())
+
+    def _filled(self) -> dict[str, Any]:
+        if not self._is_filled:
+            self._is_filled = True
+            vars(self).update(self._contents())
+        return vars(self)
+
+    def _contents(self) -> dict[str, type]:
+        """Return the classes of ours."""
+        raise NotImplementedError
+
+    def _other(self, name: str) -> Any:
+        """Return what a name of no class of ours stands for, or raise an AttributeError."""
+        raise AttributeError(f"unknown type '{self.__name__}.{name}'")
 
 
-def _services(package: str, name: str) -> ModuleType:
-    """Return ``<package>.srv``: the requests, the responses, and for each pair a class that holds both."""
-    module = ModuleType(f"{package}.srv", "Services.")
-    for value in list(vars(importlib.import_module(f"{messages.__name__}.{name}")).values()):
-        if isinstance(value, type) and value.__name__.endswith(("Request", "Response")):
-            setattr(module, value.__name__, value)
-    for label, request in list(vars(module).items()):
-        if label.endswith("Request") and f"{label[:-7]}Response" in vars(module):
-            response = getattr(module, f"{label[:-7]}Response")
-            content = {"Request": request, "Response": response, "__doc__": request.__doc__}
-            setattr(module, label[:-7], type(label[:-7], (), content))
-    return module
+class _Types(_OnDemand):
+    """``<package>.msg``: the types of ours, and those that are made from their ROS definitions."""
+
+    def __init__(self, package: str) -> None:
+        super().__init__(package, "msg", "Message types.")
+
+    def __dir__(self) -> list[str]:
+        made_here = made_names(self._package) if self._package in PACKAGES else []
+        return sorted({*super().__dir__(), *made_here})
+
+    def _contents(self) -> dict[str, type]:
+        prefix = f"{self._package}/"
+        return {
+            kind.__name__: kind for kind in _own_classes(self._package) if type_name(kind).startswith(prefix)
+        }
+
+    def _other(self, name: str) -> Any:
+        kind = None
+        if not name.startswith("_") and self._package in PACKAGES:
+            kind = made(f"{self._package}/msg/{name}")
+        if kind is None:
+            names = [] if name.startswith("_") else dir(self)
+            raise AttributeError(f"unknown message type '{self.__name__}.{name}'{did_you_mean(name, names)}")
+        return kind
+
+
+class _Services(_OnDemand):
+    """``<package>.srv``: the requests, the responses, and for each pair a class that holds both."""
+
+    def __init__(self, package: str) -> None:
+        super().__init__(package, "srv", "Services.")
+
+    def _contents(self) -> dict[str, type]:
+        kinds = {kind.__name__: kind for kind in _own_classes(self._package.replace("_msgs", "_srvs"))}
+        kinds = {name: kind for name, kind in kinds.items() if name.endswith(("Request", "Response"))}
+        for label in [name for name in kinds if name.endswith("Request")]:
+            name = label.removesuffix("Request")
+            if f"{name}Response" in kinds:
+                content = {"Request": kinds[label], "Response": kinds[f"{name}Response"]}
+                kinds[name] = type(name, (), content | {"__doc__": kinds[label].__doc__})
+        return kinds
 
 
 def message_type(given: Any) -> type:

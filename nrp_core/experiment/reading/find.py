@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.collector import CollectorPaused
 from nrp_core.archives import unpacked
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.experiment import Experiment
@@ -48,8 +49,9 @@ def load_experiment(text: str | Path, overrides: Iterable[str] = ()) -> Experime
             f"an experiment is a name or a file, not of type {type(text).__name__}; Run takes one that is "
             "loaded"
         )
-    path = find_file(str(text))
-    experiment = READERS.load(path.suffix)(path, given)
+    with CollectorPaused():
+        path = find_file(str(text))
+        experiment = READERS.load(path.suffix)(path, given)
     if Path(text).suffix.lower() != ARCHIVE:
         return experiment
     # unpacked files are in a hidden folder

@@ -22,6 +22,7 @@ import numpy as np
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.closing import Closing
+from nrp_core._support.collector import CollectorPaused
 from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
 from nrp_core.cle import ClosedLoop, pacing_of
@@ -130,7 +131,10 @@ class Run(Closing):
             )
         if beside is not None and isinstance(experiment.maker, Participant):
             raise CapabilityError("an experiment with state machines has only one run at a time")
-        plan = prepare(experiment, progress, build) if beside is None else beside.plan.with_fresh_functions()
+        with CollectorPaused():
+            plan = (
+                prepare(experiment, progress, build) if beside is None else beside.plan.with_fresh_functions()
+            )
         if revise is not None:
             plan = revise(plan)
         self.experiment = experiment
@@ -143,7 +147,7 @@ class Run(Closing):
         self.parameters = plan.parameters
         self._build = build
         self._planned = plan.warnings
-        with ExitStack() as opened:
+        with CollectorPaused(), ExitStack() as opened:
             progress(f"opening the world ({experiment.world.backend})")
             self.world: World = opened.enter_context(
                 open_side(experiment.world, plan.world, plan.scene, self.seed)

@@ -6,7 +6,9 @@ import dataclasses
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from importlib import import_module
+from importlib.util import find_spec
 from itertools import islice
 from math import inf, isfinite
 from operator import attrgetter
@@ -20,6 +22,7 @@ from nrp_core.clock import NS_PER_S
 T = TypeVar("T")
 
 _TYPES: dict[str, type] = {}
+_PACKAGE = __name__.rpartition(".")[0]
 
 
 @checks_arguments()
@@ -41,9 +44,19 @@ def message(name: str, definition: str = "") -> Callable[[type[T]], type[T]]:
 
 
 def type_of(name: str) -> type | None:
-    """Return the message class of a full (``a/msg/B``) or short (``a/B``) name, if it is loaded."""
+    """Return the message class of a full (``a/msg/B``) or short (``a/B``) name, or None."""
     full = name if name.count("/") == 2 else name.replace("/", "/msg/")
+    if full not in _TYPES:
+        _import_package(name.partition("/")[0])
     return _TYPES.get(full)
+
+
+@cache
+def _import_package(package: str) -> None:
+    """Import the modules of ours that define the messages of a package, if there are any."""
+    for name in {package, package.replace("_msgs", "_srvs")}:
+        if package.isidentifier() and find_spec(f"{_PACKAGE}.{name}") is not None:
+            import_module(f"{_PACKAGE}.{name}")
 
 
 def message_classes() -> list[type]:

@@ -27,6 +27,5 @@ def words_of(run: Run) -> Iterator[dict[str, str]]:
     for word in language:
         yield {"label": f"nrp.{word}", "type": "function", "detail": "transfer functions"}
     for package, module in message_packages().items():
-        for name in vars(module.msg):
-            if not name.startswith("_"):
-                yield {"label": f"{package}.msg.{name}", "type": "class", "detail": "message"}
+        for name in module.msg.__all__:
+            yield {"label": f"{package}.msg.{name}", "type": "class", "detail": "message"}

@@ -179,17 +179,23 @@ def message_modules() -> dict[str, ModuleType]:
     """Return ``<package>.msg`` of every package of messages; unknown types accept any fields."""
     known = {name: package.msg for name, package in message_packages().items()}
     known["gazebo_msgs"] = module(
-        "gazebo_msgs.msg", **{**vars(known["gazebo_msgs"]), "ModelState": ModelState}
+        "gazebo_msgs.msg", **{**_written(known["gazebo_msgs"]), "ModelState": ModelState}
     )
     return {
         f"{package}.msg": open_module(
             f"{package}.msg",
             partial(_open_message, types),
-            vars(types) if types else {},
+            _written(types) if types else {},
             partial(_public, types) if types else None,
         )
         for package, types in {**dict.fromkeys(_FURTHER_PACKAGES), **known}.items()
     }
+
+
+def _written(types: ModuleType) -> dict[str, Any]:
+    """Return the types of a module that are not created on demand."""
+    names = getattr(types, "__all__", vars(types))
+    return {name: getattr(types, name) for name in names if not name.startswith("_")}
 
 
 def _public(known: ModuleType) -> list[str]:
