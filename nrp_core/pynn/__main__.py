@@ -27,7 +27,7 @@ def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(
         "python -m nrp_core.pynn", description="Run a PyNN script on the brain backends of nrp-core."
     )
-    added = "".join(f", or {name}, which it imports" for name in RUNNERS.names())
+    added = "".join(f", or {one.name} ({one.distribution}), which it imports" for one in RUNNERS.providers())
     parser.add_argument(
         "--as", dest="simulator", metavar="NAME", default=SIMULATOR_NAME,
         help=f"the simulator that the script is written for: {SIMULATOR_NAME}, which it names on its command "

@@ -22,7 +22,7 @@ from pyNN.parameters import LazyArray
 
 from nrp_core.brain.network.drawing import sorted_by
 from nrp_core.brain.pynn.arguments import require_arguments, require_shape
-from nrp_core.brain.pynn.expected import require_room
+from nrp_core.brain.pynn.connectivity_estimate import require_room
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, WrongKindError
 from nrp_core.brain.pynn.own_values import drawn_at_once
 from nrp_core.brain.pynn.populations import ids_of

@@ -23,10 +23,10 @@ from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
-from nrp_core.brain.pynn.remarks import remarks_on
 from nrp_core.brain.pynn.seed_streams import rewirings_of
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.brain.pynn.synapse_columns import taken
+from nrp_core.brain.pynn.warnings import remarks_on
 
 
 def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Network:

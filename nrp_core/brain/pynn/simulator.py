@@ -46,12 +46,12 @@ class State(BaseState):  # type: ignore[misc]
         dt: the script's time step, ms.
         default_delay: the delay of synapses for which the script gives none, ms.
         t: current time, ms; it does not advance while building.
-        former: whether the script uses spellings of PyNN 0.7, whose results have other forms.
+        uses_pynn07: whether the script uses spellings of PyNN 0.7, whose results have other forms.
     """
 
     mpi_rank = 0
     num_processes = 1
-    former = False
+    uses_pynn07 = False
 
     def __init__(self, seeds: Seeds) -> None:
         super().__init__()

@@ -9,8 +9,8 @@ from pyNN.connectors import IndexBasedExpression
 
 from nrp_core.brain.network import memory
 from nrp_core.brain.network.memory import free_bytes, require_memory
-from nrp_core.brain.pynn import builder, expected
-from nrp_core.brain.pynn.expected import expected_synapses
+from nrp_core.brain.pynn import builder, connectivity_estimate
+from nrp_core.brain.pynn.connectivity_estimate import expected_synapses
 from nrp_core.errors import NetworkError
 
 MIB = 1 << 20
@@ -21,7 +21,7 @@ def free(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return a function that lets this many bytes be free."""
 
     def let(n_bytes: int) -> None:
-        for module in (memory, expected):
+        for module in (memory, connectivity_estimate):
             monkeypatch.setattr(module, "free_bytes", lambda: n_bytes)
 
     return let

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core.brain import FloatArray
-from nrp_core.brain.pynn import former
-from nrp_core.brain.pynn.former import by_name
+from nrp_core.brain.pynn import pynn07_compat
+from nrp_core.brain.pynn.pynn07_compat import by_name
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.nest.models import recovering
 from nrp_legacy.nest.native import native_cell, native_synapse, synapse_model_of
@@ -108,18 +108,18 @@ def add_spellings(sim: ModuleType, kernel: Kernel) -> None:
         add_methods_to_cells(names[kind])
     let_label_follow(names["Population"])
     names.update(
-        SynapseDynamics=former.SynapseDynamics,
-        TsodyksMarkramMechanism=former.TsodyksMarkramMechanism,
+        SynapseDynamics=pynn07_compat.SynapseDynamics,
+        TsodyksMarkramMechanism=pynn07_compat.TsodyksMarkramMechanism,
         Projection=_projection(sim, with_methods_for_weights(names["Projection"])),
         TsodyksMarkramSynapse=_recovering(names["TsodyksMarkramSynapse"]),
         native_cell_type=lambda name: native_cell(sim, name, kernel),
         native_synapse_type=lambda name: native_synapse(sim, name, kernel),
-        STDPMechanism=former.mechanism(names["STDPMechanism"]),
-        AdditiveWeightDependence=former.dependence(names["AdditiveWeightDependence"]),
-        MultiplicativeWeightDependence=former.dependence(names["MultiplicativeWeightDependence"]),
-        RandomDistribution=former.distribution(names["RandomDistribution"]),
+        STDPMechanism=pynn07_compat.mechanism(names["STDPMechanism"]),
+        AdditiveWeightDependence=pynn07_compat.dependence(names["AdditiveWeightDependence"]),
+        MultiplicativeWeightDependence=pynn07_compat.dependence(names["MultiplicativeWeightDependence"]),
+        RandomDistribution=pynn07_compat.distribution(names["RandomDistribution"]),
         initialize=lambda cells, *old, **values: cells.initialize(*old, **values),
-        **{name: former.connector(names[name]) for name in former.CONNECTORS},
+        **{name: pynn07_compat.connector(names[name]) for name in pynn07_compat.CONNECTORS},
     )
     vars(names["random"])["RandomDistribution"] = names["RandomDistribution"]
 
@@ -134,7 +134,7 @@ def _recovering(today: type) -> type:
 
 
 def _projection(sim: ModuleType, today: type) -> type:
-    class Projection(former.projection(today, vars(sim))):  # type: ignore[misc]
+    class Projection(pynn07_compat.projection(today, vars(sim))):  # type: ignore[misc]
         def __init__(
             self, presynaptic_population: Any, postsynaptic_population: Any, connector: Any = None,
             *values: Any, method: Any = None, **more: Any,

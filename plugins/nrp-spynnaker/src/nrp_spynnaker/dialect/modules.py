@@ -47,7 +47,7 @@ from nrp_spynnaker.dialect.populations import (
     cells_per_core,
     convolution,
 )
-from nrp_spynnaker.dialect.spynnaker7 import former_names
+from nrp_spynnaker.dialect.spynnaker7 import pynn07_names
 
 _DEVICES: Final = "spynnaker_external_devices_plugin"
 _MODELS: Final = "spynnaker_extra_pynn_models"
@@ -149,7 +149,7 @@ class Dialect:
         own |= unsupported.stand_ins(unsupported.SIMULATOR)
         own["STDPMechanism"] = stdp_mechanism(own["STDPMechanism"])
         own |= {each.__name__: simulator.bind(each) for each in (Population, PopulationView, Projection)}
-        own |= former_names(own, simulator.state)
+        own |= pynn07_names(own, simulator.state)
         own["SpiNNakerProjection"] = own["Projection"]
         own |= structural_mechanisms(simulator) | {rule.__name__: rule for rule in RULES}
         own |= {

@@ -13,14 +13,14 @@ from pyNN.parameters import ParameterSpace
 from nrp_core.brain import RECEPTORS, FloatArray, Synapses
 from nrp_core.brain.pynn import populations, projections
 from nrp_core.brain.pynn.arguments import require_kind
-from nrp_core.brain.pynn.former import by_name
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
+from nrp_core.brain.pynn.pynn07_compat import by_name
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 from nrp_spynnaker.dialect import neo_convertor
 from nrp_spynnaker.dialect.cells import ascending
 from nrp_spynnaker.dialect.connectors import ConvolutionConnector
-from nrp_spynnaker.dialect.spynnaker7 import SPIKES, FormerCells
+from nrp_spynnaker.dialect.spynnaker7 import SPIKES, Pynn07Cells
 from nrp_spynnaker.dialect.unsupported import POPULATIONS, refuse_attribute
 
 SUMMED: Final = "max_expected_summed_weight"
@@ -175,7 +175,7 @@ _ROUNDING: Final = 1e-3
 """How far the size of a population may be from a whole number."""
 
 
-class _Cells(FormerCells):
+class _Cells(Pynn07Cells):
     """Parameters and positions as sPyNNaker returns them."""
 
     @property

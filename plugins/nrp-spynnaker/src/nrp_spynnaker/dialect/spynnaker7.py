@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain import FloatArray
-from nrp_core.brain.pynn import former
+from nrp_core.brain.pynn import pynn07_compat
 from nrp_core.brain.pynn.populations import WRITTEN
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.errors import NetworkError
@@ -26,25 +26,27 @@ _TEXTS: Final = (".dat", ".txt", ".ras", ".csv")
 """The suffixes by which the name of a file, without a variable, is known."""
 
 
-def former_names(own: Mapping[str, Any], state: State) -> dict[str, Any]:
+def pynn07_names(own: Mapping[str, Any], state: State) -> dict[str, Any]:
     """Return the classes and functions of sPyNNaker that take the words of PyNN 0.7, too.
 
     Args:
         own: sPyNNaker's names.
         state: the simulator's state, which remembers whether a script uses such words.
     """
-    types = {**own, "STDPMechanism": former.mechanism(own["STDPMechanism"])}
+    types = {**own, "STDPMechanism": pynn07_compat.mechanism(own["STDPMechanism"])}
     return {
-        **{name: former.connector(own[name]) for name in (*former.CONNECTORS, *_LISTS)},
-        **{name: former.dependence(own[name]) for name in _DEPENDENCES},
+        **{name: pynn07_compat.connector(own[name]) for name in (*pynn07_compat.CONNECTORS, *_LISTS)},
+        **{name: pynn07_compat.dependence(own[name]) for name in _DEPENDENCES},
         "STDPMechanism": types["STDPMechanism"],
         "SpikePairRule": _pair_rule(own["SpikePairRule"]),
-        "Projection": former.projection(own["Projection"], types, lambda: setattr(state, "former", True)),
-        "SynapseDynamics": former.SynapseDynamics,
-        "RandomDistribution": former.distribution(own["RandomDistribution"]),
+        "Projection": pynn07_compat.projection(
+            own["Projection"], types, lambda: setattr(state, "uses_pynn07", True)
+        ),
+        "SynapseDynamics": pynn07_compat.SynapseDynamics,
+        "RandomDistribution": pynn07_compat.distribution(own["RandomDistribution"]),
         "NumpyRNG": _generator(own["NumpyRNG"]),
-        "set": former.by_name(lambda cells, **values: cells.set(**values)),
-        "initialize": former.by_name(lambda cells, **values: cells.initialize(**values)),
+        "set": pynn07_compat.by_name(lambda cells, **values: cells.set(**values)),
+        "initialize": pynn07_compat.by_name(lambda cells, **values: cells.initialize(**values)),
         "record": _recording(own["record"], "record"),
         "record_v": _recording(own["record_v"], "record_v"),
         "record_gsyn": _recording(own["record_gsyn"], "record_gsyn"),
@@ -89,7 +91,7 @@ def _recording(today: Any, method: str) -> Any:
     return record
 
 
-class FormerCells:
+class Pynn07Cells:
     """Methods of populations and views that record and return data as PyNN 0.7 did."""
 
     def record(self, variables: Any = SPIKES, to_file: Any = None, *arguments: Any, **options: Any) -> None:
@@ -113,10 +115,10 @@ class FormerCells:
     def _record_as_before(self, variables: Any, file: Any) -> None:
         cells: Any = self
         state = cells._simulator.state
-        state.former = state.former or variables == "spikes"
+        state.uses_pynn07 = state.uses_pynn07 or variables == "spikes"
         cells.record(variables, None if isinstance(file, str) and _is_text(file) else file or None)
         if isinstance(file, str) and _is_text(file):
-            state.former = True
+            state.uses_pynn07 = True
             state.write_on_end.append((self, variables, file))
 
     def getSpikes(self, gather: bool = True, compatible_output: bool | None = None) -> Any:  # noqa: N802
@@ -133,7 +135,7 @@ class FormerCells:
 
     def _data(self, variables: list[str], compatible_output: bool | None) -> Any:
         cells: Any = self
-        as_before = cells._simulator.state.former or compatible_output is not None
+        as_before = cells._simulator.state.uses_pynn07 or compatible_output is not None
         return self._rows(variables) if as_before else cells.get_data(variables)
 
     def _rows(self, variables: list[str]) -> FloatArray:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.brain.pynn.connectivity_estimate import highest_probability
 from nrp_core.brain.pynn.electrodes import DCSource
-from nrp_core.brain.pynn.expected import highest_probability
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.simulator import State
 
