@@ -28,7 +28,6 @@ from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.selection import drivable, require_spec, selected, source_among
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.brain.watched_weights import WatchedWeights
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import DivergedError
 from nrp_core.findings import Findings
@@ -67,7 +66,6 @@ class Brain(Simulation):
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
         self._currents = np.zeros(network.size)
         self._began_ns = 0  # the time of the run at which the time of the engine is 0
-        self._watched_weights = WatchedWeights(network, self.warnings)
         self._attached = AttachedDevices(
             [
                 PopulationTrains(population, network.ids_of(label), self._seeds)
@@ -256,7 +254,6 @@ class Brain(Simulation):
         chosen = changes.lasting(changes.projection_of(self.network, projection))
         with guarded(self, "change weights"):
             self._do_set_weights(chosen, each)
-        self._watched_weights.look(projection, each)
 
     # -- the sequence of one advance, identical for every backend
 

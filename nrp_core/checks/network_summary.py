@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.checks.network_units import unlikely_units
+from nrp_core.checks.synaptic_effects import LEAKY_CELLS
+from nrp_core.checks.unreachable_thresholds import unreached_thresholds
 from nrp_core.findings import Code, Finding, Findings
 
 Ends = tuple[BoolArray, BoolArray]
@@ -30,27 +32,28 @@ class NetworkSummary:
         joined: the pairs of populations that have synapses, source first.
         linked: which cells of each population have synapses onto them, and which have some onto others.
         mute: labels of its populations that cannot fire unless a device drives them.
+        unreached: a sentence for each population that its synapses cannot take to its threshold.
         findings: implausible values, and remarks of whatever read it.
     """
 
     joined: list[tuple[str, str]] = field(default_factory=list)
     linked: dict[str, Ends] = field(default_factory=dict)
     mute: list[str] = field(default_factory=list)
+    unreached: dict[str, str] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
 
 
 def summary_of(network: Network) -> NetworkSummary:
     """Return the facts about a complete network."""
-    findings = [*Findings(implausible(network), general=Code.NRP297)]
+    findings = [*Findings(unlikely_units(network), general=Code.NRP297)]
     findings += Findings(network.remarks, general=Code.NRP308)
-    return NetworkSummary(_joined(network), _linked(network), mute(network), findings)
+    unreached = unreached_thresholds(network)
+    return NetworkSummary(_joined(network), _linked(network), mute(network), unreached, findings)
 
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
 _NO_VALUE = np.empty(0)
-_LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_exp", "IF_cond_alpha"})
-"""Cells that fire when their voltage reaches ``v_thresh``, and that nothing but input takes there."""
-_FOR_WEIGHTS = ("tau_syn_E", "tau_syn_I", "v_rest", "v_thresh", "e_rev_E", "e_rev_I")
+_FOR_WEIGHTS = ("tau_syn_E", "tau_syn_I", "v_rest", "v_thresh", "i_offset", "e_rev_E", "e_rev_I")
 
 
 def described(network: Network) -> dict[str, Any]:
@@ -78,6 +81,7 @@ def described(network: Network) -> dict[str, Any]:
         "joined": summary.joined,
         "linked": {label: _packed(ends) for label, ends in summary.linked.items()},
         "mute": summary.mute,
+        "unreached": summary.unreached,
         "findings": [finding.to_dict() for finding in summary.findings],
         "leaks": {p.label: leak for p in network.populations.values() if (leak := _least_leak(p))},
         "views": {name: _short(ids) for name, ids in network.views.items()},
@@ -119,6 +123,7 @@ def summary_from(described: dict[str, Any], network: Network) -> NetworkSummary:
         [(pre, post) for pre, post in described["joined"]],
         linked,
         described["mute"],
+        described["unreached"],
         [Finding.from_dict(one) for one in described["findings"]],
     )
 
@@ -216,7 +221,7 @@ def _may_excite(projection: Projection, post: Population) -> bool:
 
 def _rests_below(population: Population) -> bool:
     cells = population.parameters
-    if population.cell_type not in _LEAKY or not cells or not population.size:
+    if population.cell_type not in LEAKY_CELLS or not cells or not population.size:
         return False
     rest_mv = cells["v_rest"] + np.maximum(cells["i_offset"], 0.0) * cells["tau_m"] / cells["cm"]
     begins_mv = population.initial_values.get("v", cells["v_rest"])

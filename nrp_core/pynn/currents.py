@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import pi, sin
 from typing import Any, Final
 
@@ -132,20 +132,6 @@ class Current:
         changed_ms = [milliseconds(t_ns) for t_ns, _ in self._changes]
         amplitudes = np.array([0.0, *(amplitude for _, amplitude in self._changes)])
         return amplitudes[np.searchsorted(changed_ms, times_ms, side="right")]
-
-
-def doubts_about(sources: Sequence[Any], step_ms: float) -> Iterator[str]:
-    """Yield a sentence for each source that no neuron stands, or whose noise is slower than it says."""
-    for source in dict.fromkeys(sources):
-        interval_ms = float(source.dt) if "dt" in source.default_parameters else step_ms
-        if interval_ms < step_ms * (1.0 - _ROUNDING):
-            yield (
-                f"dt of a {type(source).__name__} is {interval_ms:g} ms, shorter than the time step: its "
-                f"noise changes every {step_ms:g} ms, which drives cells more"
-            )
-        for name, largest in _sizes_na(source):
-            if largest > _LARGEST_NA:
-                yield f"{name} of a {type(source).__name__} is {largest:g} nA; is it meant in pA?"
 
 
 def _sizes_na(source: Any) -> Iterator[tuple[str, float]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -17,16 +17,14 @@ from nrp_core._support.lone_names import lone_names
 from nrp_core.brain.backends import brains
 from nrp_core.brain.changes import Rewirings, Synapses
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.synapses import PLASTIC
 from nrp_core.brain.pynn.export import network_of, unique
-from nrp_core.brain.pynn.late_changes import late_changes
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError, did_you_mean
 from nrp_core.findings import Findings
-from nrp_core.pynn.currents import Current, Waveform, doubts_about
+from nrp_core.pynn.currents import Current, Waveform
 from nrp_core.pynn.shares import Shares
 from nrp_core.seeds import Seeds
 
@@ -257,7 +255,7 @@ class RunningState(State):
             if warning not in self._told:  # a reset may open the brain again
                 self._told.append(warning)
                 _logger.warning("%s: %s", self._backend, warning.text)
-        self.tell([*network.remarks, *implausible(network), *doubts_about(self.injected(), self.dt)])
+        self.tell(network.remarks)
         self._changed = False
         self._shares = Shares(self, self.brain.network)
         for device in (*self.recorders, *self._currents):
@@ -282,16 +280,9 @@ class RunningState(State):
             current.update(now_ns)
 
 
-def warnings_about(script: Path, simulators: Collection[str] = ()) -> Iterator[str]:
-    """Yield a sentence for each line of a script that changes something too late, or only names it.
-
-    Args:
-        script: its file.
-        simulators: the packages of simulators besides PyNN and this one.
-    """
-    text = script.read_bytes()
-    yield from late_changes(text, simulators)
-    yield from lone_names(text)
+def warnings_about(script: Path) -> Iterator[str]:
+    """Yield a sentence for each line of a script that only names something."""
+    yield from lone_names(script.read_bytes())
 
 
 def _warnings_about_main() -> Iterator[str]:

@@ -11,8 +11,6 @@ from nrp_core.checks.warnings import with_warnings
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, Level
-from nrp_core.world.drives.implausible import implausible_drives
-from nrp_core.world.scene.sdf import read_model
 
 HEAD = """\
 import os
@@ -69,7 +67,6 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
         ),
         ("criteria.reaches_left.near.model=left_vr_screen", "'left_vr_screen' is always near itself"),
         ("brain.populations.more=[0, 0, 1]", "the population 'more' has 2 neurons, some of them twice"),
-        ("world.sensors={/husky/camera: {noise: 30}}", "is 30, and full brightness is 1 [NRP298]"),
         (
             "world.robots.husky.add_sensors=[{type: imu, link: base_link, pose: [0, 0, 0, 0, 30, 0]}]",
             "the pitch of the sensor on 'husky/base_link' is 30 rad, more than a turn; 30 degrees are 0.5236",
@@ -164,7 +161,7 @@ def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"device": "poisson, weight=150.0"}, "weight of 'red' is 150 uS, 6e+04 times the leak of a cell"),
+        ({"device": "poisson, weight=150.0"}, "weight of 'red' is 150 uS or nA; is it"),
         (
             {"device": "dc_source", "body": "red.amplitude = 500.0"},
             "'amplitude' is 500 nA; is it meant in pA",
@@ -241,13 +238,7 @@ def test_a_clock_that_decides_what_is_returned_is_reported(husky: Path, body: st
 
 SCREEN = ("room.sdf", "0 -2.44 0.65", "0 -2.44 {}")
 JOINT = ("husky.sdf", "<axis><xyz>0 1 0</xyz></axis>", "<axis><xyz>0 1 0</xyz>{}</axis>")
-CAMERA = (
-    "husky.sdf",
-    "<clip><near>0.1</near><far>100</far></clip>",
-    "<clip><near>0.1</near><far>{}</far></clip>",
-)
 RATE = ("husky.sdf", "<update_rate>30<", "<update_rate>{}<")
-SUN = ("room.sdf", "-0.1698 0.1 -0.3", "{}")
 LIMITS = "<limit><lower>-{0}</lower><upper>{0}</upper></limit>"
 FILES = [
     (SCREEN, "-3", "the model 'left_vr_screen' lies below 'floor/link/floor', which the robots stand"),
@@ -255,12 +246,8 @@ FILES = [
     (JOINT, LIMITS.format(1), "'back_left_joint' is continuous: it turns past its <limit> of -1 to 1 rad"),
     (JOINT, LIMITS.format(3.14159), ""),
     (JOINT, LIMITS.format(1e16), ""),
-    (CAMERA, "0.3", "the camera 'camera' of 'husky' sees 0.3 m far, and the robot is 1.32 m large"),
-    (CAMERA, "3", ""),
-    (RATE, "1e9", "the sensor 'camera' of 'husky' measures 1e+09 times a second"),
     (RATE, "1000", ""),
     (RATE, "0.5", ""),
-    (SUN, "0 0 1", "the light 'sun' shines upward"),
 ]  # fmt: skip
 
 
@@ -274,18 +261,6 @@ def test_a_value_of_a_file_is_reported_if_it_cannot_be_meant(
     path.write_text(path.read_text().replace(old, new.format(value), 1))
     found = [str(one) for one in validate_file(husky / "experiment.yaml") if one.code is not Code.NRP238]
     assert [words in message for message in found] == [True] * bool(words)
-
-
-def test_a_wheel_with_limits_is_reported(husky: Path) -> None:
-    path, joint = husky / "husky.sdf", 'name="back_left_joint" type="{}"'
-    free = path.read_text().replace(joint.format("continuous"), joint.format("revolute"))
-    limited = free.replace(JOINT[1], JOINT[2].format("<limit><lower>0</lower><upper>1</upper></limit>"), 1)
-    assert free != path.read_text()
-    for text, is_reported in ((free, False), (limited, True)):
-        path.write_text(text)
-        found = list(implausible_drives(read_model(path), 0.02))
-        words = "has a wheel that cannot roll: the joint 'back_left_joint' has limits of 0 to 1 rad"
-        assert any(words in one for one in found) == is_reported
 
 
 def test_a_room_that_is_the_robot_is_refused_with_both_names(husky: Path) -> None:

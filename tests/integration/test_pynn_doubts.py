@@ -36,34 +36,10 @@ def test_a_script_without_doubt_is_told_nothing(caplog: pytest.LogCaptureFixture
     assert told(sim, caplog) == []
 
 
-def test_each_doubt_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
-    sim, cells = network(delay=0.015)
-    sim.Population(2, sim.IF_cond_exp(tau_m=0.02), label="cells")
-    sim.DCSource(amplitude=500.0).inject_into(cells)
-    sim.NoisyCurrentSource(mean=0.1, stdev=0.1)
-    assert told(sim, caplog) == [
-        "two populations have the label 'cells'; the later one is called 'cells 2'",
-        "a NoisyCurrentSource (the current source 2 of 2) is never injected: call its inject_into(cells)",
-        "tau_m of the population 'cells 2' is 0.02 ms; is it meant in s?",
-        "a delay of the projection 'p' is 0.015 ms, shorter than the time step of 0.1 ms; is it meant in s?",
-        "amplitude of a DCSource is 500 nA; is it meant in pA?",
-    ]
-
-
-def test_plasticity_in_other_units_is_told(caplog: pytest.LogCaptureFixture) -> None:
-    sim, cells = network()
-    learning = sim.STDPMechanism(
-        timing_dependence=sim.SpikePairRule(tau_plus=20_000.0, tau_minus=20.0, A_plus=0.01, A_minus=0.01),
-        weight_dependence=sim.AdditiveWeightDependence(w_min=0.0, w_max=100.0), weight=0.01, delay=1.0,
-    )  # fmt: skip
-    sim.Projection(cells, cells, sim.AllToAllConnector(), learning, label="learning")
-    fast = sim.TsodyksMarkramSynapse(U=0.5, tau_rec=0.1, tau_facil=0.0, weight=0.01, delay=1.0)
-    sim.Projection(cells, cells, sim.AllToAllConnector(), fast, label="fast")
-    assert told(sim, caplog) == [
-        "tau_plus of the projection 'learning' is 20000 ms; is it meant in us?",
-        "w_max of the projection 'learning' is 100 uS, 2e+03 times the leak of a cell; is it meant in nS?",
-        "tau_rec of the projection 'fast' is 0.1 ms; is it meant in s?",
-    ]
+def test_a_label_that_is_used_twice_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
+    sim, _ = network()
+    sim.Population(2, sim.IF_cond_exp(), label="cells")
+    assert told(sim, caplog) == ["two populations have the label 'cells'; the later one is called 'cells 2'"]
 
 
 def test_cells_of_a_network_that_is_gone_record_nothing() -> None:
@@ -175,34 +151,6 @@ def test_sources_whose_spikes_were_moved_during_a_run_are_not_doubted(
     sim.run(1.0)
     sim.end()
     assert [one.getMessage() for one in caplog.records] == []
-
-
-@pytest.mark.parametrize(
-    ("connector", "says"),
-    [
-        (lambda sim: sim.DistanceDependentProbabilityConnector("d < 0"), True),
-        (lambda sim: sim.DistanceDependentProbabilityConnector("d < 2"), False),
-        (lambda sim: sim.FixedProbabilityConnector(0.0), False),  # as in a control
-        (lambda sim: sim.FromListConnector([]), False),
-    ],
-)
-def test_a_connector_that_draws_no_synapse_is_told(
-    connector: Any, says: bool, caplog: pytest.LogCaptureFixture
-) -> None:
-    sim, cells = network()
-    sim.Projection(cells, cells, connector(sim), sim.StaticSynapse(weight=0.01, delay=1.0), label="far")
-    name = "DistanceDependentProbabilityConnector"
-    expected = [f"the projection 'far' has no synapses: its {name} connects no pair of cells"] if says else []
-    assert told(sim, caplog) == expected
-
-
-@pytest.mark.parametrize(("dt", "says"), [(0.01, True), (0.1, False), (0.5, False)])
-def test_noise_faster_than_the_step_is_told(dt: float, says: bool, caplog: pytest.LogCaptureFixture) -> None:
-    sim, cells = network()
-    sim.NoisyCurrentSource(mean=0.1, stdev=0.1, dt=dt).inject_into(cells)
-    texts = told(sim, caplog)
-    assert len(texts) == says
-    assert all("dt of a NoisyCurrentSource is 0.01 ms, shorter than the time step" in one for one in texts)
 
 
 def test_a_misspelt_setting_is_refused_and_those_of_other_simulators_are_not() -> None:

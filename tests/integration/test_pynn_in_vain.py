@@ -28,9 +28,6 @@ IN_VAIN = {
         "a DCSource from 1 to 4 ms never had an effect: it is injected at 5 ms",
     "sim.StepCurrentSource(times=[8.0], amplitudes=[1.0]).inject_into(cells); sim.run(5.0)":
         "a StepCurrentSource from 8 ms never had an effect",
-    "kind.parameter_space['cm'] = 3.0; sim.run(5.0)": "cm of the cell type IF_curr_exp has no effect",
-    "kind.parameter_space.update(cm=3.0); sim.run(5.0)": "cm of the cell type IF_curr_exp has no effect",
-    "kind.cm = 3.0; sim.run(5.0)": "cm of the cell type IF_curr_exp has no effect",
 }  # fmt: skip
 
 RIGHT = [

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal
 
+from nrp_core.findings import Code, Findings
+from nrp_core.world.scene.reading.context import Element
 from nrp_world_mujoco.library import mujoco
 
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
@@ -96,3 +98,31 @@ def _read(m: Any, number: int) -> Actuator | None:
     if (constant, spring) == (0, 0) and gain == -brake > 0:
         return Actuator(number, joint, "velocity", gear**2 * gain, 0.0, force)
     return None
+
+
+def warn_of_one_sided_limits(root: Element, model: Any, warnings: Findings) -> None:
+    """Warn of actuators of joints whose force has another limit in each direction.
+
+    Args:
+        root: the root of the MJCF file.
+        model: the compiled model.
+        warnings: receives the findings.
+    """
+    elements = [one for group in root.all("actuator") for one in group.children]
+    for each in actuators_of(model):
+        low, high = model.actuator_forcerange[each.number].tolist()
+        if not model.actuator_forcelimited[each.number] or low == -high:
+            continue
+        name, joint = model.actuator(each.number).name, model.joint(each.joint).name
+        message = (
+            f"the forcerange of the actuator of the joint '{joint}' is {low:g} to {high:g}, and joints have "
+            f"one limit for both directions: the limit used is {max(abs(low), abs(high)):g}"
+        )
+        named = (one for one in elements if (name or joint) in _names(one))
+        place = next(named, root)
+        warnings.add(Code.NRP264, message, path=place.path, line=place.line)
+
+
+def _names(actuator: Element) -> tuple[str | None, str | None]:
+    """Return the name of an actuator, and of the joint that it drives."""
+    return actuator.attributes.get("name"), actuator.attributes.get("joint")

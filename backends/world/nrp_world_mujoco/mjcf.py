@@ -28,11 +28,10 @@ from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
 from nrp_core.world.scene.reading.context import read_xml
 from nrp_core.world.scene.reading.repairs import LEAST_MASS
-from nrp_world_mujoco.actuators import actuators_of
+from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
 from nrp_world_mujoco.library import compiled, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
 from nrp_world_mujoco.mjcf_native import Names, NativeElements
-from nrp_world_mujoco.mjcf_slips import warn_of_slips
 from nrp_world_mujoco.native import files_of
 
 _WORLD = 0
@@ -77,7 +76,7 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
     root = read_xml(path)
-    warn_of_slips(root, model, warnings)
+    warn_of_one_sided_limits(root, model, warnings)
     if model.nkey:
         left_out.append(f"{model.nkey} keyframes; 'joints' of the robot sets where its joints start")
     cones = [one.attributes["cone"] for one in root.all("option") if "cone" in one.attributes]

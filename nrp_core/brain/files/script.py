@@ -9,7 +9,6 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -87,9 +86,7 @@ def load_network(
         ExperimentError: the seed is not an integer.
     """
     from nrp_core.brain.pynn import builder
-    from nrp_core.brain.pynn.dialects import packages
     from nrp_core.brain.pynn.export import network_of
-    from nrp_core.brain.pynn.late_changes import late_changes
     from nrp_core.brain.pynn.views import views_of
 
     try:
@@ -114,15 +111,11 @@ def load_network(
         raise scope.located(error, NetworkError, file) from error
     finally:
         sys.argv = given
-    late = tuple(late_changes(file.read_bytes(), set(packages())))
     try:
         network = other(vars(module)) if other is not None else None
         network = network or _made_as_data(vars(module), len(sim.state.populations))
         if network is not None:
-            if late:
-                network = replace(network, remarks=(*network.remarks, *late))
             return with_views(network, populations or {})
-        sim.state.remarks.extend(late)
         _remark_on_lines_in_vain(sim, vars(module))
         return network_of(sim.state, views_of(vars(module), populations or {}, sim.state))
     except ExperimentError as error:

@@ -20,7 +20,7 @@ from nrp_core._support.numbers import is_number
 from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.errors import NetworkError, did_you_mean
 
-_FORMER: Final = {
+PYNN07_ARGUMENTS: Final = {
     "weights": "StaticSynapse(weight=...), which is an argument of the projection",
     "delays": "StaticSynapse(delay=...), which is an argument of the projection",
     "target": "receptor_type",
@@ -59,7 +59,8 @@ def require_names(owner: str, given: Iterable[str], valid: Iterable[str]) -> Non
     known = list(valid)
     for name in given:
         if name not in known:
-            hint = f"; it was PyNN 0.7's; today it is {_FORMER[name]}" if name in _FORMER else ""
+            today = PYNN07_ARGUMENTS.get(name)
+            hint = f"; it was PyNN 0.7's; today it is {today}" if today else ""
             raise UnknownParameterError(
                 f"{owner} has no parameter '{name}'{hint or did_you_mean(name, known)}"
             )

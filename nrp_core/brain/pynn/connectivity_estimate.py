@@ -68,21 +68,6 @@ def expected_synapses(connector: Any, projection: Any) -> float:
     return 0.0
 
 
-def highest_probability(connector: Any, projection: Any) -> float:
-    """Return the highest probability that the function of a connector gives to sampled pairs; 0 without one.
-
-    Cells are sampled as for the number of synapses, so a single higher value between two of many cells may
-    be missed.
-    """
-    if not isinstance(
-        connector,
-        connectors.DistanceDependentProbabilityConnector | connectors.IndexBasedProbabilityConnector,
-    ):
-        return 0.0
-    columns = _columns(_probabilities(connector, projection), projection.pre.size, projection.post.size)
-    return max((float(np.max(column)) for column in columns), default=0.0)
-
-
 def _probabilities(connector: Any, projection: Any) -> LazyArray:
     """Return the probability of each pair of cells."""
     if isinstance(connector, connectors.DistanceDependentProbabilityConnector):

@@ -14,9 +14,8 @@ from pyNN.random import RandomDistribution
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network import data as data
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.equations.doubts import known_value
 from nrp_core.brain.network.equations.model import INPUT
-from nrp_core.brain.network.equations.responses import beginning
+from nrp_core.brain.network.equations.values import known_value
 from nrp_core.brain.network.indices import indices_of
 from nrp_core.brain.network.origin import Origin
 from nrp_core.brain.network.rewiring import Rewiring
@@ -26,7 +25,6 @@ from nrp_core.brain.pynn.projections import Projection
 from nrp_core.brain.pynn.seed_streams import rewirings_of
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.brain.pynn.synapse_columns import taken
-from nrp_core.brain.pynn.warnings import remarks_on
 
 
 def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Network:
@@ -48,8 +46,37 @@ def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Net
     rewirings = rewirings_of(state.projections, labels)
     parts = map(_parts, state.projections, names, repeat(labels), repeat(rewirings))
     projections = tuple(part for several in parts for part in several)
-    remarks = remarks_on(state, list(labels.values()), names)
+    renamed = (
+        *_renamed_populations(state.populations, list(labels.values())),
+        *_renamed_projections(state.projections, names),
+    )
+    remarks = (*state.remarks, *renamed)
     return Network(populations, projections, dict(views or {}), timestep_ms=state.dt, remarks=remarks)
+
+
+def _renamed_populations(populations: Iterable[Population], labels: Iterable[str]) -> Iterator[str]:
+    for one, label in zip(populations, labels, strict=True):
+        if one.label != label:
+            yield f"two populations have the label '{one.label}'; the later one is called '{label}'"
+
+
+def _renamed_projections(projections: Iterable[Projection], labels: Iterable[str]) -> Iterator[str]:
+    """Yield labels that two projections between the same populations share.
+
+    Projections between different populations may share a label. A projection without one is named after its
+    populations.
+    """
+    seen: set[tuple[str, bytes, bytes]] = set()
+    for one, label in zip(projections, labels, strict=True):
+        if not one.has_own_label:
+            continue
+        key = (one.label, ids_of(one.pre).tobytes(), ids_of(one.post).tobytes())
+        if key in seen:
+            yield (
+                f"two projections from '{one.pre.label}' to '{one.post.label}' have the label '{one.label}'; "
+                f"the later one is called '{label}'"
+            )
+        seen.add(key)
 
 
 def unique(names: Iterable[str]) -> list[str]:
@@ -99,7 +126,7 @@ def _beginnings(population: Population, label: str, parameters: Mapping[str, Any
         return {name: array.copy() for name, array in values.items()}
     model = equations.model
     kept = {name: array.copy() for name, array in values.items() if name in model.variables}
-    state = dict.fromkeys(model.variables, 0.0) | beginning(equations, parameters, kept, population.size)
+    state = dict.fromkeys(model.variables, 0.0) | equations.state_at_start(parameters, kept)
     for name in values.keys() - kept.keys():
         follows = known_value(model.definitions[name], state, model.definitions) / model.recorded[name].scale
         own = (values[name] != kind.default_initial_values[name]) & ~np.isclose(values[name], follows)

@@ -226,7 +226,6 @@ class Population(_Cells, common.Population):
             self._simulator.state.remark(
                 f"all cells of '{label}' are at one place, because the steps of its structure are 0 um"
             )
-        self.made_of = dict(self.celltype.parameter_space.items())
         self._simulator.state.populations.append(self)
 
     def nearest(self, position: Any) -> Any:

@@ -56,12 +56,6 @@ class SynapseType(StandardSynapseType):
             "weight": 0.0 if weight is None else weight,
             "delay": self._get_minimum_delay() if delay is None else delay,
         }
-        self._made_of = frozenset(vars(self))
-
-    @property
-    def set_in_vain(self) -> set[str]:
-        """The parameters that were set as attributes, which PyNN does not read."""
-        return (vars(self).keys() - self._made_of) & set(self.get_parameter_names())
 
     def _require_possible(self, parameters: Mapping[str, Any]) -> None:
         """Check errors that PyNN reports only later, or without a name.

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from nrp_core.checks.checks.sensors import read_sensors
+from nrp_core.checks.checks.sensor_visibility import read_sensors
 from nrp_core.checks.code.declarations import found_in
 from nrp_core.checks.code.shapes import Call, Known
 from nrp_core.checks.code.syntax import excerpt, number_of, own_nodes

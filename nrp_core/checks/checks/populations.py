@@ -12,13 +12,14 @@ from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.state_recorder import StateRecorderPort
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.findings import Code, Finding, Level
 
 _MANY: Final = 8
 """Cells of a population in which one without synapses is probably forgotten."""
 
 
-@checks_experiment(Code.NRP290)
+@checks_experiment(Code.NRP290, Code.NRP377)
 def populations_take_part(static: StaticExperiment) -> Iterator[Finding]:
     """Look for populations without a synapse and without a device, as far as all devices are known.
 
@@ -30,7 +31,9 @@ def populations_take_part(static: StaticExperiment) -> Iterator[Finding]:
     connected = {end for pair in static.summary.joined for end in pair}
     place = experiment.place("brain", "model")
     # functions of the platform change cells by the brain's variables, and interventions drive them
-    mute = [] if experiment.compatibility or experiment.brain.interventions else static.summary.mute
+    changes = experiment.compatibility or experiment.brain.interventions
+    mute = [] if changes else static.summary.mute
+    unreached = {} if changes else static.summary.unreached
     for label, population in static.network.populations.items():
         devices = _devices(static, label)
         if label not in connected and not devices:
@@ -40,14 +43,13 @@ def populations_take_part(static: StaticExperiment) -> Iterator[Finding]:
             isinstance(one, SinkPort) and not isinstance(one, StateRecorderPort) for one in devices
         )
         leads_on = bool(static.devices) and any(pre == label for pre, _ in static.summary.joined)
-        is_mute = label in mute and not any(isinstance(one, SourcePort) for one in devices)
-        if is_mute and (reads_spikes or leads_on):
+        is_driven = any(isinstance(one, SourcePort) for one in devices)
+        if (label in mute or label in unreached) and not is_driven and (reads_spikes or leads_on):
             then = "a function reads its spikes" if reads_spikes else "its synapses transmit none"
-            message = (
-                f"no cell of the population '{label}' can fire, and {then}: no synapse and no device excites "
-                "it, and its own current does not take it to its threshold"
-            )
-            yield place.finding(Code.NRP290, message, Level.WARNING)
+            why = "no synapse and no device excites it, and its own current does not take it to its threshold"
+            message = f"no cell of the population '{label}' can fire, and {then}: {unreached.get(label, why)}"
+            code = Code.NRP377 if label in unreached else Code.NRP290
+            yield place.finding(code, message, Level.WARNING)
         for cell in _forgotten(static, label):
             message = (
                 f"cell {cell} of the population '{label}' has a device and no synapse, and all other cells "
@@ -122,3 +124,11 @@ def neurons_are_picked_once(static: StaticExperiment) -> Iterator[Finding]:
             message = f"the population '{name}' has {len(set(neurons.tolist()))} neurons, some of them twice"
             place = static.experiment.place("brain", "populations", name)
             yield place.finding(Code.NRP211, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP297, Code.NRP308)
+def networks_use_usual_units(static: StaticExperiment) -> Iterator[Finding]:
+    """Report values in another unit, and what the script or file has that the network lacks."""
+    collector = Collector(static.experiment.source)
+    collector.place(static.summary.findings, "brain", "model")
+    yield from collector.findings

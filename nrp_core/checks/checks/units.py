@@ -9,6 +9,7 @@ from math import pi, radians
 from types import MethodType
 from typing import Final
 
+from nrp_core.checks.checks.device_weights import too_strong_source
 from nrp_core.checks.code.shapes import UNITS, Add, Call, Known, Number, Read, Return, Shape, Write, item_of
 from nrp_core.checks.code.syntax import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
@@ -18,7 +19,6 @@ from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.parameters.topics import PublishedTopic
-from nrp_core.experiment.making.doubtful_mappings import too_strong_source
 from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid import ROUNDED_TURN_RAD

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Container
 from contextlib import suppress
 from functools import partial
 from math import inf
@@ -14,9 +14,8 @@ from nrp_core.brain.changes import WEIGHTS
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.implausible import FEWEST_SPIKES, HIGHEST_HZ, too_strong
 from nrp_core.brain.network.interventions import Intervention, Synapses
-from nrp_core.clock import milliseconds, seconds
+from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
 from nrp_core.experiment.events.conditions import Times
 from nrp_core.experiment.events.events import Action, Events
@@ -46,8 +45,6 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
                 collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
             if change is None:
                 assert intervention.activate is not None
-                for message in _implausible(network, intervention.activate, intervention.name):
-                    collector.add(Code.NRP297, message, *_KEYS, i, level=Level.WARNING)
                 continue
             if change.factor >= _PERCENT:
                 message = f"'{intervention.name}' multiplies weights by {change.factor:g}; is it in percent?"
@@ -100,21 +97,6 @@ def _report_cut(whole: Network, network: Network, experiment: Experiment, collec
             collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
         elif intervention.change is not None and change.factor == 0:
             cut |= {label: cut.get(label, mask) | mask for label, mask in selected.items()}
-
-
-def _implausible(network: Network, section: ActivateSection, name: str) -> Iterator[str]:
-    """Yield a sentence if the rate or weight of an activation is most likely in another unit."""
-    if section.rate > HIGHEST_HZ:
-        yield f"the rate of '{name}' is {section.rate:g} Hz; is it meant in mHz?"
-    sizes = [
-        too_strong(abs(section.weight), network.populations[label]) for label in _driven(network, section)
-    ]
-    if any(sizes):
-        yield f"the weight of '{name}' is {next(filter(None, sizes))}"
-    if section.rate and section.duration is not None:
-        expected = section.rate * seconds(section.duration) * network.neurons(section.cells).size
-        if expected < FEWEST_SPIKES:
-            yield f"'{name}' sends {expected:.2g} spikes in all: is its rate or its duration in another unit?"
 
 
 def _driven(network: Network, section: ActivateSection) -> list[str]:

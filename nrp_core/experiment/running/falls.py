@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator, Mapping
 from math import isfinite
 
 from nrp_core.clock import seconds
-from nrp_core.experiment.making.start_poses import things_fall
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.raycast.solids import can_fall, room_of
@@ -15,6 +14,11 @@ from nrp_core.world.scene.model import Scene
 
 DEPTH_M = 2.0
 """A robot has fallen if it is this far below everything that is static, or below its start without a room."""
+
+
+def bodies_fall(capabilities: WorldCapabilities) -> bool:
+    """Return whether a world lets the bodies of its scene fall."""
+    return capabilities.dynamics and not capabilities.own_scene
 
 
 class FallWatch:
@@ -27,7 +31,7 @@ class FallWatch:
     """
 
     def __init__(self, scene: Scene, robots: Collection[str], capabilities: WorldCapabilities) -> None:
-        self._limits_m = dict(_limits_m(scene, robots)) if things_fall(capabilities) else {}
+        self._limits_m = dict(_limits_m(scene, robots)) if bodies_fall(capabilities) else {}
         self.reset()
 
     def reset(self) -> None:

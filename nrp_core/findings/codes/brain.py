@@ -93,10 +93,10 @@ TOO_FAST = Explanation(
 )
 
 IMPLAUSIBLE = Explanation(
-    "A value of the network that is valid, but that no neuron has or that contradicts another value.",
-    "The network runs as written. Often a value is in another unit than PyNN's: ms, mV, nF, nA, uS, Hz.",
+    "A value of the network is probably in another unit.",
+    "The network runs as written. PyNN's units are ms, mV, nF, nA, uS and Hz.",
     "Compare the value with the unit in the message; no action is needed if it is intended.",
-    "{n} values of the network are implausible",
+    "{n} values of the network are probably in another unit",
     Weight.REMARK,
 )
 
@@ -122,4 +122,12 @@ IDLE_INTERVENTION = Explanation(
     "Name cells that have synapses, and both ends in the right order.",
     "{n} interventions have no effect",
     Weight.REMARK,
+)
+
+UNREACHABLE_THRESHOLD = Explanation(
+    "Synapses or a device are too weak to make a cell fire.",
+    "The cells never fire, so whatever reads their spikes gets none.",
+    "Weights are in nA for cells with currents, in uS for cells with conductances; or lower the threshold.",
+    "{n} populations cannot fire with the weights of their inputs",
+    Weight.ALTERED,
 )

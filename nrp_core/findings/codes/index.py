@@ -115,7 +115,6 @@ class Code(Enum):
     NRP295 = world.NO_LIGHT
     NRP296 = experiment.LONG_STEP
     NRP297 = brain.IMPLAUSIBLE
-    NRP298 = world.IMPLAUSIBLE
     NRP299 = world.BEYOND_LIMIT
     NRP301 = functions.HIDDEN_STATE
     NRP302 = functions.ENDS_PROCESS
@@ -150,6 +149,14 @@ class Code(Enum):
     NRP358 = functions.IMPOSSIBLE_COLOUR
     NRP359 = functions.BEYOND_SCANNER
     NRP360 = functions.OTHER_STEP
+    NRP370 = world.TILTED_START
+    NRP371 = world.LENGTH_UNIT
+    NRP372 = world.STEP_UNIT
+    NRP373 = world.POSE_UNIT
+    NRP374 = world.OWN_ROBOT_VIEW
+    NRP375 = world.WHEELS_WITHOUT_CONTACT
+    NRP376 = world.TWO_CONTROLLERS
+    NRP377 = brain.UNREACHABLE_THRESHOLD
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -13,6 +13,7 @@ REMOVED: Final = {
         "NRP242",
         "NRP250",
         "NRP251",
+        "NRP298",
         "NRP300",
         "NRP304",
         "NRP305",

@@ -155,14 +155,6 @@ NO_LIGHT = Explanation(
     Weight.REMARK,
 )
 
-IMPLAUSIBLE = Explanation(
-    "A value of a robot or room that is valid, but that no real thing has.",
-    "The simulation runs as written. Often a value is in another unit than m, kg, s and rad.",
-    "Compare the value with the unit in the message; no action is needed if it is intended.",
-    "{n} values of robots and rooms are implausible",
-    Weight.REMARK,
-)
-
 BEYOND_LIMIT = Explanation(
     "A command is beyond what its joint or drive can do.",
     "A joint goes to its limit instead; a drive ignores motions it cannot perform, or moves unrealistically.",
@@ -216,5 +208,61 @@ TWO_DRIVES = Explanation(
     "With both, the robot does not move as either of them says.",
     "Remove one of them from the file, or leave the drive to the simulator, on Gazebo by `drive: plugin`.",
     "{n} plugins move joints that a drive moves",
+    Weight.ALTERED,
+)
+
+TILTED_START = Explanation(
+    "A robot with wheels starts tilted or upside down.",
+    "The robot does not stand on its wheels, so its drive does not move it as commanded.",
+    "Correct the angles of its start pose, which are in rad unless a unit is given: `90 deg`.",
+    "{n} robots start tilted",
+    Weight.ALTERED,
+)
+
+LENGTH_UNIT = Explanation(
+    "Lengths of a model are probably in another unit than metres.",
+    "The model is 100 or 1000 times as large or small as intended.",
+    "Give a mesh the scale 0.001 if it is in mm, or write lengths in m.",
+    "{n} lengths are probably in another unit",
+    Weight.REMARK,
+)
+
+STEP_UNIT = Explanation(
+    "The time step of the world is much shorter or longer than usual.",
+    "The run is slow, or contacts and controllers are inaccurate.",
+    "Write the unit of the step: `timestep: 1 ms`.",
+    "{n} time steps are probably in another unit",
+    Weight.REMARK,
+)
+
+POSE_UNIT = Explanation(
+    "A pose is probably in another unit than m and rad.",
+    "The part is far from where it should be, or turned by another angle.",
+    'Write positions in m and angles in rad; SDF has `<pose degrees="true">`, xacro has `${radians(90)}`.',
+    "{n} poses are probably in another unit",
+    Weight.REMARK,
+)
+
+OWN_ROBOT_VIEW = Explanation(
+    "A scanner or camera sees only its own robot.",
+    "Its messages do not depend on the room.",
+    "Move the sensor out of the shape that the message names, or turn it.",
+    "{n} sensors see only their own robot",
+    Weight.ALTERED,
+)
+
+WHEELS_WITHOUT_CONTACT = Explanation(
+    "Wheels of a drive touch nothing.",
+    "The wheels turn, and the robot does not move as commanded.",
+    "Give each wheel a collision shape that reaches lower than the rest of the robot.",
+    "{n} drives have wheels that touch nothing",
+    Weight.ALTERED,
+)
+
+TWO_CONTROLLERS = Explanation(
+    "Two controllers, or a drive and a controller, command one joint.",
+    "They work against each other, or the last command counts.",
+    "Remove one of them, or name another joint.",
+    "{n} joints have two controllers",
     Weight.ALTERED,
 )

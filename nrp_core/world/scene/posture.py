@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import cos, inf, sin
 
 import numpy as np
@@ -158,11 +159,25 @@ def body_poses(model: Model, bodies: Sequence[Body]) -> list[Pose]:
     return [model.pose @ motion @ body.in_model for motion, body in zip(moved, bodies, strict=True)]
 
 
-def outside(model: Model) -> list[Joint]:
-    """Return the joints whose limits exclude 0 and that are not told where to start."""
-    told = dict(model.starts)
+def at_start(model: Model) -> Model:
+    """Return a model whose links are where its joints start, for its geometry alone.
+
+    The poses of the result are not those with all joints at 0, so its joints cannot be moved further.
+    """
+    starts = start_positions(model)
+    if not starts:
+        return model
+    posture = Posture(model, starts)
+    links = tuple(replace(link, pose=posture.of(link.name) @ link.pose) for link in model.links)
+    joints = tuple(replace(one, pose=posture.of(one.parent) @ one.pose) for one in model.joints)
+    return replace(model, links=links, joints=joints)
+
+
+def moved_into_limits(model: Model) -> list[Joint]:
+    """Return the joints whose limits exclude 0 and for which no start position is given."""
+    given = dict(model.starts)
     free = [joint for joint in model.joints if joint.takes_commands and joint.mimic is None]
-    return [joint for joint in free if joint.name not in told and _within(joint, 0.0)]
+    return [joint for joint in free if joint.name not in given and _within(joint, 0.0)]
 
 
 def _within(joint: Joint, position: float) -> float:

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import lru_cache
 from itertools import product
 from math import pi
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
+from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
 from nrp_core.world.scene.meshes.triangles import Coordinates, Faces, arc, mapped_triangles, turned, welded
 from nrp_core.world.scene.meshes.triangles import Points as Vertices
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
+from nrp_core.world.scene.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Link,
+    Mesh,
+    Plane,
+    Sphere,
+    Visual,
+)
 
 _BOX_FACES = np.array([
     (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
@@ -66,3 +81,28 @@ def mapped_shape(geometry: Geometry) -> tuple[Vertices, Faces, Coordinates] | No
         return vertices, faces, places[:, ::-1] if mirrored else places
     mapped = mapped_triangles(geometry)
     return None if mapped is None else (*welded(mapped[0]), mapped[1])
+
+
+def shapes_of(link: Link) -> tuple[Collision | Visual, ...]:
+    """Return the collision shapes and the visuals of a link."""
+    return (*link.collisions, *link.visuals)
+
+
+def box_around(shapes: Iterable[tuple[Pose, Geometry]]) -> tuple[FloatArray, FloatArray] | None:
+    """Return the corners of the box around bounded shapes at their poses, m; None without any.
+
+    Raises:
+        SceneError: the file of a mesh cannot be used.
+    """
+    boxes = [_box(pose, geometry) for pose, geometry in shapes if not isinstance(geometry, Plane)]
+    if not boxes:
+        return None
+    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+@lru_cache(maxsize=2048)
+def _box(pose: Pose, geometry: Geometry) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of the box around a shape; the files of meshes are named after their contents."""
+    place = matrix_of(pose)
+    points = triangles_of(geometry)[0] @ place[:, :3].T + place[:, 3]
+    return points.min(0), points.max(0)

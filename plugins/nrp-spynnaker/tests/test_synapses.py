@@ -13,7 +13,6 @@ from spynnaker_scripts import HEAD, mapped, refused, run
 
 from nrp_core import save_network
 from nrp_core.brain.files.network_file import read_network
-from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError
 
@@ -213,14 +212,6 @@ def test_numbers_of_numpy_are_those_of_python(tmp_path: Path) -> None:
     assert read_network(tmp_path / "kept.nrpnet").digest == plain.digest
 
 
-def test_weights_of_0_are_doubted_only_where_no_others_form(tmp_path: Path) -> None:
-    still = STRUCTURAL.replace("initial_weight=4.0", "initial_weight=0.0")
-    for lines, n_doubts in ((STRUCTURAL, 0), (still, 1)):
-        start = lines.replace("FromListConnector([])", "AllToAllConnector()")
-        network = run(tmp_path, f"{HEAD}{start}network = p.network()\n").network
-        assert len([text for text in implausible(network) if "'stim→full' are 0" in text]) == n_doubts
-
-
 def test_structural_plasticity_between_parts_of_populations_is_refused(tmp_path: Path) -> None:
     lines = STRUCTURAL.strip().replace("Projection(stim, full,", "Projection(stim, full[:3],")
     error = refused(tmp_path, f"exec({lines!r})")
@@ -256,7 +247,6 @@ def test_rewards_are_kept_in_files_and_refused_by_other_backends(tmp_path: Path)
     assert reward.receptor == "punishment"
     assert reward.neuromodulation is not None
     assert reward.neuromodulation.data() == {"tau_c": 100.0, "tau_d": 5.0, "w_min": 0.0, "w_max": 20.0}
-    assert not [text for text in implausible(found) if "good" in text]
     with pytest.raises(CapabilityError, match=r"no rewards and punishments .*'good→cells'.*'spinnaker' has"):
         EventBackend().capabilities(EventBackend.options()).require(found, "event")
 

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.implausible import implausible
-from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.sdf import read_model
 
 ROBOT = """<robot name="vacuum">
@@ -43,20 +42,6 @@ def test_names_of_gazebo_classic_are_those_of_the_file(tmp_path: Path, named: st
     model = vacuum(tmp_path, named)
     assert model.link("base").sensors[0].collisions == (felt,)
     assert model.warnings == ()
-
-
-def doubts(model: Model) -> list[str]:
-    return [message for _, message in implausible(Scene((model,)), [model.name])]
-
-
-@pytest.mark.parametrize(
-    ("named", "doubted"), [("shel", True), ("shell", False), ("base_fixed_joint_lump__foot_collision", False)]
-)
-def test_only_a_collision_that_does_not_exist_is_doubted(tmp_path: Path, named: str, doubted: bool) -> None:
-    said = [each for each in doubts(vacuum(tmp_path, named)) if "feels the collision" in each]
-    assert ["'shel', which its link 'base' does not have; did you mean 'shell'" in each for each in said] == [
-        True
-    ] * doubted
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ from nrp_core.errors import SceneError
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.scene.devices import JointController, Pid
-from nrp_core.world.scene.implausible_joints import of_joints
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Box, Capsule, Mesh, Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -196,32 +195,6 @@ def test_limits_of_ball_joints_are_left_out_with_a_warning(tmp_path):
     assert "left out of this MJCF file: the limits of 1 ball joints" in str(warning)
 
 
-_ARM = """<mujoco model="arm">{compiler}<worldbody><body name="base" {turned}>
-  <geom type="box" size="0.1 0.1 0.1" mass="5"/><body name="upper" pos="0 0 0.1">
-  <joint name="shoulder" type="hinge" axis="0 1 0" range="{range}"/>
-  <geom type="sphere" size="0.1" mass="1"/></body></body></worldbody></mujoco>"""
-_RADIANS = '<compiler angle="radian"/>'
-
-
-@pytest.mark.parametrize(
-    ("compiler", "turned", "span", "words"),
-    [
-        ("", 'euler="0 0 90"', "-90 90", ""),
-        (_RADIANS, 'euler="0 0 1.5708"', "-1.57 1.57", ""),
-        (_RADIANS, 'euler="0 0 90"', "-1.57 1.57", "90 rad, more than a turn; is it meant in degrees?"),
-        ("", 'euler="0 0 1.5708"', "-90 90", "1.5708 degrees; is it meant in radians?"),
-        ("", "", "-1.57 1.57", "a range of -1.57 to 1.57 degrees, and no joint of the file one of more than"),
-    ],
-)
-def test_angles_in_the_other_unit_than_that_of_the_file_are_reported(
-    tmp_path: Path, compiler: str, turned: str, span: str, words: str
-) -> None:
-    (tmp_path / "arm.xml").write_text(_ARM.format(compiler=compiler, turned=turned, range=span))
-    found = [str(one) for one in read_model(tmp_path / "arm.xml").warnings if "NRP298" in str(one)]
-    assert len(found) == bool(words)
-    assert all(words in one for one in found)
-
-
 _SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
   <joint name="shoulder" axis="0 1 0" range="-90 90" {joint}/>
   <geom type="sphere" size="0.1" pos="0.3 0 0" mass="1"/></body></worldbody>
@@ -234,50 +207,24 @@ _SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
         ('armature="0.1" frictionloss="1"', 'forcerange="-50 50"', "", ""),
         ("", 'forcerange="-5 50"', "", "and joints have one limit for both directions: the limit used is 50"),
         ("", 'forcerange="-5 50" forcelimited="false"', "", ""),
-        ('armature="1000"', "", "", "the armature of the joint 'shoulder' is 1000, 1.1e+04 times"),
-        ('armature="-0.01"', "", "", "is -0.01: an inertia is above 0"),
-        ('frictionloss="70"', "", "", "has a friction of 70, and its controller exerts at most 62.8"),
-        ('frictionloss="30"', 'forcerange="-29 29"', "", "30, and its controller exerts at most 29"),
         ("", "", '<keyframe><key qpos="1"/></keyframe>', "1 keyframes; 'joints' of the robot sets where"),
         ("", 'ctrlrange="-1.5 1.5"', "", ""),
         ("", 'ctrlrange="-0.05 0.05"', "", ""),
-        ("", 'ctrlrange="-0.01 0.01"', "", "is -0.01 to 0.01 rad, and the joint turns by up to 1.57 rad"),
-        ("", 'ctrlrange="-90 90"', "", "the ctrlrange of the actuator 'shoulder' of the joint 'shoulder'"),
         ("", 'ctrlrange="-90 90" gear="60"', "", ""),  # of the motor's shaft
-        ("", 'ctrlrange="2 3"', "", "is 2 to 3, and the range of the joint -1.57 to 1.57: it stays at one"),
         ("", 'ctrlrange="1.5 3"', "", ""),
         ("", 'ctrlrange="2 3" gear="60"', "", ""),
-        ("", '/><position name="b" joint="shoulder" kp="9"', "", "two servos drive the position of"),
         ("", '/><velocity name="b" joint="shoulder" kv="9"', "", ""),
         ("", '/><motor name="b" joint="shoulder"', "", ""),
-        ("", 'gear="0"', "", "the gear of the actuator 'shoulder' of the joint 'shoulder' is 0"),
         ('damping="1"', 'gear="-1"', "", ""),
     ],
 )  # fmt: skip
-def test_forces_that_are_lost_or_move_nothing_are_reported(
+def test_forces_that_are_lost_are_reported(
     tmp_path: Path, joint: str, force: str, more: str, words: str
 ) -> None:
     (tmp_path / "arm.xml").write_text(_SERVO.format(joint=joint, force=force, more=more))
-    model = read_model(tmp_path / "arm.xml")
-    found = [*map(str, model.warnings), *of_joints(model)]
+    found = [str(one) for one in read_model(tmp_path / "arm.xml").warnings]
     assert len(found) == bool(words)
     assert all(words in one for one in found)
-
-
-@pytest.mark.parametrize(("fovy", "is_reported"), [("0.8", True), ("3", True), ("4", False), ("45", False)])
-def test_a_field_of_view_in_radians_is_reported(tmp_path: Path, fovy: str, is_reported: bool) -> None:
-    camera = f'<camera name="eye" fovy="{fovy}"/></body>'
-    (tmp_path / "arm.xml").write_text(_SERVO.format(joint="", force="", more="").replace("</body>", camera))
-    said = [str(one) for one in read_model(tmp_path / "arm.xml").warnings]
-    words = f"the fovy of the <camera> 'eye' is {fovy}: it is in degrees, also in a file in radians"
-    assert [words in one for one in said] == [True] * is_reported
-
-
-def test_an_actuator_that_drives_away_from_its_target_is_reported_at_its_line(tmp_path: Path) -> None:
-    (tmp_path / "arm.xml").write_text(_SERVO.format(joint="", force="", more="").replace('"20"', '"-20"'))
-    (warning,) = read_model(tmp_path / "arm.xml").warnings
-    assert warning.line == 4
-    assert "the kp of the actuator 'shoulder' of the joint 'shoulder' is -20: it drives" in warning.message
 
 
 CART = """<mujoco><worldbody><geom type="plane" size="9 9 1"/><body name="cart" pos="0 0 0.1"><freejoint/>

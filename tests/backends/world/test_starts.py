@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from jointed import axis, joint, limit, link, weightless
+
+from nrp_core.world.scene.posture import at_start, moved_into_limits
 
 OUTSIDE = (
     link("bob")
@@ -29,8 +32,8 @@ def test_joints_whose_limits_exclude_0_start_at_rest_at_the_nearest_limit(open_w
         assert positions(world) == pytest.approx([0.3, -0.2], abs=1e-3)
         assert abs(world.joint_states("robot").velocities).max() < 1e-2
         world.set_joints("robot", {"j": 0.7})
-    (said,) = [str(each) for each in model.warnings if "exclude 0" in each.message]
-    assert "'j' at 0.3, 'k' at -0.2" in said
+    assert [joint.name for joint in moved_into_limits(model)] == ["j", "k"]
+    assert moved_into_limits(replace(model, starts=(("j", 0.5), ("k", -0.3)))) == []
 
 
 def test_joints_start_where_they_are_told_to_and_others_follow_them(open_world, read):
@@ -51,3 +54,14 @@ def test_a_joint_that_follows_another_one_at_a_distance_starts_there(open_world,
     assert positions(world) == pytest.approx([0.0, 0.05], abs=1e-12)
     advance(world, 0.2)
     assert positions(world) == pytest.approx([0.0, 0.05], abs=1e-6)  # nothing pulls at them
+
+
+@pytest.mark.parametrize("starts", [(("j", 0.4),), (("j", 0.8), ("k", -0.45)), ()])
+def test_links_of_a_model_at_its_start_are_where_the_engine_has_them(open_world, read, starts):
+    model = replace(read(OUTSIDE), starts=starts)
+    world = open_world(weightless(model))
+    for part in at_start(model).links:
+        there = world.link_motion("robot", part.name).pose
+        here = model.pose @ part.pose
+        assert there.position == pytest.approx(here.position, abs=1e-9)
+        assert abs(np.dot(there.orientation, here.orientation)) == pytest.approx(1.0, abs=1e-9)

@@ -16,10 +16,10 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.drawing import Drawn, sorted_by
-from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.random_pairs import random_pairs
+from nrp_core.checks.network_units import unlikely_units
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 
@@ -98,16 +98,16 @@ def test_an_impossible_value_among_drawn_ones_is_named(monkeypatch: pytest.Monke
 
 
 @pytest.mark.skipif(not COMPILED, reason="without a compiler all values are kept")
-def test_drawn_values_are_doubted_by_their_extremes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_drawn_values_are_checked_by_their_extremes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing those of a large network again takes longer than to build it."""
     network = built(100, monkeypatch)
     (one,) = network.projections
-    assert implausible(network) == []
+    assert unlikely_units(network) == []
     slow = Drawn.by(np.random.RandomState(1), (3000.0, 500.0, 0.1, inf), stored_form(one, "delay_ms").counts)
-    doubtful = Network(network.populations, (replace(one, delay_ms=slow),))
+    slow_network = Network(network.populations, (replace(one, delay_ms=slow),))
     monkeypatch.setattr(Drawn, "_draw", None)
-    (doubt,) = implausible(doubtful)
-    assert doubt == f"a delay of the projection 'one' is {slow.bounds[1]:g} ms; is it meant in us?"
+    (message,) = unlikely_units(slow_network)
+    assert message == f"a delay of the projection 'one' is {slow.bounds[1]:g} ms; is it meant in us?"
 
 
 @pytest.mark.skipif(not COMPILED, reason="without a compiler there is one way")

@@ -12,7 +12,6 @@ import pytest
 from nrp_core import read_network, save_network
 from nrp_core.brain import builder
 from nrp_core.brain.backends import brains
-from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import CapabilityError, NetworkError
 
 EQUATIONS = """
@@ -102,44 +101,6 @@ def network(law: dict[str, Any], kind: str = "IF_curr_exp", **values: Any) -> An
 def test_values_that_a_law_cannot_have_are_refused(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(NetworkError, match=message):
         network(PLASTIC, **arguments)
-
-
-DOUBTFUL = {
-    "the parameter 'w_max' is not used": {},
-    "'y' has no effect: the share of the weight does not depend on it": {},
-    "a spike arrives with the share -1": {"on_pre": "share = -x"},
-    "5 spikes at once arrive with shares up to 256": {"on_pre": "share = x; x *= 4"},
-    "the first spikes arrive with the share 0, because 'x', 'y' begins": {
-        "initial": {}, "on_pre": "share = x"
-    },
-    "'x' grows by a factor of e in 20 ms": {"equations": EQUATIONS.replace("(1 - x)", "x")},
-    "'x' changes with a time constant of 2e+04 ms": {
-        "parameters": {**SHARE["parameters"], "tau": "20 second"}
-    },
-    "tau is -20 ms: a time is more than 0": {"parameters": {**SHARE["parameters"], "tau": "-20 ms"}},
-    "'y' stays at 0: no spike changes it": {**PLASTIC, "on_pre": ""},
-    "nothing keeps the weight from falling below 0": {**PLASTIC, "on_post": "weight = weight - w_max*y/mV"},
-    "its clip lets the weight fall below 0": {
-        **PLASTIC, "on_post": "weight = clip(weight + w_max*y/mV, -w_max, w_max)"
-    },
-    "weights begin above the upper limit of clip, 5 times": {
-        **PLASTIC, "parameters": {**SHARE["parameters"], "w_max": "0.1 nA"}
-    },
-    "limits of clip are reversed: 1e-09 and 0": {
-        **PLASTIC, "on_post": "weight = clip(weight + w_max*y/mV, w_max, 0*nA)"
-    },
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("words", DOUBTFUL)
-def test_a_law_that_is_probably_not_meant_is_reported(words: str) -> None:
-    found = implausible(network({**SHARE, **DOUBTFUL[words]}))
-    assert any(words in one and "the equations of the projection 'p': " in one for one in found)
-
-
-def test_a_law_without_doubt_is_not_reported() -> None:
-    law = {**SHARE, "equations": EQUATIONS.splitlines()[1], "parameters": {"tau": "20 ms"}}
-    assert not any("equations" in one for one in implausible(network(law)))
 
 
 def test_names_have_the_meaning_of_the_equations_and_not_of_pynn() -> None:

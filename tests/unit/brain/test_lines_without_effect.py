@@ -12,12 +12,6 @@ from nrp_core.brain.network.picking import with_views
 IN_VAIN = {
     "sim.Projection(a, a, sim.AllToAllConnector(), rule, source='axon', label='p')":
         "'source' of the projection 'p' is 'axon' and has no effect: cells are points",
-    "sim.Projection(a, a, sim.AllToAllConnector(), rule, label='p'); rule.weight = 0.3":
-        "weight of the synapse type StaticSynapse has no effect: it is set as an attribute; give it to "
-        "StaticSynapse(weight=...), or change 'p' by its set(weight=...)",
-    "rule.delay = 3.0; sim.Projection(a, a, sim.AllToAllConnector(), rule, label='p')":
-        "delay of the synapse type StaticSynapse has no effect: it is set as an attribute; give it to "
-        "StaticSynapse(delay=...), or change 'p' by its set(delay=...)",
     "a.record('v', to_file='v.pkl')": "the data of 'a' are not written to 'v.pkl': the script only builds",
     "import nrp_core; net = nrp_core.Network({})":
         "the network 'net' has no effect: that of a script is called 'network'",

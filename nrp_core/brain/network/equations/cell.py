@@ -81,8 +81,7 @@ class CellEquations(Plain, Texts):
         self, owner: str, parameters: Mapping[str, FloatArray], states: Mapping[str, FloatArray]
     ) -> None:
         model = self.model
-        known: dict[str, Any] = {TIME: 0.0, INPUT: 0.0, **self.in_si(parameters)}
-        known |= {name: array * model.variables[name].unit.scale for name, array in states.items()}
+        known = self.state_at_start(parameters, states)
         for name, variable in model.variables.items():
             try:
                 rate = np.atleast_1d(value_of(variable.rate, known, model.definitions))
@@ -98,6 +97,19 @@ class CellEquations(Plain, Texts):
     def in_si(self, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return parameters in SI units, by name."""
         return {name: array * self.model.parameters[name].scale for name, array in values.items()}
+
+    def state_at_start(
+        self, parameters: Mapping[str, FloatArray], states: Mapping[str, FloatArray]
+    ) -> dict[str, Any]:
+        """Return the parameters and state of cells at time 0, in SI units.
+
+        Args:
+            parameters: every parameter in its unit, shape ``(n,)``.
+            states: initial values of state variables, in their units.
+        """
+        variables = self.model.variables
+        values = {name: array * variables[name].unit.scale for name, array in states.items()}
+        return {TIME: 0.0, INPUT: 0.0, **self.in_si(parameters), **values}
 
     def _require_refractory(self, owner: str, known: Mapping[str, FloatArray]) -> None:
         try:

@@ -66,3 +66,11 @@ def _named(name: str, known: Mapping[str, Any], definitions: Mapping[str, ast.ex
     if name in definitions:
         return value_of(definitions[name], known, definitions)
     raise KeyError(name)
+
+
+def known_value(node: ast.expr, known: Mapping[str, Any], definitions: Mapping[str, ast.expr]) -> Any:
+    """Return the value of an expression, an array; None if it depends on names without one."""
+    try:
+        return np.atleast_1d(value_of(node, known, definitions))
+    except KeyError:
+        return None

@@ -240,7 +240,7 @@ def _warn_of_signs(limit: Element, joint: str, reading: Reading) -> None:
         value = limit.number(tag, inf, finite=False)
         if -_LARGE < value < 0 and value != -1:
             message = f"the <{tag}> of the joint '{joint}' is {value:g}: a negative one is no limit, as -1 is"
-            reading.notes.warn(limit, Code.NRP298, message, subject=joint)
+            reading.notes.warn(limit, Code.NRP264, message, subject=joint)
 
 
 def _warn_of_push(dynamics: Element, joint: str, reading: Reading) -> None:

@@ -16,7 +16,6 @@ from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.devices import MountedDrive, MountedSensor
 from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.origin import Native, Source
-from nrp_core.world.scene.posture import outside, start_positions
 from nrp_core.world.scene.reading.context import Element, Notes, Reading
 from nrp_core.world.scene.reading.geometry import with_felt_collisions
 from nrp_core.world.scene.reading.plugins import (
@@ -309,10 +308,6 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         model.check()
     except SceneError as error:
         raise element.error(error.message) from None
-    if beyond := outside(model):
-        told = ", ".join(f"'{joint.name}' at {start_positions(model)[joint.name]:g}" for joint in beyond)
-        message = f"the limits of these joints exclude 0, so they start near it within them: {told}"
-        reading.notes.warn(element, Code.NRP264, message, subject=name)
     massive = with_default_masses(links, joints, element, reading.notes)
     return replace(model, links=with_sizes(massive, joints))
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from nrp_formats import read_nir
 
-from nrp_core.brain.network.implausible import implausible
+from nrp_core.checks.network_units import unlikely_units
 from nrp_core.errors import NetworkError
 
 DT = 1e-4
@@ -72,7 +72,7 @@ def test_cells_with_an_infinite_threshold_are_reported_and_integrators_are_not(
     nir.write(tmp_path / "net.nir", nir.NIRGraph(nodes, [*pairwise(nodes)]))
     network = read_nir(tmp_path / "net.nir")
     assert list(network.remarks) == found
-    assert not [one for one in implausible(network) if "v_thresh" in one]  # no cell is in uV
+    assert not [one for one in unlikely_units(network) if "v_thresh" in one]  # no cell is in uV
 
 
 def test_a_time_constant_shorter_than_a_step_is_reported(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from nrp_formats.sonata import read_sonata
 
-from nrp_core.brain.network.implausible import implausible
+from nrp_core.checks.network_units import unlikely_units
 from nrp_core.errors import CapabilityError, NetworkError
 
 Change = Callable[[Path], None]
@@ -327,6 +327,6 @@ def test_positive_weights_on_an_inhibitory_receptor_are_told(
         "edge_type_id model_template syn_weight delay receptor_type\n"
         f"1 static_synapse 100.0 1.5 {receptor}\n2 static_synapse -250.0 2.0 inhibitory\n"
     )
-    found = [one for one in implausible(read_sonata(circuit)) if "they excite" in one]
+    found = [one for one in unlikely_units(read_sonata(circuit)) if "they excite" in one]
     told = "weights of the projection 'lgn_to_v1 (lgn→v1/IF_curr_alpha) inhibitory' are positive on the"
     assert [one.startswith(told) for one in found] == [True] * is_told

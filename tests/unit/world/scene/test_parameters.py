@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core import Scene, read_model
+from nrp_core import read_model
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.implausible import implausible
 
 _BODY = "<inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>"
 _CART = """<sdf version="1.9"><model name="cart">
@@ -172,21 +171,6 @@ def test_a_word_of_a_force_sensor_that_is_not_one_is_refused(
     sensor = f'<sensor name="s" type="force_torque"><force_torque>{settings}</force_torque></sensor>'
     with pytest.raises(SceneError, match=message):
         _warnings(tmp_path, in_joint=sensor)
-
-
-@pytest.mark.parametrize(
-    ("name", "topic", "is_reported"),
-    [("eye", "my scan", True), ("eye", "my_scan", False), ("my eye", "", False), ("eye", "", False)],
-)
-def test_a_topic_with_a_blank_is_reported_unless_a_part_has_one(
-    tmp_path: Path, name: str, topic: str, is_reported: bool
-) -> None:
-    written = f"<topic>{topic}</topic>" if topic else ""
-    path = tmp_path / "cart.sdf"
-    sensor = f'<sensor name="{name}" type="imu"><update_rate>10</update_rate>{written}</sensor>'
-    path.write_text(_CART.format(body=_BODY, sensor=sensor, in_joint="", plugin=""))
-    said = [sentence for _, sentence in implausible(Scene((read_model(path),)), [])]
-    assert [f"the topic '/cart/{topic}' of 'cart' has a blank" in one for one in said] == [True] * is_reported
 
 
 _OF_PLUGINS = {

@@ -36,7 +36,6 @@ def import_connectome(
 ) -> None:
     """Make a network file from a connectome, with the cell model of the whole fly brain."""
     from nrp_core.brain.files.network_file import SUFFIX, save_network
-    from nrp_core.brain.network.implausible import implausible
     from nrp_formats.connectome.network import read_connectome
 
     target = output or Path(f"{edges.stem}{SUFFIX}")
@@ -47,7 +46,7 @@ def import_connectome(
     require_folder_of(target, "--output")
     made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     save_network(made.network, target)
-    suspicious = [*made.network.remarks, *made.doubts, *implausible(made.network)]
+    suspicious = [*made.network.remarks, *made.doubts]
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
         facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}

@@ -13,7 +13,6 @@ from gymnasium.spaces import Box
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.trains import PoissonSource
-from nrp_core.brain.network.implausible import too_strong
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.reading.columns import numbers_in
@@ -155,15 +154,8 @@ class ActedSource(Acted):
                 f"'source:{group}' takes (lowest, highest, weight), with rates from 0 Hz on and a weight "
                 f"that is not 0, not {(*bounds, weight)}"
             )
-        neurons, network = neurons_of(run, group), run.brain.network
+        neurons = neurons_of(run, group)
         self._port = run.brain.add_source(PoissonSource(weight=weight), neurons, name=f"gym/{group}")
-        driven = (one for one in network.populations if np.isin(network.ids_of(one), neurons).any())
-        if wrong := next(
-            filter(None, (too_strong(abs(weight), network.populations[one]) for one in driven)), ""
-        ):
-            gymnasium.logger.warn(
-                f"the weight of 'source:{group}' is {wrong} Bounds are (lowest, highest, weight)"
-            )
         super().__init__(f"source:{group}", ["rate"], [rates])
 
     def apply(self, values: Sequence[float]) -> None:

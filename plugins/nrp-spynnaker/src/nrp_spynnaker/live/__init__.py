@@ -47,7 +47,7 @@ def run_script(path: Path) -> ModuleType:
     try:
         with reading.running():
             module = scope.run(path, name="__main__")
-        state.tell(warnings_about(path, {"spynnaker"}))
+        state.tell(warnings_about(path))
         return module
     except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, path) from error

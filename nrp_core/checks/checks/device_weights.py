@@ -1,4 +1,4 @@
-"""Valid mappings of transfer functions whose effect differs from their declaration."""
+"""Mappings of transfer functions with a neuron twice, an unlikely weight, or another file of rows."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from nrp_core.brain.network.data import Network, Population
-from nrp_core.brain.network.implausible import too_strong, too_weak
+from nrp_core.checks.network_units import too_strong
+from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.checks.unreachable_thresholds import too_weak
 from nrp_core.dsl.functions.csv_recorder import inside
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.functions.mappings import MapCSVRecorder, MapSpikeSink, MapSpikeSource
@@ -19,8 +22,16 @@ from nrp_core.errors import NrpError
 from nrp_core.findings import Code, Finding, Level
 
 
-def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[Finding]:
-    """Yield findings about mappings with a neuron twice, a doubtful weight or another file of rows."""
+@checks_experiment(Code.NRP211, Code.NRP297, Code.NRP315, Code.NRP377)
+def mappings_have_effects(static: StaticExperiment) -> Iterator[Finding]:
+    """Check the mappings of all functions."""
+    if static.network is not None:
+        for declared in static.declared:
+            yield from unlikely_mappings(declared.function, static.network)
+
+
+def unlikely_mappings(function: TransferFunction, network: Network) -> Iterator[Finding]:
+    """Yield findings about mappings with a neuron twice, an unlikely weight or another file of rows."""
     for name, mapping in function.mappings.items():
         match mapping:
             case MapSpikeSource() | MapSpikeSink():
@@ -31,9 +42,10 @@ def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[
                         message = f"'{name}' {verb} the same neuron {most} times: {mapping.selector!r}"
                         yield _at(mapping, Code.NRP211, message)
                         break
-                size = too_strong_source(mapping, network) or _too_weak_source(mapping, network)
-                if size:
+                if size := too_strong_source(mapping, network):
                     yield _at(mapping, Code.NRP297, f"weight of '{name}' is {size}")
+                elif size := _too_weak_source(mapping, network):
+                    yield _at(mapping, Code.NRP377, f"weight of '{name}' is {size}")
             case MapCSVRecorder(filename=str(filename)) if inside(filename) != filename:
                 message = f"the rows of '{name}' are written to '{inside(filename)}', not to '{filename}'"
                 yield _at(mapping, Code.NRP315, message)
@@ -41,19 +53,19 @@ def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[
 
 def too_strong_source(mapping: MapSpikeSource | MapSpikeSink, network: Network) -> str:
     """Return the weight of a source with its effect on its cells if that is implausibly large."""
-    return next(filter(None, _doubts(too_strong, mapping, network)), "")
+    return next(filter(None, _sizes(too_strong, mapping, network)), "")
 
 
 def _too_weak_source(mapping: MapSpikeSource | MapSpikeSink, network: Network) -> str:
     """Return the weight of a source if it takes none of its cells to their threshold at any rate."""
-    doubts = list(_doubts(too_weak, mapping, network))
-    return doubts[0] if doubts and all(doubts) else ""
+    sizes = list(_sizes(too_weak, mapping, network))
+    return sizes[0] if sizes and all(sizes) else ""
 
 
-def _doubts(
-    doubt: Callable[[float, Population], str], mapping: MapSpikeSource | MapSpikeSink, network: Network
+def _sizes(
+    judge: Callable[[float, Population], str], mapping: MapSpikeSource | MapSpikeSink, network: Network
 ) -> Iterator[str]:
-    """Yield the doubt about the weight of a source, or an empty text, for each population that it drives."""
+    """Yield the judgement of the weight of a source for each population that it drives."""
     weight = mapping.options.get("weight")
     if not isinstance(mapping, MapSpikeSource) or not isinstance(weight, int | float):
         return
@@ -63,7 +75,7 @@ def _doubts(
     for label, population in network.populations.items():
         first = network.offsets[label]
         if any(((ids >= first) & (ids < first + population.size)).any() for ids in driven):
-            yield "" if population.is_source else doubt(abs(weight), population)
+            yield "" if population.is_source else judge(abs(weight), population)
 
 
 def _chosen(

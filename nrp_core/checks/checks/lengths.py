@@ -1,0 +1,238 @@
+"""Lengths, poses and time steps of models that are probably in another unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from math import dist, hypot, inf
+from typing import Final
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.errors import SceneError
+from nrp_core.experiment.making.prepare import place_of_step
+from nrp_core.experiment.running.falls import bodies_fall
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.model import Collision, Link, Model, Visual
+from nrp_core.world.scene.tessellation import box_around, shapes_of
+
+LEAST_DENSITY: Final = 1e-3
+"""Density of a robot, kg/m^3, below which its lengths are in mm; those of flies and toys are above 0.008."""
+UNIT_RATIOS: Final = (80.0, 125.0), (800.0, 1250.0)
+"""Ratios of two sizes of the same form if one is in cm or mm and the other in m."""
+THINNEST_M: Final = 1e-3
+FAR: Final = 30.0
+"""Distance of a shape, in sizes of the other shapes of its model, whose place is in mm."""
+FEWEST_SHAPES: Final = 4
+"""Shapes of a model below which none of them is the exception."""
+FAR_LINK: Final = 100.0
+"""Distance between two jointed links, in sizes of the largest link."""
+FAR_PART: Final = 10.0
+"""Distance of a sensor or centre of mass from its link, in sizes of the robot."""
+LONGEST_SLIDE_M: Final = 7.0
+"""Beyond the limits of a revolute joint, 2 pi, which files also write for prismatic joints."""
+UNLIMITED_M: Final = 100.0
+"""A travel that stands for an unlimited one."""
+LONGEST_SLIDE: Final = 20.0
+"""Travel of a prismatic joint, in sizes of the largest link."""
+MAX_STEPS: Final = 1000
+"""Steps of a physics engine in one step of the loop; the smallest robots need a hundred."""
+LONGEST_STEP_NS: Final = 10 * NS_PER_MS
+"""The longest step of Gymnasium's models with contacts; Gazebo takes 1 ms and MuJoCo 2 ms."""
+
+
+@checks_experiment(Code.NRP371, Code.NRP373)
+def lengths_are_in_metres(static: StaticExperiment) -> Iterator[Finding]:
+    """Check sizes and places in the models of a scene against each other."""
+    for model in static.scene.models if static.scene is not None else ():
+        is_robot = model.name in static.experiment.world.robots
+        place = static.experiment.place(
+            *(("world", "robots", model.name) if is_robot else ("world", "scene"))
+        )
+        with suppress(SceneError):  # a mesh cannot be read, which the reader reports
+            for code, message in unlikely_lengths(model, is_robot=is_robot):
+                yield place.finding(code, message, Level.WARNING)
+
+
+def unlikely_lengths(model: Model, *, is_robot: bool) -> Iterator[tuple[Code, str]]:
+    """Yield the code and the message of each length or place that is probably in another unit.
+
+    Args:
+        model: the model.
+        is_robot: whether its mass is that of its shapes; other models may be dummies without weight.
+
+    Raises:
+        SceneError: a mesh cannot be read.
+    """
+    mismatched = [sentence for link in model.links for sentence in _mismatched_shapes(link, model)]
+    if mismatched:
+        more = f" (and {len(mismatched) - 1} more links)" if len(mismatched) > 1 else ""
+        yield Code.NRP371, mismatched[0] + more
+        return
+    yield from ((Code.NRP373, sentence) for sentence in _distant_shapes(model))
+    if model.static:
+        return
+    yield from ((Code.NRP373, sentence) for sentence in (*_distant_links(model), *_distant_parts(model)))
+    yield from ((Code.NRP371, sentence) for sentence in _long_slides(model))
+    if is_robot:
+        yield from ((Code.NRP371, sentence) for sentence in _low_density(model))
+
+
+def _mismatched_shapes(link: Link, model: Model) -> Iterator[str]:
+    """Yield that the visuals and collision shapes of a link differ by a unit in every direction."""
+    shown, solid = (_sides(shapes) for shapes in (link.visuals, link.collisions))
+    if shown is None or solid is None or min(shown.min(), solid.min()) < THINNEST_M:
+        return
+    ratios = max(shown / solid, solid / shown, key=np.max)
+    if any(low < ratios.min() and ratios.max() < high for low, high in UNIT_RATIOS):
+        yield (
+            f"the visuals of the link '{link.name}' of '{model.name}' are {_listed(shown)} m, and its "
+            f"collision shapes {_listed(solid)} m; is one of them in another unit?"
+        )
+
+
+def _distant_shapes(model: Model) -> Iterator[str]:
+    """Yield the shapes that are far from all others."""
+    placed = list(_placed_shapes(model))
+    if len(placed) < FEWEST_SHAPES:
+        return
+    centres, sizes = np.array([one.centre for one in placed]), np.array([one.size_m for one in placed])
+    away_m = np.linalg.norm(centres - np.median(centres, axis=0), axis=1)
+    near = away_m <= FAR * (np.median(away_m) + np.median(sizes))
+    # a shape that is large itself reaches the others, and half of the shapes are not an exception
+    if near.all() or near.sum() <= len(placed) / 2 or sizes[~near].max() > away_m[~near].min():
+        return
+    spread_m = float((away_m + sizes)[near].max())
+    for i in np.flatnonzero(~near & (away_m > FAR * spread_m)):
+        yield (
+            f"{placed[i].name} is {away_m[i]:.3g} m away from the other shapes, which are within "
+            f"{spread_m:.2g} m; is its pose in mm?"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _PlacedShape:
+    name: str
+    centre: FloatArray
+    size_m: float
+
+
+def _placed_shapes(model: Model) -> Iterator[_PlacedShape]:
+    for link in model.links:
+        for shape in shapes_of(link):
+            box = box_around([(link.pose @ shape.pose, shape.geometry)])
+            if box is not None:
+                kind = "collision" if isinstance(shape, Collision) else "visual"
+                name = f"the {kind} '{shape.name}' of the link '{link.name}' of '{model.name}'"
+                yield _PlacedShape(name, (box[0] + box[1]) / 2, float(np.linalg.norm(box[1] - box[0])))
+
+
+def _distant_links(model: Model) -> Iterator[str]:
+    """Yield the joints whose links are too far apart for their sizes."""
+    largest_m = _largest_link_m(model)
+    places = {link.name: link.pose.position for link in model.links}
+    for joint in model.joints:
+        if WORLD in (joint.parent, joint.child) or not {joint.parent, joint.child} <= places.keys():
+            continue
+        away_m = dist(places[joint.parent], places[joint.child])
+        if 0 < FAR_LINK * largest_m < away_m:
+            yield (
+                f"the joint '{joint.name}' of '{model.name}' connects links {away_m:.3g} m apart, and the "
+                f"largest link is {largest_m:.2g} m; is a pose in mm?"
+            )
+
+
+def _distant_parts(model: Model) -> Iterator[str]:
+    """Yield the first sensor or centre of mass that is far from its link."""
+    size_m = _size_m(model)
+    for link in model.links:
+        # a camera may watch its robot from afar
+        found = (
+            (f"sensor '{one.name}'", getattr(one, "pose", None)) for one in link.sensors if not one.views
+        )
+        poses = [(part, pose) for part, pose in found if isinstance(pose, Pose)]
+        poses += [("centre of mass", link.inertial.pose)] if link.inertial is not None else []
+        for part, pose in poses:
+            away_m = hypot(*pose.position)
+            if away_m > FAR_PART * size_m:
+                yield (
+                    f"the {part} of the link '{link.name}' of '{model.name}' is {away_m:.3g} m from the "
+                    f"link, and the robot is {size_m:.3g} m large; is its pose in mm?"
+                )
+                return
+
+
+def _long_slides(model: Model) -> Iterator[str]:
+    largest_m = _largest_link_m(model)
+    for joint in model.joints:
+        is_slide = joint.kind == "prismatic" and joint.lower >= 0
+        if is_slide and max(LONGEST_SLIDE_M, LONGEST_SLIDE * largest_m) < joint.upper < UNLIMITED_M:
+            yield (
+                f"the joint '{joint.name}' of '{model.name}' slides from {joint.lower:g} to {joint.upper:g} "
+                f"m, and the largest link is {largest_m:.2g} m; are its limits in mm?"
+            )
+
+
+def _low_density(model: Model) -> Iterator[str]:
+    sides = _sides_of_model(model)
+    mass = sum(link.inertial.mass for link in model.links if link.inertial is not None)
+    if sides is not None and 0 < mass < LEAST_DENSITY * sides.prod():
+        yield (
+            f"'{model.name}' weighs {mass:.3g} kg in a box of {_listed(sides)} m around it: "
+            f"{mass / sides.prod():.2g} kg/m^3, less than air; are its lengths in mm?"
+        )
+
+
+def _sides(shapes: Sequence[Collision | Visual]) -> FloatArray | None:
+    """Return the sides of the box around shapes of a link, m; None without a bounded one."""
+    box = box_around((one.pose, one.geometry) for one in shapes)
+    return None if box is None else box[1] - box[0]
+
+
+def _sides_of_model(model: Model) -> FloatArray | None:
+    box = box_around((link.pose @ one.pose, one.geometry) for link in model.links for one in shapes_of(link))
+    return None if box is None else box[1] - box[0]
+
+
+def _size_m(model: Model) -> float:
+    """Return the diagonal of the box around a model; infinite without shapes."""
+    sides = _sides_of_model(model)
+    return inf if sides is None else float(np.linalg.norm(sides))
+
+
+def _largest_link_m(model: Model) -> float:
+    """Return the diagonal of the largest link; infinite without shapes."""
+    sides = (_sides(shapes_of(link)) for link in model.links)
+    return max((float(np.linalg.norm(one)) for one in sides if one is not None), default=inf)
+
+
+def _listed(sides: FloatArray) -> str:
+    return " x ".join(f"{one:.2g}" for one in sides)
+
+
+@checks_experiment(Code.NRP372)
+def physics_steps_have_usual_lengths(static: StaticExperiment) -> Iterator[Finding]:
+    """Check the step of the physics engine against that of the loop."""
+    if static.world is None or not static.world.capabilities.step_ns:
+        return
+    experiment, capabilities = static.experiment, static.world.capabilities
+    keys, step_ns = place_of_step(experiment), capabilities.step_ns
+    step = f"{milliseconds(step_ns):g} ms"
+    message = ""
+    if experiment.timestep > MAX_STEPS * step_ns:
+        count = experiment.timestep // step_ns
+        message = f"the world takes {count} steps of {step} in each step of the loop; is its unit wrong?"
+    elif bodies_fall(capabilities) and keys[0] == "world" and step_ns > LONGEST_STEP_NS:
+        message = (
+            f"the physics step is {step}, and 1 to 5 ms are usual: contacts and controllers act late; is the "
+            "step of the loop meant?"
+        )
+    if message:
+        yield experiment.place(*keys).finding(Code.NRP372, message, Level.WARNING)

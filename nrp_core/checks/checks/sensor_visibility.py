@@ -1,0 +1,220 @@
+"""Scanners and cameras that see only their own robot at the start, or a scene without light."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.checks.checks.time_conditions import read_topics
+from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.errors import SceneError
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.raycast.beams import Beams
+from nrp_core.world.raycast.collisions import CollisionSpace
+from nrp_core.world.render.cameras import CameraPath, Optics
+from nrp_core.world.render.raster import RasterCameras
+from nrp_core.world.rigid import BodyPath, ReadFrames, matrix_of
+from nrp_core.world.scene.devices import MountedSensor, View
+from nrp_core.world.scene.merged_bodies import Body, bodies_of
+from nrp_core.world.scene.model import Link, Model, Scene
+from nrp_core.world.scene.posture import body_poses
+from nrp_core.world.sensors.camera import Camera
+
+COVERED: Final = 0.9
+"""Share of rays on the own robot of a sensor that sees only that; cameras above a gripper reach a half."""
+COLUMNS: Final = 16
+MAX_ROWS: Final = 64
+"""Size of an image whose pixels are only counted."""
+OTHER_MODEL: Final = 2**16 - 1
+"""Label of the pixels that show another model."""
+
+Labels = npt.NDArray[np.int64]
+"""Of each ray: 1 + the index of the link of its robot on which it ends; another value for anything else."""
+
+_Frames = Callable[[Sequence[BodyPath]], ReadFrames]
+
+
+@dataclass(frozen=True, slots=True)
+class OwnRobotView:
+    """The part of a sensor's view that shows its own robot.
+
+    Args:
+        link: the link that carries the sensor.
+        sensor: the sensor.
+        share: the share of its rays that end on its own robot.
+        most: the name of the link that is hit most; empty without any.
+        nearest_m: the length of the shortest of these rays; infinite without any.
+    """
+
+    link: str
+    sensor: MountedSensor
+    share: float
+    most: str
+    nearest_m: float
+
+
+@checks_experiment(Code.NRP374)
+def sensors_see_more_than_their_robot(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for scanners and cameras that are read and see only their own robot."""
+    read = _read_topics(static)
+    for model in _robots(static):
+        if not any(_is_read(one, model, static, read) for link in model.links for one in link.sensors):
+            continue
+        assert static.scene is not None
+        with suppress(SceneError):  # a mesh cannot be read, which the reader reports
+            for view in own_robot_views(static.scene, model):
+                if view.share >= COVERED and _is_read(view.sensor, model, static, read):
+                    kind, rays = ("camera", "pixels") if view.sensor.views else ("scanner", "beams")
+                    message = (
+                        f"the {kind} '{view.sensor.name}' on '{model.name}/{view.link}' sees its own robot "
+                        f"with {view.share:.0%} of its {rays}, mostly the link '{view.most}', from "
+                        f"{view.nearest_m:.2g} m"
+                    )
+                    place = static.experiment.place("world", "robots", model.name)
+                    yield place.finding(Code.NRP374, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP295)
+def cameras_have_light(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for realistic images of a scene without light."""
+    renderer = getattr(static.world.options, "renderer", None) if static.world else None
+    if static.scene is None or static.scene.lights or renderer != "realistic":
+        return
+    if any(isinstance(sensor, Camera) for _, link in static.scene.links() for sensor in link.sensors):
+        message = "the scene has no light: images of the realistic renderer are dark"
+        yield static.experiment.place("world", "scene").finding(Code.NRP295, message, Level.WARNING)
+
+
+def _robots(static: StaticExperiment) -> list[Model]:
+    names = static.experiment.world.robots
+    return [model for model in static.scene.models if model.name in names] if static.scene else []
+
+
+def read_sensors(static: StaticExperiment) -> Iterator[tuple[Model, MountedSensor]]:
+    """Yield the scanners and cameras of robots whose messages are used."""
+    read = _read_topics(static)
+    for model in _robots(static):
+        for sensor in (sensor for link in model.links for sensor in link.sensors):
+            sees = sensor.views or isinstance(getattr(sensor, "beams", None), Beams)
+            if sees and _is_read(sensor, model, static, read):
+                yield model, sensor
+
+
+def _read_topics(static: StaticExperiment) -> set[str]:
+    """Return the topics that functions, events and criteria read."""
+    aliases = static.experiment.aliases
+    return {aliases.get(name, name) for name in read_topics(static)}
+
+
+def _is_read(sensor: MountedSensor, model: Model, static: StaticExperiment, read: set[str]) -> bool:
+    """Return whether a sensor's topic is read, or the experiment adds the sensor, for its recordings."""
+    added = static.experiment.world.robots[model.name].add_sensors
+    is_added = any((one.name or one.type) == sensor.name for one in added)
+    return is_added or not read.isdisjoint(sensor.topics)
+
+
+def own_robot_views(scene: Scene, model: Model) -> Iterator[OwnRobotView]:
+    """Yield how much each scanner and camera of a model sees of the model itself at the start.
+
+    Raises:
+        SceneError: a mesh cannot be read.
+    """
+    bodies = {one.name: bodies_of(one) for one in scene.models}
+    read = _frames_at_start(scene, bodies)
+    views: dict[CameraPath, View] = {
+        (model.name, link.name, name): view
+        for link in model.links
+        for sensor in link.sensors
+        for name, view in sensor.views.items()
+    }
+    cameras = _labelled_cameras(model, bodies, views, read) if views else None
+    for link in model.links:
+        for sensor in link.sensors:
+            beams = getattr(sensor, "beams", None)
+            if isinstance(beams, Beams):
+                labels, lengths_m = _scan(model, link, beams, bodies, read)
+            elif sensor.views and cameras is not None:
+                paths = [(model.name, link.name, name) for name in sensor.views]
+                labels = np.concatenate([cameras.segments(path)[..., 0].ravel() for path in paths])
+                lengths_m = np.concatenate([cameras.depth(path).ravel() for path in paths])
+            else:
+                continue
+            own = (labels > 0) & (labels != OTHER_MODEL)
+            most = model.links[int(np.bincount(labels[own]).argmax()) - 1].name if own.any() else ""
+            nearest_m = float(lengths_m[own].min(initial=inf))
+            yield OwnRobotView(link.name, sensor, float(own.mean()), most, nearest_m)
+
+
+def _frames_at_start(scene: Scene, bodies: Mapping[str, Sequence[Body]]) -> _Frames:
+    poses = {model.name: body_poses(model, bodies[model.name]) for model in scene.models}
+
+    def reader(paths: Sequence[BodyPath]) -> ReadFrames:
+        def read(frames: FloatArray) -> None:
+            for i, (name, index) in enumerate(paths):
+                frames[i] = matrix_of(poses[name][index])
+
+        return read
+
+    return reader
+
+
+def _scan(
+    model: Model, link: Link, beams: Beams, bodies: Mapping[str, Sequence[Body]], read: _Frames
+) -> tuple[Labels, FloatArray]:
+    """Return the labels and the lengths of the rays of a scanner, however far it reaches."""
+    far = replace(beams, reach=(beams.reach[0], inf))
+    lengths_m = CollisionSpace(bodies, read).scan(model.name, link.name, far)
+    labels = np.zeros(len(lengths_m), np.int64)
+    for number, other in enumerate(model.links, start=1):
+        if other.collisions:
+            alone = {model.name: _only(bodies[model.name], other.name)}
+            own_m = CollisionSpace(alone, read).scan(model.name, link.name, far)
+            labels[np.isfinite(lengths_m) & (own_m <= lengths_m)] = number
+    return labels, lengths_m
+
+
+def _only(bodies: Sequence[Body], link: str) -> list[Body]:
+    """Return bodies with the collision shapes of one link."""
+    return [
+        replace(
+            body,
+            links=tuple(one if one.name == link else replace(one, collisions=()) for one in body.links),
+        )
+        for body in bodies
+    ]
+
+
+def _labelled_cameras(
+    model: Model, bodies: Mapping[str, Sequence[Body]], views: Mapping[CameraPath, View], read: _Frames
+) -> RasterCameras:
+    """Return cameras that show which link of a model each pixel shows."""
+    numbers = {link.name: number for number, link in enumerate(model.links, start=1)}
+
+    def labelled(numbers: Mapping[str, int], link: Link) -> Link:
+        label = numbers.get(link.name, OTHER_MODEL)
+        return replace(link, visuals=tuple(replace(one, label=label, texture=None) for one in link.visuals))
+
+    marked = {
+        name: [
+            replace(
+                body, links=tuple(map(partial(labelled, numbers if name == model.name else {}), body.links))
+            )
+            for body in each
+        ]
+        for name, each in bodies.items()
+    }
+    coarse = {path: replace(view, width=COLUMNS, height=_rows(view)) for path, view in views.items()}
+    return RasterCameras(marked, {path: Optics.of(view, 1.0) for path, view in coarse.items()}, read)
+
+
+def _rows(view: View) -> int:
+    return max(1, min(MAX_ROWS, round(COLUMNS * view.height / view.width)))

@@ -1,0 +1,256 @@
+"""Values of cells and synapses that are probably in another unit than PyNN's: ms, mV, nF, nA, uS and Hz.
+
+The ranges are a hundred times wider than those measured in neurons (NeuroElectro: Tripathy et al.,
+Frontiers in Neuroinformatics 8:40, 2014, membrane time constants of 2 to 100 ms and capacitances of 10 to
+1000 pF). So engineered models pass, and most values that are 1000 times too small or too large do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.drawing import extremes
+from nrp_core.brain.network.equations.units import (
+    AMPERE,
+    FARAD,
+    NONE,
+    SECOND,
+    SIEMENS,
+    VOLT,
+    Dimension,
+    Unit,
+    times,
+)
+from nrp_core.brain.network.indices import stored_form
+from nrp_core.brain.network.limits import distinct
+from nrp_core.checks.synaptic_effects import effect_of_spike
+from nrp_core.checks.unreachable_thresholds import HIGHEST_DEVICE_HZ
+
+
+class Range(NamedTuple):
+    """A range of positive values in PyNN's unit, and the units that are 1000 times larger and smaller."""
+
+    low: float
+    high: float
+    unit: str
+    larger: str
+    smaller: str
+
+
+TIME: Final = Range(0.05, 10_000.0, "ms", "s", "us")
+ENDLESS_MS: Final = 1e12
+"""A time constant from which a state does not decay."""
+CELL_RANGES: Final = {
+    "tau_m": TIME,
+    "tau_syn_E": TIME,
+    "tau_syn_I": TIME,
+    "tau_refrac": Range(0.01, 1_000.0, "ms", "s", "us"),
+    "cm": Range(6e-4, 50.0, "nF", "uF", "pF"),  # none has less than 1 pF; 0.6 nF is not a few pF
+    "tau_w": Range(0.16, 1e5, "ms", "s", "us"),
+    "delta_T": Range(0.008, 500.0, "mV", "V", "uV"),
+    "i_offset": Range(0.0, 50.0, "nA", "uA", "pA"),
+    "b": Range(0.0, 10.0, "nA", "uA", "pA"),
+    "a": Range(0.0, 1_000.0, "nS", "uS", "pS"),
+    "gbar_Na": Range(0.02, 5_000.0, "uS", "mS", "nS"),
+    "gbar_K": Range(0.006, 1_500.0, "uS", "mS", "nS"),
+}
+IZHIKEVICH_RANGES: Final = {"i_offset": Range(0.0, 1.0, "nA", "uA", "pA")}
+"""The published currents, in units of pA for 1 ms, are 2 to 20 (Izhikevich 2003)."""
+VOLTAGES: Final = ("v_rest", "v_reset", "v_thresh", "e_rev_E", "e_rev_I")
+REST_V: Final = (-0.1, -0.02)
+"""Resting potentials of neurons, V; a model in volts has one of these where millivolts are expected."""
+HIGHEST_MV: Final = 1_000.0
+DELAY: Final = Range(0.01, 500.0, "ms", "s", "us")
+LEARNING: Final = Range(0.5, 10_000.0, "ms", "s", "us")
+SYNAPSE_RANGES: Final = {
+    "tau_rec": LEARNING._replace(low=1.0),  # about a second (Tsodyks and Markram 1997: 0.8 s)
+    "tau_facil": LEARNING,
+    "tau_plus": LEARNING,
+    "tau_minus": LEARNING,
+}
+INSTANT_MS: Final = 1e-6
+"""The longest time constant that stands for none: a nanosecond, the resolution of time."""
+TIME_STEP: Final = Range(0.002, 100.0, "ms", "s", "us")  # 0.001 is a millisecond in s
+SHORTEST_INTERVAL_MS: Final = 0.5
+"""Of the spikes of one source; no neuron fires at 2 kHz."""
+FEWEST_SPIKES: Final = 0.5
+"""Mean number of spikes of all sources together below which most runs have none."""
+VOLLEY_MS: Final = 10.0
+"""The longest activity in which most sources do not fire once; a longer one is sparse, as in cortex."""
+STRONGEST_PSP_MV: Final = 500.0
+"""Largest effect of one spike on a cell at rest: 25 times the usual distance to threshold, 20 mV."""
+ROUNDING: Final = 1e-6
+
+
+def unlikely_units(network: Network) -> list[str]:
+    """Return a sentence for each value that is probably in another unit.
+
+    Args:
+        network: the network; without parameters, as in a description, there is nothing to check.
+    """
+    found: list[str] = []
+    if network.timestep_ms is not None:
+        found += _outside("timestep of setup", np.array([network.timestep_ms]), TIME_STEP)
+    for population in network.populations.values():
+        found += _check_cells(population)
+    for projection in network.projections:
+        if projection.size and projection.neuromodulation is None:
+            found += _check_synapses(projection, network.populations[projection.post], network.timestep_ms)
+    return found
+
+
+def _check_cells(population: Population) -> Iterator[str]:
+    owner, cells = f"the population '{population.label}'", population.parameters
+    if population.equations is not None:
+        units = {
+            **population.equations.model.parameters,
+            **{name: one.unit for name, one in population.equations.model.variables.items()},
+        }
+        values = {**cells, **population.initial_values}
+        for sentence in _check_equations(population.equations.model.parameters, units, values):
+            yield f"the equations of {owner}: {sentence}"
+        return
+    ranges = IZHIKEVICH_RANGES if population.cell_type == "Izhikevich" else CELL_RANGES
+    for name in sorted(ranges.keys() & cells.keys()):
+        values_of = cells[name][cells[name] < ENDLESS_MS] if ranges[name] is TIME else cells[name]
+        yield from _outside(f"{name} of {owner}", values_of, ranges[name])
+    for name in VOLTAGES:
+        yield from _in_volts(f"{name} of {owner}", cells.get(name, np.empty(0)))
+    if np.abs(cells.get("v_rest", np.zeros(1))).min(initial=np.inf) > 1.0:
+        yield from _in_volts(f"the initial v of {owner}", population.initial_values.get("v", np.empty(0)))
+    intervals = [np.diff(train) for train in population.spike_times_ms if len(train) > 1]
+    if intervals and 0 < (usual := np.median(np.concatenate(intervals))) <= SHORTEST_INTERVAL_MS:
+        yield f"spikes of {owner} follow each other after {usual:g} ms; is it meant in s?"
+    if population.cell_type == "SpikeSourcePoisson" and cells:
+        yield from _check_poisson(owner, cells)
+
+
+def _check_poisson(owner: str, sources: Mapping[str, FloatArray]) -> Iterator[str]:
+    rates_hz, durations_ms = sources["rate"], sources["duration"]
+    if rates_hz.max() > HIGHEST_DEVICE_HZ:
+        yield f"rate of {owner} is {rates_hz.max():g} Hz; is it meant in mHz?"
+    fires = rates_hz > 0.0
+    expected = float((rates_hz[fires] * durations_ms[fires] / 1000.0).sum())
+    is_brief = durations_ms[fires].max(initial=0.0) <= VOLLEY_MS
+    if 0 < expected < FEWEST_SPIKES * (int(fires.sum()) if is_brief else 1):
+        yield (
+            f"{owner} fires {expected:.2g} spikes in all: the duration is {durations_ms.max():g} ms; "
+            "is it meant in s?"
+        )
+
+
+def _check_synapses(projection: Projection, post: Population, step_ms: float | None) -> Iterator[str]:
+    owner, parameters = f"the projection '{projection.label}'", projection.synapse_parameters
+    delays_ms = _extremes(projection, "delay_ms")
+    yield from _outside(f"a delay of {owner}", delays_ms, DELAY)
+    if step_ms is not None and DELAY.low <= delays_ms.min() < step_ms * (1.0 - ROUNDING):
+        yield (
+            f"a delay of {owner} is {delays_ms.min():g} ms, shorter than the time step of {step_ms:g} ms; is "
+            "it meant in s?"
+        )
+    if projection.equations is not None:
+        units = projection.equations.model.parameters
+        for sentence in _check_equations(units, units, parameters):
+            yield f"the equations of {owner}: {sentence}"
+    else:
+        for name in sorted(SYNAPSE_RANGES.keys() & parameters.keys()):
+            values = parameters[name]
+            yield from _outside(f"{name} of {owner}", values[values > INSTANT_MS], SYNAPSE_RANGES[name])
+    weights = _extremes(projection, "weight")
+    size = too_strong(float(np.abs(weights).max()), post, projection.receptor)
+    if size:
+        yield f"a weight of {owner} is {size}"
+    is_current = post.equations is None and not post.is_conductance_based
+    if is_current and projection.receptor == "inhibitory" and weights.max() > 0.0:
+        yield f"weights of {owner} are positive on the inhibitory receptor of currents: they excite"
+
+
+def too_strong(weight: float, post: Population, receptor: str = "excitatory") -> str:
+    """Return a weight with the effect of one spike if that is implausibly large, or else an empty text."""
+    effect = effect_of_spike(post, receptor)
+    if effect is None or weight * effect.peak_mv <= STRONGEST_PSP_MV:
+        return ""
+    unit = str(post.weight_unit(receptor).text)
+    smaller = {"mV": "uV", "uS": "nS"}.get(unit, "pA")
+    return (
+        f"{weight:g} {unit}, with which one spike moves a cell by {weight * effect.peak_mv:.3g} mV; is it "
+        f"meant in {smaller}?"
+    )
+
+
+def _outside(owner: str, values: FloatArray, plausible: Range) -> Iterator[str]:
+    sizes = np.abs(values[values != 0])
+    if not sizes.size:
+        return
+    low, high, unit, larger, smaller = plausible
+    if sizes.min() < low:
+        yield f"{owner} is {sizes.min():g} {unit}; is it meant in {larger}?"
+    if sizes.max() > high:
+        yield f"{owner} is {sizes.max():g} {unit}; is it meant in {smaller}?"
+
+
+def _in_volts(owner: str, values: FloatArray) -> Iterator[str]:
+    values = values[np.isfinite(values)]  # without a threshold, cells never fire
+    if not values.size:
+        return
+    low, high = REST_V
+    if low <= values.min() and values.max() <= high:
+        yield f"{owner} is {values.flat[0]:g} mV; is it meant in V?"
+    elif np.abs(values).max() > HIGHEST_MV:
+        yield f"{owner} is {values[np.abs(values).argmax()]:g} mV; is it meant in uV?"
+
+
+class _EquationRange(NamedTuple):
+    """The sizes of a quantity that neurons have, in its SI unit times ``scale``."""
+
+    low: float
+    high: float
+    unit: str
+    scale: float
+
+
+EQUATION_RANGES: Final[Mapping[Dimension, _EquationRange]] = {
+    SECOND: _EquationRange(0.01, 100_000.0, "ms", 1e-3),
+    FARAD: _EquationRange(1e-4, 50.0, "nF", 1e-9),
+    SIEMENS: _EquationRange(1e-7, 5_000.0, "uS", 1e-6),
+    times(NONE, SIEMENS, -1): _EquationRange(0.05, 1e6, "Mohm", 1e6),
+    VOLT: _EquationRange(0.0, 1_000.0, "mV", 1e-3),
+    AMPERE: _EquationRange(0.0, 50.0, "nA", 1e-9),
+}
+TINY_REST_V: Final = (-1e-4, -2e-5)
+"""Resting potentials of neurons, divided by a thousand."""
+
+
+def _check_equations(
+    parameters: Mapping[str, Unit], units: Mapping[str, Unit], values: Mapping[str, FloatArray]
+) -> Iterator[str]:
+    """Yield the values in equations that are probably in another unit.
+
+    Args:
+        parameters: the units of parameters.
+        units: the units of parameters and state variables.
+        values: the values in these units.
+    """
+    for name, unit in parameters.items():
+        plausible, given = EQUATION_RANGES.get(unit.dimension), values.get(name, np.empty(0))
+        if plausible is None:
+            continue
+        sizes = np.abs(given[given != 0]) * (unit.scale / plausible.scale)
+        if sizes.size and not plausible.low <= sizes.min() <= sizes.max() <= plausible.high:
+            size = sizes.min() if sizes.min() < plausible.low else sizes.max()
+            yield f"{name} is {size:g} {plausible.unit}; is it in another unit?"
+    low, high = TINY_REST_V
+    for name in sorted(units.keys() & values.keys()):
+        volts = values[name] * units[name].scale
+        if units[name].dimension == VOLT and volts.size and low <= volts.min() and volts.max() <= high:
+            yield f"{name} is {volts.flat[0] * 1e3:g} mV; is it in another unit?"
+
+
+def _extremes(projection: Projection, name: str) -> FloatArray:
+    """Return values of a projection; one if all share it, two if those between would be drawn again."""
+    return distinct(extremes(stored_form(projection, name)))
