@@ -173,6 +173,10 @@ class TriggerError(TransferFunctionError):
     """A transfer function is to be triggered by something that is neither a topic nor a spike recorder."""
 
 
+class OutsideFolderError(TransferFunctionError):
+    """A recorder's file would be outside the folder of its run."""
+
+
 class NetworkError(ExperimentError):
     """A neural network that contradicts itself or physics."""
 

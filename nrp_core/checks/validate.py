@@ -28,6 +28,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.reading.platforms import described_by
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
+from nrp_core.findings.problems import without
 
 
 def check(parts: Checkable, summary: NetworkSummary | None = None) -> list[Finding]:
@@ -70,7 +71,8 @@ def validate(experiment: Experiment | str | Path, progress: ProgressCallback = n
     build = ConfinedBuild(brain, None if limit_ns is None else seconds(limit_ns))
     parts = make_parts(experiment, progress, build, build.review)
     found = check(parts, build.summary)
-    return list(dict.fromkeys([*parts.collector.findings, *found]))
+    every = dict.fromkeys([*parts.collector.findings, *found])
+    return list(without(every, experiment.checks.ignore))
 
 
 def validate_file(

@@ -74,6 +74,18 @@ Models = Annotated[
         help="A folder to search for models; repeatable.",
     ),
 ]
+Ignore = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ignore",
+        metavar="CODE",
+        envvar="NRP_IGNORE",
+        help="Do not report warnings of this code; repeatable. In an experiment: checks.ignore.",
+    ),
+]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", envvar="NRP_VERBOSE", help="Print every problem, not its number.")
+]
 Seed = Annotated[
     int | None, typer.Option("--seed", envvar="NRP_SEED", help="The seed of all random numbers.")
 ]
@@ -133,6 +145,24 @@ def overrides_of(
         if winner != one:
             complain(f"'-s {one}' has no effect: another option sets {winner}", label="note")
     return [*(given or ()), *options]
+
+
+def ignored_codes(given: Sequence[str] | None) -> list[str]:
+    """Return the codes of ``--ignore``.
+
+    Raises:
+        typer.BadParameter: one is not a code.
+    """
+    from nrp_core.errors import did_you_mean
+    from nrp_core.findings import Code
+    from nrp_core.findings.codes.removed import removed_in
+
+    codes = [one.strip().upper() for one in given or ()]
+    for code in codes:
+        if code not in Code.__members__ and removed_in(code) is None:
+            hint = did_you_mean(code, Code.__members__)
+            raise typer.BadParameter(f"there is no code '{code}'{hint}", param_hint="--ignore")
+    return codes
 
 
 @contextmanager

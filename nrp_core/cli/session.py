@@ -50,6 +50,7 @@ class RunRequest:
         control: a socket to listen on.
         allow_incomplete: whether an incomplete run may succeed.
         verbose: whether to print every problem, not only their number.
+        ignore: codes of findings that are not reported.
     """
 
     experiment: str
@@ -62,6 +63,7 @@ class RunRequest:
     control: Path | None = None
     allow_incomplete: bool = False
     verbose: bool = False
+    ignore: tuple[str, ...] = ()
 
 
 class Session:
@@ -134,7 +136,8 @@ class Session:
     # -- the run
 
     def _read(self) -> Experiment:
-        return load_experiment(self._request.experiment, self._request.overrides)
+        experiment = load_experiment(self._request.experiment, self._request.overrides)
+        return experiment.ignoring(self._request.ignore) if self._request.ignore else experiment
 
     def _simulate(self, shown: Display, folder: Path | None) -> Result:
         shown.begin_task("reading the experiment")

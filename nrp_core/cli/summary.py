@@ -8,10 +8,12 @@ from pathlib import Path
 
 import typer
 
+from nrp_core.cli.failure import complain
 from nrp_core.cli.progress import shares_text
 from nrp_core.experiment.running.judgement import FAILED, FINISHED, Judgement
 from nrp_core.experiment.running.result import Result
-from nrp_core.findings import Weight
+from nrp_core.findings import Finding, Level, Weight
+from nrp_core.findings.problems import lines_of, ordered
 from nrp_core.quantities import length_text
 
 _MARKS = {True: ("✓", "green"), False: ("✗", "red"), None: ("?", "yellow")}
@@ -37,10 +39,32 @@ def summary(result: Result, *, recording: Path | None, figures: Sequence[Path], 
 
 def print_problems(judgement: Judgement, *, details: bool) -> None:
     """Write the problems of a run, coloured by weight."""
-    for weight, line in judgement.lines(details=details):
-        typer.secho(f"  {line}", fg=_WEIGHT_COLORS[weight])
-    if not details and any(group.is_counted for group in judgement.groups):
-        typer.secho("  (-v shows each problem, nrp explain CODE explains it)", dim=True)
+    _print_groups(judgement.problems, details=details, err=False)
+
+
+def print_findings(findings: Sequence[Finding], *, details: bool) -> None:
+    """Write findings to standard error: each error with its reason and its fix, then a line for each code.
+
+    Args:
+        findings: the findings.
+        details: whether to write each finding of a code, not only their number, and those of a remark.
+    """
+    explained = set()
+    for finding in findings:
+        if finding.level is Level.ERROR:
+            complain(str(finding))
+            if finding.code not in explained:
+                explained.add(finding.code)
+                typer.echo(f"    why: {finding.code.why}\n    fix: {finding.code.suggestion}", err=True)
+    others = ordered(finding for finding in findings if finding.level is not Level.ERROR)
+    _print_groups(others, details=details, err=True)
+
+
+def _print_groups(problems: Sequence[Finding], *, details: bool, err: bool) -> None:
+    for weight, line in lines_of(problems, details=details):
+        typer.secho(f"  {line}", fg=_WEIGHT_COLORS[weight], err=err)
+    if problems and not details:
+        typer.secho("  (-v shows each problem, nrp explain CODE explains it)", dim=True, err=err)
 
 
 def styled_headline(judgement: Judgement) -> str:

@@ -9,6 +9,7 @@ from nrp_core.errors import (
     CapabilityError,
     EndlessScriptError,
     NeuronSelectionError,
+    OutsideFolderError,
     ParameterError,
     SlowScriptError,
     TopicError,
@@ -25,6 +26,7 @@ _CODES: Final = {
     EndlessScriptError: Code.NRP344,
     ParameterError: Code.NRP351,
     TriggerError: Code.NRP245,
+    OutsideFolderError: Code.NRP315,
 }
 
 

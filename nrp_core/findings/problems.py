@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from nrp_core.findings.codes import Code, Weight
@@ -60,6 +60,27 @@ def grouped(problems: Sequence[Finding]) -> Iterator[ProblemGroup]:
     """Yield ordered problems by code, in the order of the first problem of each."""
     for code in dict.fromkeys(problem.code for problem in problems):
         yield ProblemGroup(code, tuple(problem for problem in problems if problem.code is code))
+
+
+def lines_of(problems: Sequence[Finding], *, details: bool = False) -> Iterator[tuple[Weight, str]]:
+    """Yield a line for each code of ordered problems, with its weight; several of one code are counted.
+
+    Args:
+        problems: the problems, as :func:`ordered` returns them.
+        details: whether to yield each of several problems, and its place, as well.
+    """
+    for group in grouped(problems):
+        text = group.headline if group.is_counted or not details else str(group.findings[0].as_error())
+        yield group.weight, f"{MARKS[group.weight]} {text} [{group.code.name}]"
+        for finding in group.findings if details and group.is_counted else ():
+            yield group.weight, f"    {finding.as_error()}"
+
+
+def without(findings: Iterable[Finding], codes: Collection[str]) -> Iterator[Finding]:
+    """Yield findings without those of some codes; errors and what makes a run incomplete stay."""
+    for finding in findings:
+        if finding.code.name not in codes or finding.weight is Weight.INCOMPLETE:
+            yield finding
 
 
 def _rank(finding: Finding) -> tuple[int, str, int]:

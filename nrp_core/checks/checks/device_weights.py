@@ -1,4 +1,4 @@
-"""Mappings of transfer functions with a neuron twice, an unlikely weight, or another file of rows."""
+"""Mappings of transfer functions with a neuron twice or an unlikely weight."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from nrp_core.checks.network_units import too_strong
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.checks.unreachable_thresholds import too_weak
-from nrp_core.dsl.functions.csv_recorder import inside
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.mappings import MapCSVRecorder, MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.parameters.binding import Mapping
 from nrp_core.dsl.selection.selection import BrainRoot, Selection
 from nrp_core.dsl.selection.selectors import select
@@ -22,7 +21,7 @@ from nrp_core.errors import NrpError
 from nrp_core.findings import Code, Finding, Level
 
 
-@checks_experiment(Code.NRP211, Code.NRP297, Code.NRP315, Code.NRP377)
+@checks_experiment(Code.NRP211, Code.NRP297, Code.NRP377)
 def mappings_have_effects(static: StaticExperiment) -> Iterator[Finding]:
     """Check the mappings of all functions."""
     if static.network is not None:
@@ -31,7 +30,7 @@ def mappings_have_effects(static: StaticExperiment) -> Iterator[Finding]:
 
 
 def unlikely_mappings(function: TransferFunction, network: Network) -> Iterator[Finding]:
-    """Yield findings about mappings with a neuron twice, an unlikely weight or another file of rows."""
+    """Yield findings about mappings with a neuron twice or an unlikely weight."""
     for name, mapping in function.mappings.items():
         match mapping:
             case MapSpikeSource() | MapSpikeSink():
@@ -46,9 +45,6 @@ def unlikely_mappings(function: TransferFunction, network: Network) -> Iterator[
                     yield _at(mapping, Code.NRP297, f"weight of '{name}' is {size}")
                 elif size := _too_weak_source(mapping, network):
                     yield _at(mapping, Code.NRP377, f"weight of '{name}' is {size}")
-            case MapCSVRecorder(filename=str(filename)) if inside(filename) != filename:
-                message = f"the rows of '{name}' are written to '{inside(filename)}', not to '{filename}'"
-                yield _at(mapping, Code.NRP315, message)
 
 
 def too_strong_source(mapping: MapSpikeSource | MapSpikeSink, network: Network) -> str:

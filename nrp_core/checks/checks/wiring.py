@@ -286,9 +286,10 @@ def _is_stored(node: ast.AST) -> bool:
 def settings_have_an_effect(static: StaticExperiment) -> Iterator[Finding]:
     """Look for settings of images without a camera, and of CSV files without a recorder."""
     experiment = static.experiment
+    own = experiment.source.place.path
     for keys, message in _idle(static):
         place, found = experiment.source.nearest(keys)
-        if found == keys:
+        if found == keys and place.place.path in (None, own):  # a file that it extends is for others, too
             yield place.place.finding(Code.NRP279, message, Level.WARNING)
 
 

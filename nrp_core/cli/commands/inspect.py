@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import complain
 from nrp_core.cli.options import (
+    Ignore,
     Json,
     Models,
     Overrides,
+    Verbose,
     experiment_names,
+    ignored_codes,
     overrides_of,
     refuse_given,
     usage_errors,
@@ -53,9 +55,8 @@ def inspect(
     ] = None,
     overrides: Overrides = None,
     models: Models = None,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", envvar="NRP_VERBOSE", help="Print every problem of a run.")
-    ] = False,
+    ignore: Ignore = None,
+    verbose: Verbose = False,
     check: Annotated[
         bool,
         typer.Option("--check", help="Only check that a recording is unchanged and undamaged."),
@@ -101,7 +102,11 @@ def inspect(
             "or a recording",
             path=file,
         )
-    _inspect_scene(file, image, models or [], _arguments(overrides or []), as_json=json)
+    args = _arguments(overrides or [])
+    scene = _read(file, models or [], args, ignored_codes(ignore))
+    _show(scene, file, image, as_json=json)
+    if not json:
+        _print_scene(scene, file, models or [], args, details=verbose)
 
 
 def _is_scene(file: Path) -> bool:
@@ -135,30 +140,38 @@ def _arguments(overrides: list[str]) -> dict[str, str]:
     return given
 
 
-def _inspect_scene(
-    file: Path, image: Path | None, models: list[Path], args: dict[str, str], *, as_json: bool
-) -> None:
+def _read(file: Path, models: list[Path], args: dict[str, str], ignored: list[str]) -> Scene:
+    """Return the scene in a file, without what cannot be used."""
     from dataclasses import replace
     from functools import partial
 
-    from nrp_core.world.scene.outline import outline
+    from nrp_core.findings.problems import without as not_of
     from nrp_core.world.scene.reading.context import read_without
     from nrp_core.world.scene.sdf import read_scene
 
     read = partial(read_scene, file, search_path=models, lenient=True, args=args)
     scene, left_out = read_without(lambda without: read(without=without))
-    scene = replace(scene, warnings=(*scene.warnings, *left_out))
+    return replace(scene, warnings=tuple(not_of((*scene.warnings, *left_out), ignored)))
+
+
+def _show(scene: Scene, file: Path, image: Path | None, *, as_json: bool) -> None:
     if image is not None:
         _draw(scene, image)
     if as_json:
         document({"file": file, "image": image, **_as_data(scene)})
-        return
+
+
+def _print_scene(
+    scene: Scene, file: Path, models: list[Path], args: dict[str, str], *, details: bool
+) -> None:
+    from nrp_core.cli.summary import print_findings
+    from nrp_core.world.scene.outline import outline
+
     for line in outline(scene, file.name).lines():
         typer.echo(line)
     for line in _open_joints(scene, file, models, args):
         typer.echo(line)
-    for warning in scene.warnings:
-        complain(str(warning), label="warning", color="yellow")
+    print_findings(scene.warnings, details=details)
 
 
 def _open_joints(scene: Scene, file: Path, models: list[Path], args: dict[str, str]) -> Iterator[str]:

@@ -10,11 +10,14 @@ import typer
 from nrp_core.cli.options import (
     BrainName,
     ExperimentName,
+    Ignore,
     Json,
     Models,
     Overrides,
     Seed,
+    Verbose,
     WorldName,
+    ignored_codes,
     overrides_of,
 )
 from nrp_core.recording.layout import Images
@@ -78,9 +81,8 @@ def run(
             help="Succeed although parts of the experiment were left out or functions were stopped.",
         ),
     ] = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", envvar="NRP_VERBOSE", help="Print every problem of the run.")
-    ] = False,
+    ignore: Ignore = None,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """Run an experiment; fail if the run is not complete or one of its criteria is not met.
@@ -105,6 +107,7 @@ def run(
         control,
         allow_incomplete,
         verbose,
+        tuple(ignored_codes(ignore)),
     )
     try:
         code = Session(request).run(as_json=json)

@@ -7,14 +7,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.failure import INVALID, NO_BACKEND, complain
-from nrp_core.cli.options import BrainName, ExperimentName, Json, Models, Overrides, WorldName, overrides_of
+from nrp_core.cli.failure import INVALID, NO_BACKEND
+from nrp_core.cli.options import (
+    BrainName,
+    ExperimentName,
+    Ignore,
+    Json,
+    Models,
+    Overrides,
+    Verbose,
+    WorldName,
+    ignored_codes,
+    overrides_of,
+)
 from nrp_core.cli.output import document
+from nrp_core.cli.summary import print_findings
 
 if TYPE_CHECKING:
     from nrp_core.findings import Finding
-
-_COLORS = {"error": "red", "warning": "yellow", "note": "blue"}
 
 
 class FindingFormat(StrEnum):
@@ -35,6 +45,8 @@ def validate(
     format: Annotated[  # noqa: A002  the name of the option
         FindingFormat, typer.Option("--format", envvar="NRP_FORMAT", help="The output format.")
     ] = FindingFormat.TEXT,
+    ignore: Ignore = None,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """Check an experiment without starting a simulator or executing a transfer function.
@@ -46,18 +58,20 @@ def validate(
     system allows that (nrp doctor), for at most 20 s.
     """
     from nrp_core.checks.validate import validate_file
+    from nrp_core.findings.problems import without
 
     if json and format not in (FindingFormat.TEXT, FindingFormat.JSON):
         raise typer.BadParameter(
             f"--json and --format {format.value} contradict each other", param_hint="--json"
         )
-    findings = validate_file(experiment, overrides_of(overrides, brain=brain, world=world, models=models))
+    given = overrides_of(overrides, brain=brain, world=world, models=models)
+    findings = list(without(validate_file(experiment, given), ignored_codes(ignore)))
     code = _exit_code(findings)
-    _write(findings, FindingFormat.JSON if json else format, is_valid=code == 0)
+    _write(findings, FindingFormat.JSON if json else format, is_valid=code == 0, details=verbose)
     raise typer.Exit(code)
 
 
-def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool) -> None:
+def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool, details: bool) -> None:
     from nrp_core.checks.formats import github, sarif
 
     if form is FindingFormat.JSON:
@@ -68,18 +82,8 @@ def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool) -> N
         for line in github(findings):
             typer.echo(line)
     else:
-        _write_text(findings)
+        print_findings(findings, details=details)
         typer.echo("valid" if is_valid else "not valid")
-
-
-def _write_text(findings: list[Finding]) -> None:
-    """Write a line for each finding; the first of each code also gets its reason and its fix."""
-    explained = set()
-    for finding in findings:
-        complain(str(finding), label=str(finding.level), color=_COLORS[str(finding.level)])
-        if finding.code not in explained and finding.level != "note":
-            explained.add(finding.code)
-            typer.echo(f"    why: {finding.code.why}\n    fix: {finding.code.suggestion}", err=True)
 
 
 def _exit_code(findings: list[Finding]) -> int:

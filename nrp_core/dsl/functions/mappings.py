@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence, Sized
+from pathlib import Path, PurePosixPath
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from nrp_core.dsl.parameters.binding import Binding, Mapping
 from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
 from nrp_core.dsl.selection.selection import Selection
 from nrp_core.dsl.selection.selectors import evaluate, select
-from nrp_core.errors import did_you_mean
+from nrp_core.errors import OutsideFolderError, did_you_mean
 
 
 class _MappingDecorator(Mapping):
@@ -230,6 +231,10 @@ class MapCSVRecorder(_MappingDecorator):
         self.filename, self.headers, self.erase_on_reset = filename, tuple(map(str, headers)), erase_on_reset
 
     def _do_bind(self, binding: Binding) -> CSVRecorder:
+        parts = PurePosixPath(self.filename.replace("\\", "/")).parts
+        if ".." in parts or parts[0] == "/":
+            message = f"'{self.filename}' is outside the folder of the run; write a name relative to it"
+            raise OutsideFolderError(message, path=Path(self.place.path), line=self.place.line)
         return CSVRecorder(self.filename, self.headers, erase_on_reset=self.erase_on_reset)
 
     def __str__(self) -> str:

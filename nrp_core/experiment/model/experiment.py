@@ -30,6 +30,7 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.added_sensors import AddedSensorSection
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
@@ -37,6 +38,8 @@ from nrp_core.experiment.model.ranges import Range
 from nrp_core.experiment.model.section import Name, PoseList, Section, TopicName
 from nrp_core.experiment.model.tree import Key, Place, Tree
 from nrp_core.experiment.model.variant_schema import InterventionSection, WiringControl
+from nrp_core.findings import Code
+from nrp_core.findings.codes.removed import removed_in
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
@@ -256,6 +259,21 @@ class ComparisonSection(Section):
     """Controls of the wiring to compare with the original, each by itself: ``[shuffle: signs]``."""
 
 
+class ChecksSection(Section):
+    """Which findings are reported."""
+
+    ignore: tuple[str, ...] = ()
+    """Codes of warnings and notes that are not reported, such as ``NRP229``; errors always are."""
+
+    @field_validator("ignore")
+    @classmethod
+    def _known(cls, codes: tuple[str, ...]) -> tuple[str, ...]:
+        for code in codes:
+            if code not in Code.__members__ and removed_in(code) is None:
+                raise ValueError(f"there is no code '{code}'{did_you_mean(code, Code.__members__)}")
+        return codes
+
+
 class CompatibilitySection(Section):
     """Another platform with the names and modules that the files of this experiment use."""
 
@@ -296,6 +314,8 @@ class Experiment(Section):
     """Criteria that must be met for the run to pass."""
     comparison: ComparisonSection = ComparisonSection()
     """How the finding is compared between simulators."""
+    checks: ChecksSection = ChecksSection()
+    """Which findings are reported."""
     on_error: Literal["stop", "quarantine"] = "stop"
     """Effect of a transfer function that raises or does not return: stop the run, or quarantine it."""
     function_time_limit: TimeLimit = 60_000_000_000
@@ -358,6 +378,11 @@ class Experiment(Section):
             ExperimentError: it is not an integer.
         """
         return self.model_copy(update={"seed": require_seed(seed)})
+
+    def ignoring(self, codes: Sequence[str]) -> Experiment:
+        """Return the same experiment that does not report some more codes of findings."""
+        ignored = self.checks.model_copy(update={"ignore": (*self.checks.ignore, *codes)})
+        return self.model_copy(update={"checks": ignored})
 
     def with_maker(self, maker: PartMaker) -> Experiment:
         """Return the same experiment with a maker of its parts."""

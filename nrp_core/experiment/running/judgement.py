@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nrp_core.findings import Code, Finding, Level, Weight
-from nrp_core.findings.problems import MARKS, ProblemGroup, grouped, is_complete, ordered
+from nrp_core.findings.problems import ProblemGroup, grouped, is_complete, lines_of, ordered
 
 FINISHED, FAILED, INTERRUPTED, RUNNING = "finished", "failed", "interrupted", "running"
 """The states of a run; a recording that still says ``running`` was killed."""
@@ -81,12 +81,7 @@ class Judgement:
         Args:
             details: whether to yield each of several problems, and its place, as well.
         """
-        for group in self.groups:
-            weight = group.weight
-            text = group.headline if group.is_counted or not details else str(group.findings[0].as_error())
-            yield weight, f"{MARKS[weight]} {text} [{group.code.name}]"
-            for finding in group.findings if details and group.is_counted else ():
-                yield weight, f"    {finding.as_error()}"
+        yield from lines_of(self.problems, details=details)
 
     @property
     def _verdict(self) -> str:

@@ -60,7 +60,7 @@ from nrp_core.experiment.running.spike_counts import SpikeCounter
 from nrp_core.experiment.running.unheard import UnheardCommands
 from nrp_core.experiment.running.until import end_ns
 from nrp_core.findings import Finding
-from nrp_core.findings.problems import is_complete
+from nrp_core.findings.problems import is_complete, without
 from nrp_core.paths import path_of
 from nrp_core.world.world import World
 
@@ -203,7 +203,8 @@ class Run(Closing):
         engines = (*self.world.warnings, *self.brain.warnings)
         ends = ends_of(self.loop.failures, self.error, self.now_s)
         found = not_failed(self.found, self.loop.failures)
-        return problems_of(found, engines, ends, self.reporters)
+        problems = problems_of(found, engines, ends, self.reporters)
+        return tuple(without(problems, self.experiment.checks.ignore))
 
     @property
     def seed(self) -> int:

@@ -255,10 +255,10 @@ WRITES_FILE = Explanation(
 
 FILE_RENAMED = Explanation(
     "A CSV recorder names a file outside the folder of the run.",
-    "Rows are written only below that folder, so the file is not where its name says.",
+    "Rows are written only below that folder, where a recording and its replay find them.",
     "Give a name without a leading `/` and without `..`: `rows.csv` or `arm/rows.csv`.",
-    "{n} CSV files are written under another name",
-    Weight.REMARK,
+    "{n} CSV files are outside the folder of the run",
+    Weight.ALTERED,
 )
 
 PARAMETER_WITHOUT_EFFECT = Explanation(
