@@ -61,7 +61,7 @@ def print_findings(findings: Sequence[Finding], *, details: bool) -> None:
 
 
 def _print_groups(problems: Sequence[Finding], *, details: bool, err: bool) -> None:
-    for weight, line in lines_of(problems, details=details):
+    for weight, line in lines_of(problems, details=details, places=err):
         typer.secho(f"  {line}", fg=_WEIGHT_COLORS[weight], err=err)
     if problems and not details:
         typer.secho("  (-v shows each problem, nrp explain CODE explains it)", dim=True, err=err)

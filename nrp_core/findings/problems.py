@@ -62,15 +62,19 @@ def grouped(problems: Sequence[Finding]) -> Iterator[ProblemGroup]:
         yield ProblemGroup(code, tuple(problem for problem in problems if problem.code is code))
 
 
-def lines_of(problems: Sequence[Finding], *, details: bool = False) -> Iterator[tuple[Weight, str]]:
+def lines_of(
+    problems: Sequence[Finding], *, details: bool = False, places: bool = False
+) -> Iterator[tuple[Weight, str]]:
     """Yield a line for each code of ordered problems, with its weight; several of one code are counted.
 
     Args:
         problems: the problems, as :func:`ordered` returns them.
         details: whether to yield each of several problems, and its place, as well.
+        places: whether a single problem has its place without details, too.
     """
     for group in grouped(problems):
-        text = group.headline if group.is_counted or not details else str(group.findings[0].as_error())
+        is_placed = not group.is_counted and (details or places)
+        text = str(group.findings[0].as_error()) if is_placed else group.headline
         yield group.weight, f"{MARKS[group.weight]} {text} [{group.code.name}]"
         for finding in group.findings if details and group.is_counted else ():
             yield group.weight, f"    {finding.as_error()}"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.checks import evaluation
+from nrp_core.checks.code import statements
 from nrp_core.checks.validate import validate, validate_file
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, Finding, Level
@@ -81,15 +81,6 @@ def test_a_computed_topic_name_causes_no_errors(husky: Path) -> None:
     )  # and they depend on the environment
 
 
-@pytest.mark.filterwarnings("error::SyntaxWarning")
-def test_syntax_warnings_are_findings(husky: Path) -> None:
-    text = (
-        f"@nrp.Neuron2Robot({TWIST})\ndef f(t):\n    return None if t is 3 else geometry_msgs.msg.Twist()\n"
-    )
-    (finding,) = found_in(husky, text)
-    assert (finding.code.name, finding.line, finding.level) == ("NRP300", 3, Level.WARNING)
-
-
 def test_a_parameter_that_a_function_has_twice_is_a_finding_at_its_line(husky: Path) -> None:
     (finding,) = found_in(husky, "@nrp.Robot2Neuron()\ndef f(t, t):\n    pass\n")
     assert (finding.code.name, finding.line, finding.level) == ("NRP210", 2, Level.ERROR)
@@ -143,7 +134,7 @@ def test_a_variable_may_get_its_value_first(husky: Path, body: str) -> None:
 
 
 def test_an_infinite_selector_is_abandoned(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluation, "_LIMIT", 1000)
+    monkeypatch.setattr(statements, "_LIMIT", 1000)
     text = (
         "N = 10000000000\n"
         "@nrp.MapSpikeSource('a', nrp.map_neurons(N, lambda i: nrp.brain.sensors[i % 5]), nrp.poisson)\n"

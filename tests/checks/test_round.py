@@ -10,7 +10,7 @@ from nrp_core.checks.validate import validate_file
 from nrp_core.checks.warnings import with_warnings
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.findings import Code, Level
+from nrp_core.findings import Code, InvalidExperimentError, Level
 
 HEAD = """\
 import os
@@ -173,7 +173,7 @@ def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
         ({"body": "red.rate = True"}, "'rate' is in Hz and is set to true or false, which is 1 or 0 Hz"),
         ({"neurons": "[[0, 0]]"}, "'red' drives the same neuron 2 times: brain.sensors[[0, 0]] [NRP211]"),
         ({"neurons": "[0, 0:2]"}, "'red' drives the same neuron 2 times"),
-        ({"file": "/tmp/rows.csv"}, "are written to 'tmp/rows.csv', not to '/tmp/rows.csv' [NRP315]"),
+        ({"file": "/tmp/rows.csv"}, "'/tmp/rows.csv' is outside the folder of the run"),
         (
             {"body": f"{SEND}; {SEND}"},
             "sends another message on '/mine': functions and robots use only that one [NRP319]",
@@ -269,16 +269,27 @@ def test_a_room_that_is_the_robot_is_refused_with_both_names(husky: Path) -> Non
     assert "; is 'scene' the file of a robot? [NRP209]" in message
 
 
-def test_a_run_reports_what_devices_files_and_parameters_ask_in_vain(husky: Path) -> None:
+def test_a_run_reports_what_devices_and_parameters_ask_in_vain(husky: Path) -> None:
     (husky / "mine.py").write_text(
         "@nrp.MapSpikeSource('red', nrp.brain.sensors[0, 0], nrp.poisson)\n"
-        "@nrp.MapCSVRecorder('rows', '../rows.csv', headers=['t'])\n"
-        "@nrp.Robot2Neuron()\ndef see(t, red, rows):\n    red.rate = 1.0\n"
+        "@nrp.Robot2Neuron()\ndef see(t, red):\n    red.rate = 1.0\n"
         "gain = nrp.parameter('gain', 1.0)\n"
     )
     plan = prepare(load_experiment(husky, [f"transfer_functions=[{husky}/mine.py]"]))
     found = {(one.code.name, one.line) for one in with_warnings(plan).warnings}
-    assert found >= {("NRP211", 1), ("NRP315", 2), ("NRP318", 6)}
+    assert found >= {("NRP211", 1), ("NRP318", 5)}
+
+
+@pytest.mark.parametrize("name", ["../rows.csv", "/tmp/rows.csv", "a/../../rows.csv"])
+def test_a_run_refuses_rows_outside_its_folder(husky: Path, name: str) -> None:
+    (husky / "mine.py").write_text(
+        f"@nrp.MapCSVRecorder('rows', {name!r}, headers=['t'])\n"
+        "@nrp.Neuron2Robot()\ndef log(t, rows):\n    pass\n"
+    )
+    with pytest.raises(InvalidExperimentError) as error:
+        prepare(load_experiment(husky, [f"transfer_functions=[{husky}/mine.py]"]))
+    errors = [one for one in error.value.findings if one.level is Level.ERROR]
+    assert [(one.code, one.line) for one in errors] == [(Code.NRP315, 1)]
 
 
 def test_a_setting_for_a_file_of_functions_alone_is_reported(husky: Path) -> None:

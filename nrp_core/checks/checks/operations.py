@@ -529,6 +529,16 @@ def numbers_have_no_attributes(function: CheckedFunction) -> Iterator[Finding]:
             yield function.declared.finding(Code.NRP223, event.node, message)
 
 
+@checks_function(Code.NRP223)
+def functions_are_called_before_their_result_is_read(function: CheckedFunction) -> Iterator[Finding]:
+    """Look for attributes of functions and classes that belong to their results."""
+    for event in function.events:
+        match event:
+            case Read(node, Known(value) as owner, name) if not hasattr(value, name):
+                if message := not_called(owner):
+                    yield function.declared.finding(Code.NRP223, node, message)
+
+
 @checks_function(Code.NRP226)
 def messages_have_the_field(function: CheckedFunction) -> Iterator[Finding]:
     """Look for fields that a message does not have."""

@@ -21,7 +21,6 @@ from nrp_core.cli.options import (
     overrides_of,
 )
 from nrp_core.cli.output import document
-from nrp_core.cli.summary import print_findings
 
 if TYPE_CHECKING:
     from nrp_core.findings import Finding
@@ -73,6 +72,7 @@ def validate(
 
 def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool, details: bool) -> None:
     from nrp_core.checks.formats import github, sarif
+    from nrp_core.cli.summary import print_findings
 
     if form is FindingFormat.JSON:
         document({"valid": is_valid, "findings": [finding.to_dict() for finding in findings]})

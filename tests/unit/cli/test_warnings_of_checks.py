@@ -47,7 +47,7 @@ def driven(experiment: Path) -> Callable[[str], list[str]]:
 @pytest.mark.parametrize(("functions", "codes"), [
     (DRIVES, []),
     (TWICE, ["NRP229"]),
-    (SENDS_NOTHING, ["NRP237", "NRP300", "NRP322"]),  # without a command an event never happens
+    (SENDS_NOTHING, ["NRP237", "NRP322", "NRP355"]),  # without a command an event never happens
 ])  # fmt: skip
 def test_the_doubts_of_a_check_are_problems_on_every_surface(
     nrp: Nrp, driven: Callable[[str], list[str]], tmp_path: Path, functions: str, codes: list[str]
@@ -115,3 +115,17 @@ def test_an_event_is_not_doubted_if_the_run_goes_on_until_then(
     )
     result = nrp_core.run(experiment, short[1::2], until_s=until_ms / 1000)
     assert sum(told in one.message for one in result.problems) == doubts_told
+
+
+def test_the_shell_ignores_codes_for_one_command(nrp: Nrp, driven: Callable[[str], list[str]]) -> None:
+    given = driven(TWICE)
+    for command in ("validate", "run"):
+        done = nrp(command, *given)
+        assert "NRP229" in done.out + done.err
+        done = nrp(command, *given, "--ignore", "nrp229")
+        assert "NRP229" not in done.out + done.err
+    assert nrp("validate", given[0], "--ignore", "NRP2299").code == 2
+
+
+def test_a_code_of_an_earlier_version_is_explained_as_removed(nrp: Nrp) -> None:
+    assert "removed in 0.3" in nrp("explain", "NRP242").out
