@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.disk_cache import kept_folder
+from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Profile, Triangles, arc, turned
 from nrp_core.world.scene.model import Heightmap
@@ -84,8 +85,17 @@ def _holds(ring: Ring, point: Ring) -> bool:
 
 
 def _triangulated(polygon: Sequence[Ring]) -> npt.NDArray[np.int64]:
-    """Return triangles of an outline with holes, counter-clockwise."""
-    from mapbox_earcut import triangulate_float64
+    """Return triangles of an outline with holes, counter-clockwise.
+
+    Raises:
+        SceneError: the package that cuts outlines is not installed.
+    """
+    try:
+        from mapbox_earcut import triangulate_float64
+    except ModuleNotFoundError:
+        raise SceneError(
+            "an outline needs the package mapbox-earcut: pip install 'nrp-core[models]'"
+        ) from None
 
     corners = np.concatenate(polygon)
     ends = np.cumsum([len(ring) for ring in polygon]).astype(np.uint32)

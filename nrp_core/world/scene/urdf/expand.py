@@ -51,7 +51,7 @@ def expanded(
         from xacro import substitution_args
     except ImportError:
         message = (
-            "this is a xacro file and xacro is not installed: pip install xacro, "
+            "this is a xacro file and xacro is not installed: pip install 'nrp-core[models]', "
             "or expand it with `xacro FILE > robot.urdf`"
         )
         raise SceneError(message, path=path) from None

@@ -19,10 +19,10 @@ from nrp_lab.sweep.chunk import JOBS
 from nrp_lab.sweep.emit import emit
 from nrp_lab.sweep.executors.interface import executor
 from nrp_lab.sweep.executors.local import LocalExecutor
-from nrp_lab.sweep.kept import KeptRun
 from nrp_lab.sweep.measuring import perform
 from nrp_lab.sweep.plan import Plan
 from nrp_lab.sweep.reading import read_sweep
+from nrp_lab.sweep.run_cache import KeptRun
 from nrp_lab.sweep.running import SweepRun
 from nrp_lab.sweep.table import VARYING, Row
 

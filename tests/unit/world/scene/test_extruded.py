@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from nrp_core.errors import SceneError
 from nrp_core.world.scene.inertia import solid_of
+from nrp_core.world.scene.meshes import shapes
 from nrp_core.world.scene.meshes.convex import convex_pieces
 from nrp_core.world.scene.meshes.shapes import extruded, heights_of, terrain
 from nrp_core.world.scene.meshes.triangles import Triangles
@@ -60,3 +64,10 @@ def test_heights_survive_as_triangles(tmp_path) -> None:
     write_stl(tmp_path / "hills.stl", terrain(heights))
     ground = Heightmap(tmp_path / "hills.stl", (1.0, 1.0, 1.0), *heights.shape)
     assert heights_of(ground).tolist() == heights.tolist()
+
+
+def test_an_outline_without_the_package_that_cuts_it_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mapbox_earcut", None)
+    ring = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    with pytest.raises(SceneError, match=r"nrp-core\[models\]"):
+        shapes._triangulated([ring])

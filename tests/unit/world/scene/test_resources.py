@@ -212,5 +212,5 @@ def test_without_xacro_the_remedy_is_named(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setitem(sys.modules, "xacro", None)
     robot = tmp_path / "cart.xacro"
     robot.write_text('<robot name="cart" xmlns:xacro="x"><xacro:arg name="a" default="1"/></robot>')
-    with pytest.raises(SceneError, match="pip install xacro"):
+    with pytest.raises(SceneError, match=r"pip install 'nrp-core\[models\]'"):
         read_model(robot)

@@ -21,8 +21,8 @@ from nrp_core.recording.layout import Images
 from nrp_core.recording.reading.recording import Recording
 from nrp_lab.comparison.metrics.base import METRICS, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals
-from nrp_lab.sweep.kept import KEPT
 from nrp_lab.sweep.record import Record, Task
+from nrp_lab.sweep.run_cache import KEPT
 
 
 def perform(task: Task) -> Record:

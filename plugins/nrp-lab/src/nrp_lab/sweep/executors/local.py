@@ -9,9 +9,9 @@ from nrp_core._support.machine import cores
 from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
 from nrp_lab.sweep.executors.deaths import Deaths
 from nrp_lab.sweep.executors.interface import Executor
-from nrp_lab.sweep.kept import KEPT
 from nrp_lab.sweep.measuring import perform
 from nrp_lab.sweep.record import Record, Task
+from nrp_lab.sweep.run_cache import KEPT
 
 _STARTS = 20
 """Number of times in a row that each process may die as it starts."""
