@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_core.cle.engine import ClosedLoop
-from nrp_core.cle.failures import Failure
-from nrp_core.cle.hooks import Hooks
+from nrp_core.cle.engine import ClosedLoop, Failure, Hooks
 from nrp_core.cle.latency import LoopPath
 from nrp_core.cle.pacing import AsFastAsPossible, Paced, Pacing, pacing_of
 

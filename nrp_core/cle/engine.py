@@ -6,31 +6,270 @@ transfer functions run. They see both sides at ``t + period``, and their outputs
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
-from typing import Any, Literal, TypeVar
+import threading
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, Literal, TypeVar
 
 from nrp_core._support.closing import Closing
+from nrp_core._support.machine import cores
 from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
-from nrp_core.cle.account import TimeAccount
-from nrp_core.cle.failures import Failure
-from nrp_core.cle.hooks import Hooks
-from nrp_core.cle.interrupts import DeferredInterrupt
 from nrp_core.cle.latency import LoopPath, paths
 from nrp_core.cle.pacing import AsFastAsPossible, Pacing
-from nrp_core.cle.requests import Requests
-from nrp_core.cle.sides import Sides
-from nrp_core.cle.time_limit import DEFAULT_S, TimeLimit, TimeLimitExceeded
+from nrp_core.cle.time_limit import DEFAULT_S, DeferredInterrupt, TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.errors import ExperimentError, LifecycleError, SimulationError, TimestepError
+from nrp_core.dsl.parameters.source_line import line_in
+from nrp_core.errors import (
+    ExperimentError,
+    LifecycleError,
+    SimulationError,
+    TimestepError,
+    TransferFunctionRaisedError,
+)
 from nrp_core.world.topics import Publication, check_message
 from nrp_core.world.world import World
 
+
+@dataclass(slots=True)
+class TimeAccount:
+    """Wall time spent since the last reset, ns; pacing and compilation are not counted.
+
+    Attributes:
+        brain_ns: advancing the brain.
+        world_ns: advancing the world.
+        both_ns: advancing both; less than the sum of the two where they ran at once.
+        function_ns: running each transfer function, by name.
+        function_calls: how often each transfer function ran, by name.
+        total_ns: all steps as a whole; a step is added when it ends.
+    """
+
+    brain_ns: int = 0
+    world_ns: int = 0
+    both_ns: int = 0
+    function_ns: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
+    function_calls: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
+    total_ns: int = 0
+
+    @property
+    def functions_ns(self) -> int:
+        """All transfer functions together."""
+        return sum(self.function_ns.values())
+
+    @property
+    def engine_ns(self) -> int:
+        """The loop itself, hooks included; 0 while the first step is under way."""
+        return max(0, self.total_ns - self.both_ns - self.functions_ns)
+
+    def shares(self) -> dict[str, float]:
+        """Return the share of each part; the shares add up to 1 (all are 0 before the first step)."""
+        work = {
+            "brain": self.brain_ns,
+            "world": self.world_ns,
+            "transfer_functions": self.functions_ns,
+            "engine": self.engine_ns,
+        }
+        total = sum(work.values()) or 1
+        return {name: spent / total for name, spent in work.items()}
+
+
+Loop = TypeVar("Loop")
+
+
+@dataclass(frozen=True, slots=True)
+class Hooks(Generic[Loop]):
+    """Lists of functions, called in order; an exception in one ends the run.
+
+    Attributes:
+        before_step: called at the start of a step; messages published now act in this step.
+        before_functions: called when brain and world have advanced, before the transfer functions run.
+        after_step: called after the transfer functions, also if one of them failed.
+        after_reset: called when everything is back at time 0.
+        from_outside: called with topic and message before a message from outside is published.
+    """
+
+    before_step: list[Callable[[Loop], None]] = field(default_factory=list)
+    before_functions: list[Callable[[Loop], None]] = field(default_factory=list)
+    after_step: list[Callable[[Loop], None]] = field(default_factory=list)
+    after_reset: list[Callable[[Loop], None]] = field(default_factory=list)
+    from_outside: list[Callable[[str, Any], None]] = field(default_factory=list)
+
+
 T = TypeVar("T")
+
+
+class Requests:
+    """While a thread runs or attends the loop, it makes the calls of others; otherwise each makes its own."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition(threading.RLock())  # calls may be nested
+        self._waiting: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
+        self._runner: int | None = None
+
+    def make(self, call: Callable[[], T]) -> T:
+        """Make a call between two steps; return its result or raise its exception."""
+        if self._runner == threading.get_ident():
+            return call()
+        with self._changed:
+            if self._runner is None:
+                return call()
+            future: Future[T] = Future()
+            self._waiting.append((call, future))
+            self._changed.notify_all()
+        return future.result()
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Mark this thread as the one that makes the calls; those that wait are made at the end."""
+        with self._changed:
+            before, self._runner = self._runner, threading.get_ident()
+        try:
+            yield
+        finally:
+            with self._changed:
+                self.serve()
+                self._runner = before
+
+    def wait(self, longest_s: float) -> None:
+        """Make the pending calls; wait for one if there is none."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._waiting, longest_s)
+        self.serve()
+
+    def serve(self) -> None:
+        """Make the pending calls."""
+        while self._waiting:
+            call, future = self._waiting.popleft()
+            try:
+                future.set_result(call())
+            except BaseException as error:  # noqa: BLE001 - it belongs to whoever waits for the result
+                future.set_exception(error)
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A transfer function that raised, did not return, or returned what its topic cannot carry.
+
+    Args:
+        function: its name.
+        path: its file.
+        line: the line; for a function that did not return, the line that was running.
+        step: number of the step, starting at 1.
+        t_ns: the time that brain and world had reached.
+        error: the exception.
+        inputs: the values of its parameters.
+    """
+
+    function: str
+    path: Path
+    line: int
+    step: int
+    t_ns: int
+    error: BaseException
+    inputs: dict[str, str]
+
+    @classmethod
+    def of(cls, function: TransferFunction, error: BaseException, *, step: int, t_ns: int) -> Failure:
+        """Describe what happened."""
+        path = function.place.path
+        line = line_in(error.__traceback__, path) or function.place.line
+        return cls(function.name, Path(path), line, step, t_ns, error, function.inputs())
+
+    def __str__(self) -> str:
+        return "\n".join([
+            f"{self.path}:{self.line}: transfer function '{self.function}' {self.reason}",
+            f"  in step {self.step}, at {seconds(self.t_ns):g} s{', with' if self.inputs else ''}",
+            *(f"    {name}: {seen}" for name, seen in self.inputs.items()),
+        ])  # fmt: skip
+
+    @property
+    def reason(self) -> str:
+        """The failure as the rest of a sentence that begins with the function."""
+        error = self.error
+        message = error.message if isinstance(error, ExperimentError) else str(error)
+        if isinstance(error, TimeLimitExceeded):
+            return message
+        return f"raised {type(error).__name__}{': ' if message else ''}{message}"
+
+    def to_error(self) -> TransferFunctionRaisedError:
+        """Return the error that stops a run."""
+        return TransferFunctionRaisedError(str(self), t_ns=self.t_ns)
+
+
+WORTH_A_THREAD_NS = 500_000
+"""Both sides must take at least this long for a thread to pay off; a handover costs about 100 us."""
+
+
+class Sides:
+    """A brain and a world that advance together.
+
+    The world stays on the calling thread, because its renderers are bound to one; the brain runs on a
+    thread of its own. Neither sees the other within a step, so the result does not depend on this.
+
+    Args:
+        brain: the brain.
+        world: the world.
+        concurrent: whether to use a thread; None: if the brain releases the GIL and the duration of the
+            last step makes it worthwhile.
+    """
+
+    def __init__(self, brain: Brain, world: World, *, concurrent: bool | None = None) -> None:
+        self._brain, self._world = brain, world
+        can = brain.capabilities.releases_gil and cores() > 1
+        self._concurrent = False if concurrent is None and not can else concurrent
+        self._thread = ThreadPoolExecutor(1, "brain")
+        self._last_ns = 0
+
+    def advance(self, t_ns: int, account: TimeAccount) -> None:
+        """Bring both to ``t_ns``.
+
+        Raises:
+            BaseException: the exception of either side, after both have stopped.
+        """
+        began = work.now_ns()
+        together = self._last_ns >= WORTH_A_THREAD_NS if self._concurrent is None else self._concurrent
+        brain_ns, world_ns = self._together(t_ns) if together else self._in_turn(t_ns)
+        self._last_ns = min(brain_ns, world_ns)
+        account.brain_ns += brain_ns
+        account.world_ns += world_ns
+        account.both_ns += work.now_ns() - began
+
+    def advance_in_turn(self, t_ns: int, account: TimeAccount) -> None:
+        """Bring both to ``t_ns`` on the calling thread."""
+        brain_ns, world_ns = self._in_turn(t_ns)
+        account.brain_ns += brain_ns
+        account.world_ns += world_ns
+        account.both_ns += brain_ns + world_ns
+
+    def close(self) -> None:
+        """End the thread."""
+        self._thread.shutdown()
+
+    def _in_turn(self, t_ns: int) -> tuple[int, int]:
+        return _timed(self._brain, t_ns), _timed(self._world, t_ns)
+
+    def _together(self, t_ns: int) -> tuple[int, int]:
+        brain = self._thread.submit(_timed, self._brain, t_ns)
+        try:
+            world_ns = _timed(self._world, t_ns)
+        except BaseException as error:
+            failure = brain.exception()
+            if failure is not None:
+                error.add_note(f"the brain failed too: {failure}")
+            raise
+        return brain.result(), world_ns
+
+
+def _timed(side: Brain | World, t_ns: int) -> int:
+    began = work.now_ns()
+    side.run_until(t_ns)
+    return work.now_ns() - began
 
 
 class ClosedLoop(Closing):

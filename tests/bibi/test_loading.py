@@ -10,7 +10,7 @@ import pytest
 from nrp_bibi.loader import load_bibi
 from nrp_bibi.model.channels import DeviceType
 
-from nrp_core.cle.failures import Failure
+from nrp_core.cle.engine import Failure
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.rig import Rig
 from nrp_core.errors import ExperimentError

@@ -14,7 +14,7 @@ import pytest
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
-from nrp_core.recording.writing.growing_file import RESERVE_BYTES, GrowingFile
+from nrp_core.recording.writing.writer import RESERVE_BYTES, GrowingFile
 
 SIZE = 2 << 20
 

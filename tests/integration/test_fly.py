@@ -9,12 +9,11 @@ import pytest
 from nrp_experiments.fly.twin import INHIBITORY, SYNAPSES_PER_CELL, twin
 
 from nrp_core.experiment.running.result import Result
+from nrp_core.recording.figures.room import RoomView
 from nrp_core.recording.figures.story import Story
-from nrp_core.recording.figures.view import RoomView
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.replay.outcome import Verdict
-from nrp_core.recording.replay.replay import Replay, ReplayRequest
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, Verdict
 from nrp_core.running import run
 
 SMALL = "brain.parameters.cells=2500"

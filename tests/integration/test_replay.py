@@ -28,8 +28,7 @@ from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
-from nrp_core.recording.replay.outcome import ReplayResult, Verdict
-from nrp_core.recording.replay.replay import Replay, ReplayRequest
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, Verdict
 from nrp_core.recording.sealing import sealed
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.model_states import MODEL_STATES

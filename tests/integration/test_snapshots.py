@@ -16,8 +16,7 @@ from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.replay.outcome import ReplayResult, Verdict
-from nrp_core.recording.replay.replay import Replay, ReplayRequest
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, Verdict
 from nrp_core.recording.sealing import sealed
 
 MS = 10**6

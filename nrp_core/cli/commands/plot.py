@@ -12,7 +12,7 @@ from nrp_core.cli.options import Json, beginning_with, time_s, usage_errors
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
-    from nrp_core.recording.figures.options import PlotOptions
+    from nrp_core.recording.figures.style import PlotOptions
 
 FIGURES = ("run", "raster", "trajectory", "devices", "camera")
 _DPI = 150
@@ -113,7 +113,7 @@ def _with_next(incomplete: str) -> list[str]:
 def _options(
     size: str | None, dpi: int, begin: str, until: str | None, panels: str | None, style: str | None
 ) -> PlotOptions:
-    from nrp_core.recording.figures.options import PlotOptions, panels_of, size_inches
+    from nrp_core.recording.figures.style import PlotOptions, panels_of, size_inches
 
     given: dict[str, Any] = {"dpi": dpi, "style": style}
     with usage_errors("--size"):

@@ -14,7 +14,7 @@ from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.recording.reading.check import Flaw
-    from nrp_core.recording.replay.outcome import ReplayResult
+    from nrp_core.recording.replay.replay import ReplayResult
 
 RECORDED = "recorded"
 
@@ -65,8 +65,7 @@ def replay(
     from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.recording.layout import check_folder
     from nrp_core.recording.reading.recording import Recording
-    from nrp_core.recording.replay.outcome import Verdict
-    from nrp_core.recording.replay.replay import Replay, ReplayRequest
+    from nrp_core.recording.replay.replay import Replay, ReplayRequest, Verdict
 
     if verify and record is not None:
         raise typer.BadParameter(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from nrp_core.cle.failures import Failure
+from nrp_core.cle.engine import Failure
 from nrp_core.clock import seconds
 from nrp_core.errors import RecordingError, SimulationError, TransferFunctionRaisedError
 from nrp_core.experiment.running.judgement import FAILED, FINISHED, INTERRUPTED, interruption

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from nrp_core._support.named_values import Named
-from nrp_core.cle.failures import Failure
+from nrp_core.cle.engine import Failure
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.running.judgement import Judgement

@@ -72,7 +72,7 @@ def _nothing_left(target: Path) -> Iterator[None]:
 
 def _write(recording: Recording, kind: Format, target: Path) -> list[Path]:
     if kind is Format.CSV:
-        from nrp_core.recording.export.csv_tables import write_csv
+        from nrp_core.recording.export.numbers import write_csv
 
         return write_csv(recording, target)
     if kind is Format.NWB:

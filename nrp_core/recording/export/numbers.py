@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import inf
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +14,9 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.columns import numbers_in, units_in
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.tables import numbers_in, units_in
 
 _MODEL_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
 _MODEL_UNITS = ("m", "m", "m", "", "", "", "", *3 * ("m/s",), *3 * ("rad/s",))
@@ -157,3 +160,33 @@ def groups_of(run: dict[str, Any]) -> dict[str, dict[str, list[int]]]:
 def file_name(topic: str) -> str:
     """Return the name of a file or object for a topic."""
     return topic.strip("/").replace("/", ".")
+
+
+def write_csv(recording: Recording, folder: Path) -> list[Path]:
+    """Write the tables into a new folder and return them."""
+    numbers = Numbers.of(recording)
+    folder.mkdir()
+    rows = [
+        (time_ms, label, neuron)
+        for label, (ids, times_ms) in numbers.spikes.items()
+        for time_ms, neuron in zip(times_ms.tolist(), ids.tolist(), strict=True)
+    ]
+    spikes = _write(folder / "spikes.csv", ("time_ms", "population", "neuron"), sorted(rows))
+    files = [spikes]
+    for name, series in numbers.series.items():
+        table = np.column_stack([series.times_s, series.values]).tolist()
+        headers = [_with_unit(column, series.unit_of(column)) for column in series.columns]
+        files.append(_write(folder / f"{file_name(name)}.csv", ("time_s", *headers), table))
+    return files
+
+
+def _with_unit(column: str, unit: str) -> str:
+    return f"{column} [{unit}]" if unit else column
+
+
+def _write(path: Path, headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(headers)
+        writer.writerows(rows)
+    return path

@@ -12,7 +12,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.reading.recording import Recording
 
 if TYPE_CHECKING:
-    from nrp_core.recording.figures.options import PlotOptions
+    from nrp_core.recording.figures.style import PlotOptions
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -75,11 +75,9 @@ def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotO
     """
     check_target(path)
     from nrp_core.recording.figures.film import camera_images, moments
-    from nrp_core.recording.figures.options import Panel, PlotOptions
-    from nrp_core.recording.figures.page import IMAGES, draw_page
-    from nrp_core.recording.figures.parts import draw_part
+    from nrp_core.recording.figures.page import IMAGES, draw_page, draw_part
     from nrp_core.recording.figures.story import Story
-    from nrp_core.recording.figures.style import style
+    from nrp_core.recording.figures.style import Panel, PlotOptions, style
 
     if not recording.topics:
         raise ExperimentError("nothing was recorded, or no part of it is intact", path=recording.file)

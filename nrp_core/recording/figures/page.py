@@ -4,23 +4,182 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from math import inf
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpecFromSubplotSpec
+from matplotlib.offsetbox import AnchoredOffsetbox, HPacker, TextArea, VPacker
 from matplotlib.ticker import MaxNLocator
 
-from nrp_core.recording.figures.film import CameraFrame
-from nrp_core.recording.figures.head import HEAD_TOP_IN, draw_head
-from nrp_core.recording.figures.matrix import draw_values, height_of
-from nrp_core.recording.figures.options import Panel, PlotOptions
-from nrp_core.recording.figures.room import draw_room
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.running.judgement import Judgement, recorded_judgement
+from nrp_core.recording.figures.film import CameraFrame, camera_images, moments
+from nrp_core.recording.figures.room import Bounds, RoomView, draw_room
 from nrp_core.recording.figures.story import Coloured, Story
-from nrp_core.recording.figures.style import FAINT, points, text_scale, time_colours
-from nrp_core.recording.figures.traces import draw_raster, draw_timeline, moving, shade, value_rows
-from nrp_core.recording.figures.view import Bounds, RoomView
+from nrp_core.recording.figures.style import (
+    BAD,
+    FAINT,
+    GOOD,
+    Panel,
+    PlotOptions,
+    points,
+    text_scale,
+    time_colours,
+)
+from nrp_core.recording.figures.traces import (
+    draw_raster,
+    draw_timeline,
+    draw_values,
+    height_of,
+    moving,
+    shade,
+    value_rows,
+)
+from nrp_core.recording.reading.recording import Recording
+
+HEAD_TOP_IN = 0.28
+_CHARACTERS_AN_IN = 15
+_A_LINE_IN = 3.1
+"""Width of the page for each criterion in a line."""
+
+
+def draw_head(figure: Figure, story: Story, side: float) -> None:
+    """Write the head; a share of the width stays free on both sides."""
+    run = story.run
+    name = str(run.get("experiment", "recording"))
+    top = 1 - HEAD_TOP_IN / figure.get_figheight()
+    figure.text(side, top, name, fontsize=points(15), weight="bold", va="top")
+    sides = [str(dict(run.get(side) or {}).get("backend", "")) for side in ("brain", "world")]
+    shown = f"{story.begin_s:g} to {story.end_s:g} s" if story.begin_s else f"{story.end_s:g} s"
+    facts = [" \N{MULTIPLICATION SIGN} ".join(filter(None, sides)), shown]
+    if "seed" in run:
+        facts.append(f"seed {run['seed']}")
+    below = top - points(24) / 72 / figure.get_figheight()
+    text = "   ·   ".join(filter(None, facts))
+    figure.text(side, below, text, color=FAINT, fontsize=points(9.5), va="top")
+    judgement = recorded_judgement(run, story.end_s)
+    if judgement is not None:
+        _draw_problems(figure, (side, below - points(15) / 72 / figure.get_figheight()), judgement)
+    _draw_verdict(figure, (1 - side, top), dict((run.get("result") or {}).get("criteria") or {}))
+
+
+def _draw_problems(figure: Figure, corner: tuple[float, float], judgement: Judgement) -> None:
+    """Write the judgement of a run that is not complete or ended early, and its weightiest problems."""
+    groups = [group.headline for group in judgement.groups]
+    if judgement.complete and judgement.covers_all:
+        text, color = f"problems: {'; '.join(groups)}" if groups else "", FAINT
+    else:
+        text, color = "; ".join([judgement.headline, *groups]), FAINT if judgement.complete else BAD
+    text = shorten(text, round(_CHARACTERS_AN_IN * figure.get_figwidth()), placeholder=" …")
+    figure.text(*corner, text, color=color, fontsize=points(8.5), va="top")
+
+
+def _draw_verdict(figure: Figure, corner: tuple[float, float], criteria: dict[str, Any]) -> None:
+    """Write the criteria with their marks in the upper right corner, as many in a line as fit."""
+    count = max(1, round(figure.get_figwidth() / _A_LINE_IN))
+    words: list[Artist] = [_criterion(name, outcome) for name, outcome in criteria.items()]
+    lines: list[Artist] = [
+        HPacker(children=words[i : i + count], sep=14, pad=0) for i in range(0, len(words), count)
+    ]
+    if lines:
+        box = VPacker(children=lines, align="right", sep=5, pad=0)
+        figure.add_artist(
+            AnchoredOffsetbox(
+                "upper right", child=box, frameon=False, pad=0, borderpad=0,
+                bbox_to_anchor=corner, bbox_transform=figure.transFigure,
+            )
+        )  # fmt: skip
+
+
+def _criterion(name: str, outcome: Any) -> TextArea:
+    marks = {True: ("✓", GOOD), False: ("✗", BAD), None: ("?", FAINT)}
+    mark, color = marks[outcome["passed"]]
+    return TextArea(f"{mark} {name}", textprops={"color": color, "fontsize": points(9.5), "weight": "bold"})
+
+
+_FIGURE_SIZE = (12.0, 5.0)
+_ROOM, _ROOM_EDGE = 8.0, 0.8
+"""Length of the room's longer side, and the space for title and axes."""
+_IMAGES, _COLUMNS = 12, 4
+
+
+def draw_part(what: str, story: Story, recording: Recording, options: PlotOptions) -> Figure:
+    """Return a figure of one part.
+
+    Args:
+        what: ``raster``, ``trajectory``, ``devices`` or ``camera``.
+        story: the story of the run.
+        recording: the recording with the images.
+        options: the size of the figure.
+
+    Raises:
+        ExperimentError: the recording has no data for it.
+    """
+    draw: dict[str, Callable[[], Figure | None]] = {
+        "raster": lambda: _raster(story, options),
+        "trajectory": lambda: _trajectory(story, options),
+        "devices": lambda: _devices(story, options),
+        "camera": lambda: _camera(story, recording, options),
+    }
+    figure = draw[what]()
+    if figure is None:
+        raise ExperimentError(f"the recording has no data for '{what}'", path=recording.file)
+    return figure
+
+
+def _raster(story: Story, options: PlotOptions) -> Figure | None:
+    if not any(len(ids) for parts in story.spikes.values() for ids, _ in parts):
+        return None
+    figure = options.figure(_FIGURE_SIZE, layout="constrained")
+    axes = figure.add_subplot(title="Spikes", xlabel="simulated time (s)", xlim=story.span_s)
+    draw_raster(axes, story)
+    shade(axes, story.coloured())
+    return figure
+
+
+def _trajectory(story: Story, options: PlotOptions) -> Figure | None:
+    if not story.tracks:
+        return None
+    view, coloured = RoomView.of(story), story.coloured()
+    sides = np.array([min(view.focus(coloured).aspect, 1.0), min(1 / view.focus(coloured).aspect, 1.0)])
+    width, height = _ROOM * np.maximum(sides, 0.3) + _ROOM_EDGE
+    figure = options.figure((float(width), float(height)), layout="constrained")
+    draw_room(figure.add_subplot(title="Room from above"), view, coloured)
+    return figure
+
+
+def _devices(story: Story, options: PlotOptions) -> Figure | None:
+    rows = [*value_rows("devices", story.sinks), *value_rows("commands", moving(story.commands))]
+    if not rows:
+        return None
+    heights = [height_of(series, 1.6) for _, series in rows]
+    figure = options.figure((_FIGURE_SIZE[0], 1.0 + sum(heights)), layout="constrained")
+    stack = np.atleast_1d(figure.subplots(len(rows), sharex=True, height_ratios=heights))
+    for axes, (title, series) in zip(stack, rows, strict=True):
+        axes.set_title(title)
+        draw_values(axes, series, story)
+        shade(axes, story.coloured())
+    stack[-1].set(xlim=story.span_s, xlabel="simulated time (s)")
+    return figure
+
+
+def _camera(story: Story, recording: Recording, options: PlotOptions) -> Figure | None:
+    taken = camera_images(recording, moments(story, _IMAGES))
+    if not taken:
+        return None
+    rows = -(-len(taken) // _COLUMNS)
+    height, width = taken[0].pixels.shape[:2]
+    size = (_FIGURE_SIZE[0], 0.3 + rows * (0.3 + _FIGURE_SIZE[0] / _COLUMNS * height / width))
+    figure = options.figure(size, layout="constrained")
+    for number, image in enumerate(taken, 1):
+        axes = figure.add_subplot(rows, _COLUMNS, number, title=f"{image.t_s:.2f} s", xticks=[], yticks=[])
+        axes.imshow(image.pixels)
+    return figure
+
 
 SIZE_INCHES, _TALLER = (12.8, 8.0), (12.8, 10.4)
 """Height of the page, and of a page with a wide map at the top."""
@@ -33,7 +192,7 @@ _AXIS_IN, _ROW_GAP_IN, _MAP_GAP_IN = 0.6, 0.3, 0.68
 axis; space for the title of a row, and for the labels of a wide map and the next title."""
 _BORDER_IN, _BESIDE_IN = 0.08, 0.12
 """Least distance of labels from the border of the page, and from the map."""
-_WIDE = 1.9
+_WIDE_ASPECT = 1.9
 """A map with a larger aspect ratio is above the traces, over the whole width."""
 
 
@@ -43,7 +202,7 @@ def draw_page(story: Story, images: Sequence[CameraFrame], options: PlotOptions)
     rows = _rows(story, coloured, options.panels)
     is_mapped = Panel.MAP in options.panels and (view.moves or bool(view.fixed and not rows))
     focus = view.focus(coloured) if is_mapped else None
-    is_above = focus is not None and focus.aspect > _WIDE and bool(rows)
+    is_above = focus is not None and focus.aspect > _WIDE_ASPECT and bool(rows)
     figure = options.figure(_TALLER if is_above else SIZE_INCHES)
     side = _SIDE_IN * _scale(figure) / figure.get_figwidth()
     draw_head(figure, story, side)
@@ -90,7 +249,7 @@ def _places(figure: Figure, focus: Bounds | None, has_rows: bool, strip_in: floa
         whole = figure.add_gridspec(1, 1, left=left, right=right, bottom=bottom, top=top)[0, 0]
         return (None, whole) if has_rows else (whole if focus else None, None)
     width, height = (right - left) * wide_in, (top - bottom) * high_in
-    if focus.aspect > _WIDE:
+    if focus.aspect > _WIDE_ASPECT:
         share, gap_in = min(width / focus.aspect / height, 0.36), _MAP_GAP_IN * scale
         grid = figure.add_gridspec(
             2, 1, left=left + names, right=right, bottom=bottom, top=top,

@@ -2,21 +2,254 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf
 
+import cv2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon, Rectangle
+from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.recording.figures.labels import keep_apart, label, label_ends
 from nrp_core.recording.figures.story import Coloured, Rgb, Story, Track
-from nrp_core.recording.figures.style import FAINT, INK, PAPER, time_colours
-from nrp_core.recording.figures.view import Bounds, GroundOutline, RoomView
+from nrp_core.recording.figures.style import FAINT, INK, PAPER, points, time_colours
+from nrp_core.recording.layout import WORLD_FRAME
+from nrp_core.recording.reading.shapes import Shape, ShapeKind
+from nrp_core.world.rigid import Pose, rotation_matrix
+from nrp_core.world.scene.meshes.stl import parse_stl
+
+_OVERHEAD_M = 2.2
+"""Shapes that start above this height (m) hide the scene and are left out."""
+_FLAT_M = 0.06
+"""Shapes that end below this height (m) are ground."""
+_MARGIN_M, _MARGIN_SIZE, _MARGIN = 0.3, 0.3, 0.08
+"""Margin of a map: at least this distance (m), or this share of a small robot's size; and this share of the
+map's larger side."""
+_STILL_M, _STILL_RAD = 0.05, 0.1
+"""A robot with less motion (m, or a fifth of a small robot's size) and rotation (rad) counts as standing."""
+_FIFTH = 0.2
+_FAINTEST = 0.05
+"""Shapes less opaque than this are not drawn."""
+
+
+@dataclass(frozen=True)
+class GroundOutline:
+    """The outline of a shape seen from above, m, shape ``(n, 2)``, with its lowest and highest point."""
+
+    outline: FloatArray
+    bottom: float
+    top: float
+    shape: Shape
+
+    @property
+    def is_ground(self) -> bool:
+        """Whether a robot could drive over it."""
+        return self.top < _FLAT_M
+
+    @property
+    def is_overhead(self) -> bool:
+        """Whether a person could walk below it."""
+        return self.bottom > _OVERHEAD_M
+
+
+def footprint(shape: Shape, frame: Pose) -> GroundOutline:
+    """Return the outline of a shape whose frame has this pose in the world."""
+    pose = frame @ shape.pose
+    corners = _corners(shape) @ rotation_matrix(pose.orientation).T + pose.position
+    hull = cv2.convexHull(corners[:, :2].astype(np.float32)).reshape(-1, 2)
+    heights = corners[:, 2]
+    return GroundOutline(np.asarray(hull, float), float(heights.min()), float(heights.max()), shape)
+
+
+def _corners(shape: Shape) -> FloatArray:
+    """Return points of a shape's hull in its own frame, shape ``(n, 3)``."""
+    if shape.kind is ShapeKind.MESH:
+        triangles = np.zeros((1, 3)) if shape.mesh is None else parse_stl(shape.mesh.tobytes())
+        return triangles.reshape(-1, 3) * shape.size
+    x, y, z = np.divide(shape.size, 2)
+    if shape.kind is ShapeKind.BOX:
+        rim = np.array([(x, y), (-x, y), (-x, -y), (x, -y)])
+    else:
+        turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+        rim = np.column_stack([x * np.cos(turns), y * np.sin(turns)])
+    return np.vstack([np.column_stack([rim, np.full(len(rim), height)]) for height in (-z, z)])
+
+
+@dataclass(frozen=True)
+class RoomView:
+    """The room from above: its objects, and the trajectories of robots.
+
+    Args:
+        story: of the run.
+        fixed: the outlines of static objects.
+        robots: outlines of each robot at its first and last pose.
+    """
+
+    story: Story
+    fixed: list[GroundOutline]
+    robots: dict[str, tuple[list[FloatArray], list[FloatArray]]]
+
+    @classmethod
+    def of(cls, story: Story) -> RoomView:
+        """Return the view of a run."""
+        seen = [shape for shape in story.scene.shapes if shape.rgba[3] > _FAINTEST]
+        fixed = [footprint(shape, Pose()) for shape in seen if shape.frame == WORLD_FRAME]
+        robots = {
+            name: (_outlines(seen, name, story.first_poses), _outlines(seen, name, story.last_poses))
+            for name in story.tracks
+        }
+        return cls(story, [piece for piece in fixed if not piece.is_overhead], robots)
+
+    @property
+    def moves(self) -> bool:
+        """Whether a robot as a whole moved, so that a map of it shows something."""
+        return any(
+            max(np.ptp(track.xs), np.ptp(track.ys)) > min(_STILL_M, _FIFTH * self.size_m(name))
+            or np.ptp(track.yaws) > _STILL_RAD
+            for name, track in self.story.tracks.items()
+        )
+
+    def size_m(self, robot: str) -> float:
+        """Return the larger side of a robot, m; infinity if it has no shapes."""
+        first, _ = self.robots[robot]
+        return float(np.ptp(np.concatenate(first), axis=0).max()) if first else inf
+
+    @property
+    def _margin_m(self) -> float:
+        return min((_MARGIN_M, *(_MARGIN_SIZE * self.size_m(robot) for robot in self.robots)))
+
+    def focus(self, coloured: Iterable[Coloured] = ()) -> Bounds:
+        """Return the area of a map: robots, their trajectories, and changes of colours; with a margin."""
+        return _bounds(self.foreground(coloured), self._margin_m)
+
+    def whole(self) -> Bounds:
+        """Return the bounds of all objects in the room."""
+        standing = [piece.outline for piece in self.fixed if not piece.is_ground]
+        return _bounds([*standing, *self.travelled()], self._margin_m)
+
+    def foreground(self, coloured: Iterable[Coloured]) -> list[FloatArray]:
+        """Return the outlines of objects that changed their colour, of the robots, and their trajectories."""
+        bright = {interval.visual for interval in coloured}
+        outlines = [piece.outline for piece in self.fixed if piece.shape.visual in bright]
+        return outlines + self.travelled()
+
+    def travelled(self) -> list[FloatArray]:
+        """Return the outlines of the robots at both ends of their trajectories, and the trajectories."""
+        outlines = [outline for both in self.robots.values() for each in both for outline in each]
+        tracks = self.story.tracks.values()
+        return outlines + [np.column_stack([track.xs, track.ys]) for track in tracks]
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """A rectangle on the ground, m."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+    @property
+    def aspect(self) -> float:
+        """Width divided by height."""
+        return (self.right - self.left) / (self.top - self.bottom)
+
+    def widened(self, aspect: float) -> Bounds:
+        """Return the smallest bounds with another aspect ratio and the same middle that contain these."""
+        width = max(self.right - self.left, (self.top - self.bottom) * aspect)
+        x, y, height = (self.left + self.right) / 2, (self.bottom + self.top) / 2, width / aspect
+        return Bounds(x - width / 2, x + width / 2, y - height / 2, y + height / 2)
+
+    @property
+    def area(self) -> float:
+        """In m^2."""
+        return (self.right - self.left) * (self.top - self.bottom)
+
+
+def _bounds(outlines: Sequence[FloatArray], margin_m: float) -> Bounds:
+    points = np.concatenate(outlines) if outlines else np.array([[-1.0, -1.0], [1.0, 1.0]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = max(margin_m, _MARGIN * float((high - low).max()))
+    (left, bottom), (right, top) = low - margin, high + margin
+    return Bounds(float(left), float(right), float(bottom), float(top))
+
+
+def _outlines(seen: Iterable[Shape], model: str, poses: Mapping[str, Pose]) -> list[FloatArray]:
+    return [
+        footprint(shape, poses[shape.frame]).outline
+        for shape in seen
+        if shape.model == model and shape.frame != WORLD_FRAME and shape.frame in poses
+    ]
+
+
+_APART = 0.15
+"""Closer ends of a path, as a share of the map's width, have one label."""
+_BESIDE_PT = 10
+_BORDER_PT = 4
+_WAYS = (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6)
+"""Maximum distance of a label from its first position, in multiples of its height."""
+_HALO = [withStroke(linewidth=2.5, foreground="white", alpha=0.8)]
+
+
+def label(
+    axes: Axes, text: str, place: FloatArray, away: FloatArray, *, distance: float, angle: float = 0.0
+) -> Annotation:
+    """Write a text beside a place, at a distance in points in a direction."""
+    length = float(np.hypot(*away))
+    offset = away / length * distance if length else np.array([0.0, distance])
+    flat = angle == 0.0 and abs(offset[0]) > abs(offset[1])
+    return axes.annotate(
+        text, (place[0], place[1]), (offset[0], offset[1]), textcoords="offset points", fontsize=points(8),
+        ha=("left" if offset[0] > 0 else "right") if flat else "center", va="center", rotation=angle,
+        rotation_mode="anchor", path_effects=_HALO, zorder=9,
+    )  # fmt: skip
+
+
+def keep_apart(axes: Axes, labels: Sequence[Annotation], taken: Iterable[Bbox] = ()) -> None:
+    """Move labels into the axes, and up or down to avoid overlaps with taken places and each other."""
+    axes.apply_aspect()
+    frame, points = axes.get_window_extent(), 72 / axes.figure.dpi
+    frame = frame.padded(-_BORDER_PT / points)
+    taken = list(taken)
+    for one in labels:
+        box = one.get_window_extent()
+        right = max(frame.x0 - box.x0, 0.0) or min(frame.x1 - box.x1, 0.0)
+        up = max(frame.y0 - box.y0, 0.0) or min(frame.y1 - box.y1, 0.0)
+        box = box.translated(right, up)
+        free = next(
+            (way for way in _WAYS if _is_free(box.translated(0.0, way * box.height), frame, taken)), 0
+        )
+        box, up = box.translated(0.0, free * box.height), up + free * box.height
+        one.xyann = (one.xyann[0] + right * points, one.xyann[1] + up * points)
+        taken.append(box)
+
+
+def _is_free(box: Bbox, frame: Bbox, taken: Iterable[Bbox]) -> bool:
+    inside = box.y0 >= frame.y0 - 1 and box.y1 <= frame.y1 + 1
+    return inside and not any(box.overlaps(other) for other in taken)
+
+
+def label_ends(axes: Axes, name: str, track: Track, reach_m: float) -> list[Annotation]:
+    """Write the times at both ends of the robot's path; once if they are the same place."""
+    start, end = (np.array([track.xs[i], track.ys[i]]) for i in (0, -1))
+    axes.apply_aspect()
+    distance = _BESIDE_PT + reach_m * axes.bbox.width / np.ptp(axes.get_xlim()) * 72 / axes.figure.dpi
+    if not any(np.ptp(values) for values in (track.xs, track.ys, track.yaws)):
+        return [label(axes, name, end, np.array([0.0, 1.0]), distance=distance)]
+    texts = [(start, f"{name} {track.times_s[0]:g} s"), (end, f"{track.times_s[-1]:.3g} s")]
+    if np.hypot(*(start - end)) < _APART * np.ptp(axes.get_xlim()):
+        texts = [(end, f"{texts[0][1]} and {texts[1][1]}")]
+    # perpendicular to the line to the other end, on its right
+    across = np.array([-(end - start)[1], (end - start)[0]])
+    away = across if across[0] >= 0 else -across
+    return [label(axes, text, place, away, distance=distance) for place, text in texts]
+
 
 _MUCH_LARGER, _INSET = 3.0, 0.3
 """A room this many times as large as the map is shown in a corner, with this share of the map's width."""

@@ -14,10 +14,10 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import SCENE, Role
-from nrp_core.recording.reading.columns import numbers_in, units_in
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recorded, Recording
 from nrp_core.recording.reading.shapes import RecordedScene
+from nrp_core.recording.reading.tables import numbers_in, units_in
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.model_states import pose_of, transform_pose
 from nrp_core.world.rigid import Pose

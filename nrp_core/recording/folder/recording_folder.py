@@ -4,28 +4,32 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel
+from ruamel.yaml import YAML
 
 from nrp_core._support import machine
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.jsonable import to_jsonable
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.functions.csv_recorder import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
 from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Tree
+from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Findings
 from nrp_core.recording.folder.calls import CallNoter
-from nrp_core.recording.folder.parts import groups_data, lights_data, mounts_data, projection_data
-from nrp_core.recording.folder.self_contained import write_experiment
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import (
     CSV_FOLDER,
@@ -37,11 +41,163 @@ from nrp_core.recording.layout import (
     Images,
     check_folder,
 )
+from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.sealing import file_digest, sealed
+from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.hashes import Chain
 from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.messages.nrp_msgs import Called
+from nrp_core.world.scene.devices import View
 from nrp_core.world.scene.model import Mesh, Scene
+from nrp_core.world.sensors.laser import Laser
+from nrp_core.world.world import World
+
+MOST_EDGES = 2_000
+"""The individual synapses of larger projections are not described."""
+
+
+def groups_data(network: Network) -> dict[str, Any]:
+    """Return the populations and, for each named view, its ranges of ids by population and its members."""
+    views: dict[str, dict[str, list[list[int]]]] = {}
+    for name, neurons in network.views.items():
+        for label, first in network.offsets.items():
+            last = first + network.populations[label].size
+            ids = np.unique(neurons[(neurons >= first) & (neurons < last)]) - first
+            if ids.size:
+                views.setdefault(name, {})[label] = _ranges(ids)
+    populations = {
+        label: {"size": population.size, "cell_type": population.cell_type}
+        for label, population in network.populations.items()
+    }
+    members = {name: neurons.tolist() for name, neurons in network.views.items()}
+    return {"populations": populations, "views": views, "members": members}
+
+
+def _ranges(ids: IntArray) -> list[list[int]]:
+    """Return ascending ids as half-open ranges."""
+    cuts = np.flatnonzero(np.diff(ids) > 1) + 1
+    return [[int(part[0]), int(part[-1]) + 1] for part in np.split(ids, cuts)]
+
+
+def projection_data(projection: Projection) -> dict[str, Any]:
+    """Return the description of a projection.
+
+    ``edges`` holds presynaptic index, postsynaptic index (within their populations) and weight of each
+    synapse; None for more than :data:`MOST_EDGES`.
+    """
+    weights = projection.weight
+    excites = projection.is_excitatory and not bool(np.any(weights[:1] < 0))
+    return {
+        "id": projection.label,
+        "label": projection.label,
+        "pre": projection.pre,
+        "post": projection.post,
+        "receptor": projection.receptor,
+        "synapse": projection.synapse_type,
+        "size": projection.size,
+        "excites": excites,
+        "edges": _edges(projection) if projection.size <= MOST_EDGES else None,
+    }
+
+
+def _edges(projection: Projection) -> list[list[float]]:
+    pairs = [(int(a), int(b)) for pre, post in projection.pairs() for a, b in zip(pre, post, strict=True)]
+    return [[a, b, float(w)] for (a, b), w in zip(pairs, projection.weight, strict=True)]
+
+
+def mounts_data(world: World) -> Iterator[dict[str, Any]]:
+    """Yield the cameras and laser scanners, each with its pose in its parent frame.
+
+    ``view`` holds the horizontal field of view, rad, and the aspect ratio of a camera; None for a laser
+    scanner.
+    """
+    frames = SceneFrames(world).now
+    for model, link in world.scene.links():
+        for sensor in link.sensors:
+            looks = sensor if isinstance(sensor, Laser) else sensor.view
+            if looks is None:
+                continue
+            frame, place = frames.place(model.name, link.name)
+            pose = place @ looks.pose
+            yield {
+                "topic": sensor.topic,
+                "frame": frame,
+                "position": list(pose.position),
+                "orientation": list(pose.orientation),
+                "view": _view_data(looks) if isinstance(looks, View) else None,
+            }
+
+
+def lights_data(scene: Scene) -> list[dict[str, Any]]:
+    """Return the lights that are on, in SI units; a range of None has no end."""
+    return [
+        {
+            "kind": light.kind,
+            "position": list(light.pose.position),
+            "direction": list(light.direction),
+            "color": list(light.diffuse[:3]),
+            "casts_shadows": light.casts_shadows,
+            "range_m": light.attenuation[0] if isfinite(light.attenuation[0]) else None,
+            "attenuation": list(light.attenuation[1:]),
+            "cone_rad": light.cone[1],
+        }
+        for light in scene.lights
+        if any(light.diffuse[:3])
+    ]
+
+
+def _view_data(view: View) -> dict[str, float]:
+    return {"fov_rad": view.horizontal_fov, "aspect": view.width / view.height}
+
+
+def write_experiment(experiment: Experiment, folder: Path, files: Collection[Path], root: Path) -> None:
+    """Write an experiment into its recording, merged with the files that it extends and its overrides.
+
+    An experiment that was not read from YAML is left as its own file and its overrides.
+
+    Args:
+        experiment: the experiment.
+        folder: the folder of the recording.
+        files: the files that were copied into the recording.
+        root: their common folder.
+    """
+    is_ours = experiment.maker is None or experiment.compatibility is not None
+    if not is_ours or not experiment.source.value:
+        return
+    content = _moved(experiment.source, {file.resolve() for file in files}, root)
+    with (folder / EXPERIMENT_NAME).open("w", encoding="utf-8") as file:
+        YAML().dump(content, file)
+
+
+def recorded_experiment(recording: Recording, overrides: Sequence[str] = ()) -> Experiment:
+    """Return the experiment of a recording, from the files in it.
+
+    Raises:
+        ExperimentError: it is missing, or invalid.
+    """
+    own = recording.folder / EXPERIMENT_NAME
+    if own.is_file():
+        return load_experiment(own, overrides)
+    written = recording.run.get("file")
+    if not written:
+        raise ExperimentError(f"cannot be run again: it has no {EXPERIMENT_NAME}", path=recording.folder)
+    before = [str(one) for one in recording.run.get("overrides") or ()]
+    return load_experiment(recording.folder / str(written), [*before, *overrides])
+
+
+def _moved(tree: Tree, files: Collection[Path], root: Path) -> Any:
+    """Return the data of a tree, with the names of copied files replaced by those of the copies."""
+    if isinstance(tree.value, dict):
+        return {key: _moved(child, files, root) for key, child in tree.value.items()}
+    if isinstance(tree.value, list):
+        return [_moved(child, files, root) for child in tree.value]
+    if not isinstance(tree.value, str) or not tree.value or "\0" in tree.value:
+        return tree.value
+    path = (tree.place.folder / Path(tree.value).expanduser()).resolve()
+    if path in files or (path != root and any(path in file.parents for file in files)):
+        return str(Path(FILES_FOLDER) / path.relative_to(root))
+    return str(tree.value)
+
 
 FORMAT, OLDEST_FORMAT = 4, 3
 """Version of the layout of a recording, and the oldest version that can be read."""

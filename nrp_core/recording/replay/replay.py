@@ -2,42 +2,171 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal
+from typing import Any, Literal
 
+from nrp_core._support import machine
 from nrp_core._support.closing import Closing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, SnapshotError, did_you_mean
+from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.findings import Code, Finding, Findings
+from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.recording.folder.calls import LOST, changes_functions, lost, repeat
-from nrp_core.recording.folder.recording_folder import Origin, RecordingFolder
-from nrp_core.recording.folder.self_contained import recorded_experiment
-from nrp_core.recording.folder.used_files import FilesRead
-from nrp_core.recording.layout import SNAPSHOTS, Images
-from nrp_core.recording.reading.check import Check
-from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.reading.steps import Comparison, RecordedStep, steps_of
-from nrp_core.recording.replay.explanations import (
-    explanations,
-    other_code,
-    other_surroundings,
-    require_format,
+from nrp_core.recording.folder.recording_folder import (
+    FORMAT,
+    OLDEST_FORMAT,
+    Origin,
+    RecordingFolder,
+    recorded_experiment,
 )
-from nrp_core.recording.replay.outcome import ReplayResult
-from nrp_core.recording.replay.recorded_brain import with_recorded_brain
-from nrp_core.recording.replay.recorded_network import recorded_network
-from nrp_core.recording.replay.recorded_world import with_recorded_world
+from nrp_core.recording.folder.used_files import FilesRead
+from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS, Images
+from nrp_core.recording.reading.check import Check, Flaw
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
+from nrp_core.recording.replay.recorded_world import (
+    recorded_network,
+    with_recorded_brain,
+    with_recorded_world,
+)
 from nrp_core.recording.writing.hashes import GROUPS, Hasher
-from nrp_core.recording.writing.observer import Observer
+from nrp_core.recording.writing.recorder import Observer
 from nrp_core.world.messages.nrp_msgs import Called
+
+_MOST_NAMED = 5
+_MACHINE = ("python", "architecture", "cpu_features")
+"""The properties of a machine that results may depend on."""
+
+
+def require_format(recording: Recording) -> None:
+    """Refuse a recording with another layout of files and hashes than this version's.
+
+    Raises:
+        ExperimentError: it has another layout; the message names the version that made it.
+    """
+    found = recording.run.get("format", FORMAT)
+    if found not in range(OLDEST_FORMAT, FORMAT + 1):
+        maker = dict(recording.run.get("distributions") or {}).get("nrp-core", "of an unknown version")
+        raise ExperimentError(
+            f"{recording.folder}: recorded by nrp-core {maker} in format {found}; "
+            f"this version replays formats {OLDEST_FORMAT} to {FORMAT}"
+        )
+
+
+def explanations(recording: Recording, check: Check) -> Iterator[Finding]:
+    """Yield findings about a recording itself: files that were changed or are missing, and others."""
+    if not recording.run:
+        yield _differs(f"it has no {RUN_NAME}, so the versions and files of its run are unknown", RUN_NAME)
+        return
+    for flaw in check.flaws:
+        yield _differs(str(flaw), flaw.file)
+    yield from map(_differs, check.notes)
+
+
+def other_surroundings(recording: Recording, experiment: Experiment) -> Iterator[Finding]:
+    """Yield findings about versions, code and processor that have changed since the recording."""
+    then, now = dict(recording.run.get("distributions") or {}), machine.distributions()
+    versions = [
+        f"{name} {version} (now {now.get(name, 'none')})"
+        for name, version in then.items()
+        if now.get(name) != version
+    ]
+    if versions:
+        yield _differs(f"it was made with {_listed(versions)}")
+    if other := other_code(recording, experiment):
+        yield _differs(f"it was made by {other}")
+    yield from map(_differs, _of_machine(dict(recording.run.get("machine") or {}), machine.describe()))
+
+
+def _differs(message: str, subject: str | None = None) -> Finding:
+    return Finding(Code.NRP285, message, Level.WARNING, subject=subject)
+
+
+def other_code(recording: Recording, experiment: Experiment) -> str:
+    """Return a text that names code changed since the recording, of the core or a backend; empty if none."""
+    now = code_of(experiment.brain.backend, experiment.world.backend)
+    then = dict(recording.run.get("code") or {})
+    if not then:
+        return "unknown code"
+    changed = [package for package, digest in now.items() if then.get(package) != digest]
+    return f"other code of {' and '.join(changed)}" if changed else ""
+
+
+def _of_machine(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    for key in _MACHINE:
+        if key in then and then[key] != now[key]:
+            before, after = (_words(about[key]) for about in (then, now))
+            yield f"it was made on another machine: {key.replace('_', ' ')} {before} (now {after})"
+
+
+def _words(value: Any) -> str:
+    return " ".join(value) if isinstance(value, list) else str(value)
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - _MOST_NAMED
+    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more with other versions" if more > 0 else "")
+
+
+class Verdict(StrEnum):
+    """Whether a replay equals its recording."""
+
+    IDENTICAL = "identical"
+    """Everything that was recorded was compared, and is equal."""
+    SAME = "the same"
+    """A part of it was compared, and is equal."""
+    DIFFERENT = "differs"
+    """Something differs."""
+    UNPROVED = "not identical"
+    """Nothing was compared, or the recording is damaged."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayResult:
+    """The result of a replay.
+
+    Args:
+        steps: the number of steps that were compared.
+        difference: the first one, if any.
+        from_ns, until_ns: the period that was compared; the run may have continued.
+        flaws: the damaged files of the recording.
+        not_compared: the parts of the recording that were not compared, as texts.
+        error: the error that ended the run early; it may have ended the recorded run, too.
+        warnings: possible reasons for a difference.
+    """
+
+    steps: int
+    difference: Difference | None
+    from_ns: int
+    until_ns: int
+    flaws: tuple[Flaw, ...] = ()
+    not_compared: tuple[str, ...] = ()
+    error: str | None = None
+    warnings: Findings = field(default_factory=Findings)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether everything is equal."""
+        if self.difference is not None:
+            return Verdict.DIFFERENT
+        if self.flaws or not self.steps:
+            return Verdict.UNPROVED
+        return Verdict.SAME if self.not_compared else Verdict.IDENTICAL
+
+    @property
+    def identical(self) -> bool:
+        """Whether everything that was recorded was compared, and is equal."""
+        return self.verdict is Verdict.IDENTICAL
+
 
 Recorded = Literal["brain", "world"]
 

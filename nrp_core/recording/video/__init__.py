@@ -77,10 +77,8 @@ def video(recording: Recording, path: Path, options: VideoOptions, progress: Pro
             data to show, or the file cannot be written.
     """
     check_target(path)
-    from nrp_core.recording.video.camera import camera_frames
-    from nrp_core.recording.video.drawn import drawn_frames
-    from nrp_core.recording.video.file import write_video
-    from nrp_core.recording.video.timing import times_of
+    from nrp_core.recording.video.file import times_of, write_video
+    from nrp_core.recording.video.views import camera_frames, drawn_frames
 
     times_s = times_of(recording, options)
     frames = drawn_frames if options.camera is None else camera_frames

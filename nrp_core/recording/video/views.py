@@ -3,15 +3,154 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from math import exp, radians, tan
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.recording.figures.view import Bounds
-from nrp_core.recording.video import Vector
-from nrp_core.world.rigid import Pose
+from nrp_core.clock import from_seconds, seconds
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.recording.figures.room import Bounds, RoomView, footprint
+from nrp_core.recording.figures.story import Story
+from nrp_core.recording.images import Pixels, pixels_of
+from nrp_core.recording.layout import WORLD_FRAME, Role
+from nrp_core.recording.reading.playback import Playback
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.shapes import RecordedScene, Shape, ShapeKind
+from nrp_core.recording.video import Vector, VideoOptions, View
+from nrp_core.world.model_states import pose_of, transform_pose
+from nrp_core.world.render.portrait import ShadedView
+from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.rigid import Pose, matrix_of
+from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.scene.meshes.stl import write_coordinates
+from nrp_core.world.scene.model import (
+    Box,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Link,
+    Mesh,
+    Model,
+    Sphere,
+    Texture,
+    Visual,
+)
+
+
+def camera_frames(recording: Recording, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:
+    """Yield the latest image of a camera at each time; before its first image, the first one.
+
+    Raises:
+        ExperimentError: the recording has no images of this camera.
+    """
+    images = recording.messages({_topic(recording, str(options.camera))})
+    shown = next(images, None)
+    if shown is None:
+        raise ExperimentError(f"no images of '{options.camera}'", path=recording.file)
+    coming = next(images, None)
+    pixels = pixels_of(shown.message)
+    for t_s in times_s.tolist():
+        latest = None
+        while coming is not None and seconds(coming.t_ns) <= t_s:
+            latest, coming = coming, next(images, None)
+        if latest is not None:
+            pixels = pixels_of(latest.message)
+        yield pixels
+
+
+def camera_names(recording: Recording) -> list[str]:
+    """Return the topics of the cameras, and the parts of their names."""
+    topics = [topic.name for topic in recording.with_role(Role.CAMERA)]
+    return [*topics, *sorted({part for topic in topics for part in topic.split("/") if part})]
+
+
+def _topic(recording: Recording, camera: str) -> str:
+    """Return the topic of a camera, by the topic or a part of its name."""
+    topics = [topic.name for topic in recording.with_role(Role.CAMERA)]
+    if camera in topics:
+        return camera
+    named = [topic for topic in topics if camera in topic.split("/")]
+    if len(named) == 1:
+        return named[0]
+    if not topics:
+        raise ExperimentError("the recording has no images of cameras", path=recording.file)
+    wrong = f"several cameras are named '{camera}': {', '.join(named)}" if named else f"no camera '{camera}'"
+    hint = "" if named else did_you_mean(camera, camera_names(recording))
+    raise ExperimentError(wrong + hint, path=recording.file)
+
+
+class Stage:
+    """The triangles of shapes, by the frames that they move with.
+
+    Args:
+        shapes: the shapes of the scene.
+        kept: keeps the folder of the meshes, which are read when they are first drawn.
+
+    Attributes:
+        mesh: the triangles.
+    """
+
+    def __init__(self, shapes: Sequence[Shape], kept: ExitStack) -> None:
+        folder = Path(kept.enter_context(TemporaryDirectory()))
+        names = dict.fromkeys(shape.frame for shape in shapes)
+        models = [_model(name, [shape for shape in shapes if shape.frame == name], folder) for name in names]
+        bodies = {model.name: bodies_of(model) for model in models}
+        numbers = frames_of(bodies)
+        self.mesh = SceneMesh(bodies, numbers)
+        self._numbers = {name: number for (name, _), number in numbers.items()}
+        self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))
+
+    def vertices(self, poses: Mapping[str, Pose]) -> FloatArray:
+        """Return all vertices in the world, shape ``(n, 3)``; frames without a new pose keep theirs."""
+        for name, number in self._numbers.items():
+            if name in poses:
+                self._frames[number] = matrix_of(poses[name])
+        return self.mesh.in_world(self._frames)
+
+
+def _model(frame: str, shapes: Sequence[Shape], folder: Path) -> Model:
+    visuals = tuple(
+        Visual(f"{number}", _geometry(shape, folder), shape.pose, shape.rgba, texture=_texture(shape, folder))
+        for number, shape in enumerate(shapes)
+        if shape.kind is not ShapeKind.MESH or shape.mesh is not None
+    )
+    link = Link("shapes", visuals=visuals, inertial=Inertial(1.0))
+    return Model(frame, (link,), static=frame == WORLD_FRAME)
+
+
+def _geometry(shape: Shape, folder: Path) -> Geometry:
+    x, y, z = shape.size
+    match shape.kind:
+        case ShapeKind.BOX:
+            return Box((x, y, z))
+        case ShapeKind.ELLIPSOID:
+            return Sphere(x / 2)
+        case ShapeKind.CYLINDER:
+            return Cylinder(x / 2, z)
+        case ShapeKind.MESH:
+            assert shape.mesh is not None
+            places = shape.image.coordinates if shape.image else None
+            data = shape.mesh.tobytes()
+            path = folder / f"{abs(hash((data, places if places is None else places.tobytes())))}.stl"
+            if not path.exists():
+                path.write_bytes(data)
+                if places is not None:
+                    write_coordinates(path, places)
+            return Mesh(path, shape.size)
+
+
+def _texture(shape: Shape, folder: Path) -> Texture | None:
+    if shape.image is None:
+        return None
+    path = folder / f"{abs(hash(shape.image.data))}.image"
+    path.write_bytes(shape.image.data)
+    return Texture(path, shape.image.tint)
+
 
 FIELD_OF_VIEW = radians(45)
 _DISTANCE, _LEAST_M, _SMALL_M = 3.5, 0.5, 0.05
@@ -127,3 +266,103 @@ def _hidden(start: FloatArray, end: FloatArray, boxes: FloatArray) -> bool:
         shares = (boxes - start) / np.where(way == 0.0, 1e-12, way)
     enters, leaves = shares.min(axis=1).max(axis=1), shares.max(axis=1).min(axis=1)
     return bool(np.any((enters <= leaves) & (enters > 0.0) & (enters < 1.0)))
+
+
+_SAMPLES = 2
+
+
+def drawn_frames(recording: Recording, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:
+    """Yield images of the scene at some times, from the place in the options.
+
+    Raises:
+        ExperimentError: the recording has no scene, or the robot to follow is not in it.
+    """
+    viewpoint = _viewpoint(recording, options)
+    topics = {topic.name for topic in recording.with_role(Role.SCENE, Role.TRANSFORMS, Role.MODELS)}
+    playback, scene, poses = Playback(recording, topics), RecordedScene(), dict[str, Pose]()
+    with ExitStack() as kept:
+        view: ShadedView | None = None
+        for t_s in times_s.tolist():
+            changed = _follow(playback, from_seconds(t_s), scene, poses)
+            if changed or view is None:
+                kept.close()
+                stage = Stage(_seen(scene, options.view), kept)
+                size = (options.width, options.height)
+                view = ShadedView(stage.mesh, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES)
+            yield view.draw(stage.vertices(poses), viewpoint.eye(t_s, poses))
+
+
+def _follow(playback: Playback, t_ns: int, scene: RecordedScene, poses: dict[str, Pose]) -> bool:
+    """Update scene and poses to a time; return whether the scene changed."""
+    changed = False
+    for recorded in playback.until(t_ns):
+        message = recorded.message
+        if hasattr(message, "transforms"):
+            poses |= {each.child_frame_id: transform_pose(each.transform) for each in message.transforms}
+        elif hasattr(message, "pose"):
+            poses |= {name: pose_of(pose) for name, pose in zip(message.name, message.pose, strict=True)}
+        else:
+            changed = bool(scene.take(message)) or changed
+    return changed
+
+
+def _seen(scene: RecordedScene, view: View) -> list[Shape]:
+    """Return the shapes to draw, without overhead ones, which would hide the scene from above."""
+    seen = [shape for shape in scene.shapes if shape.rgba[3] > 0]
+    if view is not View.ABOVE:
+        return seen
+    return [s for s in seen if s.frame != WORLD_FRAME or not footprint(s, Pose()).is_overhead]
+
+
+def _viewpoint(recording: Recording, options: VideoOptions) -> Viewpoint:
+    story = Story.of(recording, options.begin_s, options.end_s)
+    if not story.scene.shapes:
+        raise ExperimentError("the recording has no scene", path=recording.file)
+    bounds = RoomView.of(story).focus(story.coloured())
+    match options.view:
+        case View.ABOVE:
+            return from_above(bounds, options.width / options.height)
+        case View.FREE:
+            return free(bounds, options.eye, options.target)
+        case View.FOLLOW:
+            return _follower(story, options.robot, recording)
+
+
+def _follower(story: Story, robot: str | None, recording: Recording) -> Viewpoint:
+    settings = dict(recording.run.get("settings") or {})
+    names, robots = list(story.tracks), dict(settings.get("world") or {}).get("robots") or {}
+    moved = sorted(names, key=lambda name: (name not in robots, -_way(story, name)))
+    if not moved or (robot is not None and robot not in names):
+        wrong = (
+            "no model moves" if not moved else f"no model '{robot}' moves{did_you_mean(str(robot), names)}"
+        )
+        raise ExperimentError(wrong, path=recording.file)
+    name = robot or moved[0]
+    frames = [frame for frame in story.first_poses if frame.partition("/")[0] == name]
+    base = min(frames, key=lambda frame: (frame == name, frames.index(frame)))
+    return Follower(base, _size(story, name, story.first_poses), _obstacles(story))
+
+
+def _obstacles(story: Story) -> FloatArray:
+    """Return the bounding boxes of objects in the room: lowest and highest corners, shape ``(n, 2, 3)``."""
+    fixed = (footprint(s, Pose()) for s in story.scene.shapes if s.frame == WORLD_FRAME and s.rgba[3] > 0)
+    boxes = [
+        ((*piece.outline.min(axis=0), piece.bottom), (*piece.outline.max(axis=0), piece.top))
+        for piece in fixed
+        if not piece.is_ground
+    ]
+    return np.array(boxes, float).reshape(-1, 2, 3)
+
+
+def _way(story: Story, name: str) -> float:
+    track = story.tracks[name]
+    return float(np.hypot(np.diff(track.xs), np.diff(track.ys)).sum())
+
+
+def _size(story: Story, name: str, poses: Mapping[str, Pose]) -> float:
+    """Return the larger side of a robot as seen from above, m."""
+    shapes = [s for s in story.scene.shapes if s.model == name and s.frame in poses]
+    if not shapes:
+        return 0.0
+    outline = np.concatenate([footprint(shape, poses[shape.frame]).outline for shape in shapes])
+    return float(np.ptp(outline, axis=0).max())

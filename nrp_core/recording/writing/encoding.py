@@ -7,15 +7,76 @@ In CDR the offset of each number after the header of four bytes is a multiple of
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Final
 
+import lz4.block  # type: ignore[import-untyped]
+import lz4.frame  # type: ignore[import-untyped]
 import numpy as np
+import xxhash
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import NS_PER_S
-from nrp_core.recording.writing.packing import Packed
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.rigid import ModelMotion
+
+BLOCK_BYTES: Final = 1 << 22
+"""The largest block of the format."""
+
+_WORD = struct.Struct("<I")
+_MAGIC = _WORD.pack(0x184D2204)
+_DESCRIPTOR = bytes((0b01_1_1_0_0_0_0, 7 << 4))  # version 1, independent blocks with checksums, of 4 MB
+FRAME_HEADER: Final = _MAGIC + _DESCRIPTOR + bytes((xxhash.xxh32_intdigest(_DESCRIPTOR) >> 8 & 0xFF,))
+"""The header of every frame."""
+_END = bytes(4)
+_NOT_PACKED = 1 << 31
+
+
+def frame(blocks: Iterable[bytes]) -> bytes:
+    """Return a frame of blocks from :func:`pack`."""
+    return b"".join((FRAME_HEADER, *blocks, _END))
+
+
+def pack(data: bytes | memoryview) -> bytes:
+    """Return the blocks of a frame with these bytes."""
+    if len(data) <= BLOCK_BYTES:
+        return _block(data)
+    return b"".join(_block(data[i : i + BLOCK_BYTES]) for i in range(0, len(data), BLOCK_BYTES))
+
+
+def _block(data: bytes | memoryview) -> bytes:
+    packed = lz4.block.compress(data, store_size=False)
+    size = len(packed)
+    if size >= len(data):
+        packed, size = bytes(data), len(data) | _NOT_PACKED
+    return b"".join((_WORD.pack(size), packed, _WORD.pack(xxhash.xxh32_intdigest(packed))))
+
+
+class Packed:
+    """Many bytes of a message, hashed and compressed at once, while they are in the processor's cache.
+
+    Args:
+        data: contiguous bytes; not kept.
+
+    Attributes:
+        digest: their XXH3 of 128 bits.
+        blocks: the blocks with them.
+    """
+
+    __slots__ = ("_size", "blocks", "digest")
+
+    def __init__(self, data: memoryview) -> None:
+        self._size = len(data)
+        self.digest = xxhash.xxh3_128_digest(data)
+        self.blocks = pack(data)
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __bytes__(self) -> bytes:
+        """Decompress them."""
+        return bytes(lz4.frame.decompress(frame([self.blocks])))
+
 
 Parts = tuple[bytes | memoryview | Packed, ...]
 """The bytes of a message as several pieces, to avoid copies."""

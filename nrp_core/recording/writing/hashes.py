@@ -13,7 +13,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import CapabilityError
 from nrp_core.recording.layout import Role
-from nrp_core.recording.writing.packing import Packed
+from nrp_core.recording.writing.encoding import Packed
 from nrp_core.recording.writing.signals import RecordEntry
 from nrp_core.world.world import World
 

@@ -20,20 +20,23 @@ from nrp_core.clock import seconds
 from nrp_core.recording.images import compress, compressible
 from nrp_core.recording.layout import (
     SCENE,
+    TRANSFORMS,
+    WORLD_FRAME,
     Images,
     Role,
     compressed_topic,
     device_topic,
     hash_topic,
     spikes_topic,
-)  # fmt: skip
+)
 from nrp_core.recording.writing import encoding
-from nrp_core.recording.writing.encoding import Parts
-from nrp_core.recording.writing.frames import SceneFrames
+from nrp_core.recording.writing.encoding import Parts, TransformsEncoder
+from nrp_core.recording.writing.frames import Frames, SceneFrames
 from nrp_core.recording.writing.scenery import Shown, scene_update, shown_visuals
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.foxglove_msgs import SceneUpdate
 from nrp_core.world.messages.gazebo_msgs import ModelStates
+from nrp_core.world.messages.generated import made
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray, String
 from nrp_core.world.model_states import MODEL_STATES
@@ -305,3 +308,31 @@ def _free(topic: str, taken: Mapping[str, object]) -> str:
         number += 1
         free = f"{topic}_{number}"
     return free
+
+
+PERIOD_NS = 40_000_000
+"""Minimum simulated time between two messages: 25 Hz is enough for viewers and videos."""
+
+
+class LinkTransforms(Signal):
+    """The poses of all frames that can move."""
+
+    _about = about_role(Role.TRANSFORMS)
+
+    def __init__(self, frames: SceneFrames) -> None:
+        self._frames = frames
+        self._encoded: Frames | None = None
+        self._due_ns = 0
+        kind = made("tf2_msgs/msg/TFMessage")
+        assert kind is not None
+        self._kind = kind
+
+    def take(self, now_ns: int, add: Add) -> None:
+        frames = self._frames.now
+        if frames is not self._encoded:
+            self._encoded, self._due_ns = frames, now_ns
+            self._encode = TransformsEncoder(WORLD_FRAME, frames.names)
+        if now_ns < self._due_ns or not frames.names:
+            return
+        self._due_ns = (now_ns // PERIOD_NS + 1) * PERIOD_NS
+        add(RecordEntry(now_ns, TRANSFORMS, self._kind, self._about, self._encode(now_ns, frames.poses())))

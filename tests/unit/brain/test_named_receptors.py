@@ -11,7 +11,7 @@ from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.network.controls import with_shuffled_signs
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
-from nrp_core.recording.folder.parts import projection_data
+from nrp_core.recording.folder.recording_folder import projection_data
 from nrp_core.seeds import Seeds
 
 

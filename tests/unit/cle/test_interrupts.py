@@ -13,7 +13,7 @@ import pytest
 import nrp_core.dsl as nrp
 from nrp_core._support import interruption
 from nrp_core.cle import ClosedLoop
-from nrp_core.cle.interrupts import DeferredInterrupt
+from nrp_core.cle.time_limit import DeferredInterrupt
 from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
 

@@ -14,7 +14,7 @@ from nrp_core.experiment.reading.find import shipped
 from nrp_core.findings import Code
 from nrp_core.recording.export import Format
 from nrp_core.recording.figures import What
-from nrp_core.recording.figures.options import Panel
+from nrp_core.recording.figures.style import Panel
 from nrp_core.recording.video import View
 
 

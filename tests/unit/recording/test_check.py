@@ -15,8 +15,7 @@ from nrp_core.recording.reading.check import MISSING
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
-from nrp_core.recording.replay.outcome import Verdict
-from nrp_core.recording.replay.replay import Replay, ReplayRequest
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, Verdict
 from nrp_core.recording.sealing import DAMAGED, sealed
 from nrp_core.recording.writing import writer
 

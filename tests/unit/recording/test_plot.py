@@ -17,23 +17,21 @@ from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures import check_target, plot
 from nrp_core.recording.figures.film import camera_images, moments
-from nrp_core.recording.figures.labels import keep_apart
-from nrp_core.recording.figures.options import Panel, PlotOptions, panels_of, size_inches
 from nrp_core.recording.figures.page import draw_page
+from nrp_core.recording.figures.room import footprint, keep_apart
 from nrp_core.recording.figures.story import Coloured, StepSeries, Story, Track
-from nrp_core.recording.figures.style import style
+from nrp_core.recording.figures.style import Panel, PlotOptions, panels_of, size_inches, style
 from nrp_core.recording.figures.traces import (
     by_unit,
     groups,
     moving,
     short_labels,
 )
-from nrp_core.recording.figures.view import footprint
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Images, Role
-from nrp_core.recording.reading.columns import numbers_in
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recorded, Recording
 from nrp_core.recording.reading.shapes import RecordedScene
+from nrp_core.recording.reading.tables import numbers_in
 from nrp_core.recording.sealing import sealed
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals

@@ -15,14 +15,20 @@ from hypothesis import strategies as st
 
 from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.errors import ExperimentError
+from nrp_core.recording.figures.room import Bounds
 from nrp_core.recording.figures.story import Story, Track
-from nrp_core.recording.figures.view import Bounds
 from nrp_core.recording.layout import Images, Role
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.video import VideoOptions, View, check_target, video
-from nrp_core.recording.video.drawn import _follower, drawn_frames
-from nrp_core.recording.video.timing import times_of
-from nrp_core.recording.video.views import FIELD_OF_VIEW, Follower, from_above, look_at
+from nrp_core.recording.video.file import times_of
+from nrp_core.recording.video.views import (
+    FIELD_OF_VIEW,
+    Follower,
+    _follower,
+    drawn_frames,
+    from_above,
+    look_at,
+)
 from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid import Pose

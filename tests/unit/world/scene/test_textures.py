@@ -15,8 +15,7 @@ import pytest
 from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.layout import MESH_TYPE, TEXTURED_TYPE, WORLD_FRAME
 from nrp_core.recording.reading.shapes import RecordedScene
-from nrp_core.recording.video.stage import Stage
-from nrp_core.recording.video.views import look_at
+from nrp_core.recording.video.views import Stage, look_at
 from nrp_core.recording.writing.frames import Frames
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
 from nrp_core.world.messages.foxglove_msgs import ModelPrimitive

@@ -14,11 +14,11 @@ from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.layout import SCENE, TRANSFORMS, Images, device_topic, spikes_topic
-from nrp_core.recording.writing.encoding import Parts
+from nrp_core.recording.writing.encoding import Packed, Parts
 from nrp_core.recording.writing.frames import SceneFrames
-from nrp_core.recording.writing.packing import Packed
 from nrp_core.recording.writing.signals import (
     DeviceRecords,
+    LinkTransforms,
     MovingModels,
     PopulationSpikes,
     RecordEntry,
@@ -26,7 +26,6 @@ from nrp_core.recording.writing.signals import (
     Sensor,
     Signal,
 )
-from nrp_core.recording.writing.transforms import LinkTransforms
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.foxglove_msgs import SceneUpdate

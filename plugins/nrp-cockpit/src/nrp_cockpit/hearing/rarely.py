@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_core.recording.writing.signals import Add, Signal
-from nrp_core.recording.writing.transforms import PERIOD_NS
+from nrp_core.recording.writing.signals import PERIOD_NS, Add, Signal
 
 
 class Rarely(Signal):

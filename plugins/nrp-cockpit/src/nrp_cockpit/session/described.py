@@ -14,7 +14,7 @@ from nrp_core.brain.network.data import Population
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import refusals
-from nrp_core.recording.folder.parts import lights_data, mounts_data, projection_data
+from nrp_core.recording.folder.recording_folder import lights_data, mounts_data, projection_data
 from nrp_core.recording.layout import device_topic
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.messages.std_msgs import ColorRGBA

@@ -16,7 +16,7 @@ from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.judgement import recorded_judgement
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.recording.folder.self_contained import recorded_experiment
+from nrp_core.recording.folder.recording_folder import recorded_experiment
 from nrp_core.recording.layout import SCENE, WORLD_FRAME, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recording

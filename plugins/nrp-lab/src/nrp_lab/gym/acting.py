@@ -15,7 +15,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.trains import PoissonSource
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.reading.columns import numbers_in
+from nrp_core.recording.reading.tables import numbers_in
 from nrp_core.world.batch import publish_rows
 from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.base import find_layout

@@ -14,7 +14,7 @@ from nrp_core.brain.devices.sinks import PopulationRate
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.events.ground_positions import require_poses
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.reading.columns import numbers_in
+from nrp_core.recording.reading.tables import numbers_in
 from nrp_core.world.copies import copies_of
 from nrp_core.world.topics import Direction, TopicInfo
 

@@ -15,7 +15,7 @@ from gymnasium.vector.utils import batch_space
 
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core.cle.side_by_side import SideBySide
+from nrp_core.cle.batched_loops import SideBySide
 from nrp_core.errors import ExperimentError, SimulationError
 from nrp_core.experiment.running.run import Run
 from nrp_core.running import open_run

@@ -14,8 +14,7 @@ from typing import Literal
 from nrp_core.errors import NrpError
 from nrp_core.recording.layout import Images
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.replay.recorded_brain import with_recorded_brain
-from nrp_core.recording.replay.recorded_world import with_recorded_world
+from nrp_core.recording.replay.recorded_world import with_recorded_brain, with_recorded_world
 from nrp_lab.comparison.completeness import missing_from
 from nrp_lab.comparison.engines.measures import BRAIN, WORLD, EngineMargins, measured
 from nrp_lab.comparison.engines.verdict import EngineDifference, EngineVerdict, ranked

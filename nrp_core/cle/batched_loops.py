@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from nrp_core._support.closing import Closing
 from nrp_core.cle.engine import ClosedLoop
-from nrp_core.cle.interrupts import DeferredInterrupt
+from nrp_core.cle.time_limit import DeferredInterrupt
 
 
 class SideBySide(Closing):
