@@ -84,6 +84,8 @@ VOLLEY_MS: Final = 10.0
 """The longest activity in which most sources do not fire once; a longer one is sparse, as in cortex."""
 STRONGEST_PSP_MV: Final = 500.0
 """Largest effect of one spike on a cell at rest: 25 times the usual distance to threshold, 20 mV."""
+STRONGEST_CONDUCTANCE_MV: Final = 3000.0
+"""The same without saturation at the reversal potential, which scripts use to make a cell fire for sure."""
 ROUNDING: Final = 1e-6
 
 
@@ -173,7 +175,8 @@ def _check_synapses(projection: Projection, post: Population, step_ms: float | N
 def too_strong(weight: float, post: Population, receptor: str = "excitatory") -> str:
     """Return a weight with the effect of one spike if that is implausibly large, or else an empty text."""
     effect = effect_of_spike(post, receptor)
-    if effect is None or weight * effect.peak_mv <= STRONGEST_PSP_MV:
+    limit_mv = STRONGEST_CONDUCTANCE_MV if post.is_conductance_based else STRONGEST_PSP_MV
+    if effect is None or weight * effect.peak_mv <= limit_mv:
         return ""
     unit = str(post.weight_unit(receptor).text)
     smaller = {"mV": "uV", "uS": "nS"}.get(unit, "pA")

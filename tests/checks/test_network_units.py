@@ -56,6 +56,15 @@ def test_synapses_in_another_unit_are_reported(synapse: str) -> None:
     assert [SYNAPSES[synapse] in one for one in found("IF_curr_exp()", synapse)] == [True]
 
 
+@pytest.mark.parametrize(("weight", "count"), [(0.01, 0), (10.0, 0), (50.0, 1)])
+def test_conductances_may_be_far_beyond_what_saturates_a_cell(weight: float, count: int) -> None:
+    """PyNN's example of plasticity makes a cell fire with 10 uS."""
+    sim = builder()
+    pre, post = sim.Population(1, sim.IF_cond_exp()), sim.Population(1, sim.IF_cond_exp())
+    sim.Projection(pre, post, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight))
+    assert len(unlikely_units(sim.network())) == count
+
+
 @pytest.mark.parametrize("weight", [20.0, 100.0])
 def test_weights_with_which_each_spike_makes_a_cell_fire_are_not_reported(weight: float) -> None:
     assert found("IF_curr_exp()", f"StaticSynapse(weight={weight})") == []
