@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend
-from nrp_legacy.brains import NotedNetwork, let_flow, load_brain
+from nrp_legacy.brains import NotedNetwork, inject_currents, load_brain
 
 from nrp_core.brain.devices.injector import SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.devices.sinks import SpikeRecorder
@@ -163,7 +163,7 @@ def test_currents_of_a_brain_file_flow_at_their_time(tmp_path: Path) -> None:
     text += "sim.StepCurrentSource(times=[50.0, 100.0], amplitudes=[2.0, 0.0]).inject_into(circuit[1:2])\n"
     network = loaded(tmp_path, text)
     with open_brain(network) as brain:
-        let_flow(network.injections, brain)
+        inject_currents(network.injections, brain)
         recorder = brain.add_sink(SpikeRecorder(), np.arange(2), name="all")
         brain.run_until(200_000_000)
         spikes = recorder.spikes(-1.0, 200.0)

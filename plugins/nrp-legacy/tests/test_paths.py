@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from nrp_legacy.brains import load_brain
-from nrp_legacy.code import Source, unnoted
+from nrp_legacy.code import Source, ignore_note
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.paths import Paths
@@ -37,8 +37,8 @@ def run(folder: Path, code: str) -> dict[str, object]:
     """Execute code as a transfer function file and return its names."""
     path = folder / "tf.py"
     path.write_text(code)
-    names = Namespace(unnoted, Library(folder))
-    source = Source.of_file(path).compiled(unnoted)
+    names = Namespace(ignore_note, Library(folder))
+    source = Source.of_file(path).compiled(ignore_note)
     return vars(names.scope.run(path, names.module, source))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_legacy.code import unnoted
+from nrp_legacy.code import ignore_note
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims import model_states, transformations
@@ -341,7 +341,7 @@ def test_everything_that_experiments_import_is_there(tmp_path: Path) -> None:
     (tmp_path / "resources" / "helper.py").write_text("answer = 42\n")
     path = tmp_path / "tf.py"
     path.write_text(IMPORTS + "\nimport helper\nassert helper.answer == 42\n")
-    names = Namespace(unnoted, Library(tmp_path), [tmp_path / "resources"])
+    names = Namespace(ignore_note, Library(tmp_path), [tmp_path / "resources"])
     (function,) = load_transfer_functions(path, module=names.module, scope=names.scope)
     function.function(0.0, None)
 
@@ -454,7 +454,7 @@ def test_machines_and_functions_talk_in_simulated_time(opened: Opened, corpus: P
 )  # fmt: skip
 def test_a_machine_may_give_a_rotation_in_any_form(rotation: Any) -> None:
     for place in (Point(1.0, 2.0, 3.0), {"x": 1, "y": 2, "z": 3}, (1, 2, 3)):
-        pose = pose_of(model_states.posed(place, rotation))
+        pose = pose_of(model_states.to_pose(place, rotation))
         assert pose.position == (1.0, 2.0, 3.0)
         assert pose.rpy == pytest.approx((0.0, 0.0, 1.5))
 

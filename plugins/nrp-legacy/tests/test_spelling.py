@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-from nrp_legacy.document_checks import doubts_about
+from nrp_legacy.document_checks import check_documents
 from nrp_legacy.documents import read_bibi, read_experiment
 
 from nrp_core.findings import Code
@@ -18,7 +18,7 @@ _TOLERATED = ("somethingNew", "inside", "processes", "schemaLocation")
 
 
 def _said(exc: Path, bibi: Path) -> list[str]:
-    return [f"{one.code}: {one.message}" for one in doubts_about(read_experiment(exc), read_bibi(bibi))]
+    return [f"{one.code}: {one.message}" for one in check_documents(read_experiment(exc), read_bibi(bibi))]
 
 
 def _misspelt(name: str) -> str:
@@ -74,7 +74,7 @@ _BIBI = """<bibi xmlns:t="urn:t">{}<bodyModel>h.sdf</bodyModel>
 def _doubts(folder: Path, exc: str = _EXC.format(""), bibi: str = _BIBI.format("")) -> list[tuple[Code, str]]:
     (folder / "e.exc").write_text(exc)
     (folder / "b.bibi").write_text(bibi)
-    found = doubts_about(read_experiment(folder / "e.exc"), read_bibi(folder / "b.bibi"))
+    found = check_documents(read_experiment(folder / "e.exc"), read_bibi(folder / "b.bibi"))
     return [(one.code, one.message) for one in found]
 
 

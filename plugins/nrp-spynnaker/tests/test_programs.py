@@ -191,7 +191,8 @@ def test_a_port_is_given_back_if_the_database_cannot_be_written(
 
 def test_a_population_of_many_cells_has_keys_of_its_own(program: Program) -> None:
     heard = {"many": SimpleNamespace(size=70_000), "cells": SimpleNamespace(size=3)}
-    sockets = Sockets(Hub(heard=heard, outputs={"cells": LiveOutput("localhost", program.port, KEY_32_BIT)}))
+    outputs = {"cells": LiveOutput("localhost", program.port, KEY_32_BIT)}
+    sockets = Sockets(Hub(live_outputs=heard, outputs=outputs))
     sockets.send("cells", 7, [1])
     sockets.close()
     assert program.notified.recv(999)[-4:] == struct.pack("<I", 0x20001)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from nrp_legacy.code import Source, unnoted
+from nrp_legacy.code import Source, ignore_note
 from nrp_legacy.functions import part_source
 from nrp_legacy.maker import LegacyMaker, ShimmedMaker
 
@@ -35,7 +35,7 @@ def each_of(source: Source) -> dict[str, Source]:
     Raises:
         ExperimentError: it is not Python.
     """
-    body = source.tree(unnoted).body
+    body = source.tree(ignore_note).body
     places = {
         one.name: _lines(one, source)
         for one in body
@@ -59,7 +59,7 @@ def load(experiment: Experiment, path: Path) -> list[TransferFunction]:
     maker = experiment.maker
     if not isinstance(maker, ShimmedMaker):
         return load_function_file(path, experiment.function_parameters)
-    code = Source.of_file(path).compiled(unnoted)
+    code = Source.of_file(path).compiled(ignore_note)
     return load_transfer_functions(path, module=maker.names.module, code=code, scope=maker.names.scope)
 
 

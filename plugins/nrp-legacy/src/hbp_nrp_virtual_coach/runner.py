@@ -233,7 +233,7 @@ def _log_new(run: Run, known: Collection[str]) -> None:
 
 
 def _log_problems(run: Run) -> None:
-    """Log what is missing from a run at its beginning, and once what a check doubts."""
+    """Log what is missing from a run at its beginning, and once the warnings of the checks."""
     missing = [problem for problem in run.problems if problem.weight is Weight.INCOMPLETE]
     for problem in missing:
         log.warning("the simulation is not complete: %s", problem)

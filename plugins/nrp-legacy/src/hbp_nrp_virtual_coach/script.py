@@ -18,7 +18,7 @@ from nrp_legacy.code import compiled_file
 from nrp_legacy.files import Library
 from nrp_legacy.maker import ShimmedMaker
 from nrp_legacy.shims.graph import Attendant, Graph
-from nrp_legacy.shims.libraries import futurized_modules, libraries_of_old
+from nrp_legacy.shims.libraries import futurized_modules, old_libraries
 from nrp_legacy.shims.modules import cv_bridge_module, message_modules, module, service_modules
 from nrp_legacy.shims.paths import Paths
 from nrp_legacy.shims.rospy import rospy_module
@@ -150,7 +150,7 @@ def run_script(path: Path) -> ModuleType:
 def _scope(graph: ScriptGraph, services: ScriptServices, path: Path) -> Scope:
     library = Library(path.parent)
     known = {
-        **libraries_of_old(library.environment(), time.sleep, 0, sys.path, Paths(library)),
+        **old_libraries(library.environment(), time.sleep, 0, sys.path, Paths(library)),
         **message_modules(),
         **service_modules(),
         **futurized_modules(),

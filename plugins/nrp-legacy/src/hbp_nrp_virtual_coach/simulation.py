@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from nrp_legacy.code import Source, unnoted
+from nrp_legacy.code import Source, ignore_note
 from nrp_legacy.maker import ShimmedMaker
 
 from hbp_nrp_virtual_coach.brain import BrainEdits
@@ -70,7 +70,7 @@ class StateMachineEdits(Live):
 
     def _exchange_machine(self, old: Path | None, name: str, source: str) -> None:
         path = self._draft(f"{Path(name).stem}.exd", source)
-        Source.of_file(path).compiled(unnoted)
+        Source.of_file(path).compiled(ignore_note)
         self._runner.call(lambda run: _maker(run).playing.exchange(old, path))
 
     def _machines(self) -> dict[str, Path]:

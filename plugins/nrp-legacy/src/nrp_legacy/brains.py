@@ -36,7 +36,7 @@ from nrp_core.errors import CapabilityError, ExperimentError, NetworkError, Unre
 from nrp_core.findings import Code, Finding
 from nrp_core.scripts import last_name
 from nrp_core.xml import Element
-from nrp_legacy.code import Notes, Source, as_of_old, compiled_file, defined, unnoted
+from nrp_legacy.code import Notes, Source, compiled_file, defined, ignore_note, without_deprecation_warnings
 from nrp_legacy.documents import attribute, children, local, number
 from nrp_legacy.files import Library
 from nrp_legacy.live.built import BuiltBrain
@@ -44,12 +44,12 @@ from nrp_legacy.live.contents import Contents
 from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.joining import join
 from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, PyNNCells, recovering
+from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, PyNNCells, valid_recovery_ms
 from nrp_legacy.nest.network import Conversion, network_of
 from nrp_legacy.nest.running import RunningKernel
 from nrp_legacy.pynn07 import add_spellings
 from nrp_legacy.shims.graph import ClientLogger, Graph, log_modules
-from nrp_legacy.shims.libraries import futurized_modules, libraries_of_old
+from nrp_legacy.shims.libraries import futurized_modules, old_libraries
 from nrp_legacy.shims.modules import StandIns, message_modules, module
 from nrp_legacy.shims.paths import ImportPath, Paths
 
@@ -112,7 +112,7 @@ def _projection(file: Any, receptor: str, sources: np.ndarray[Any, Any]) -> Proj
     return Projection(
         receptor, LABEL, LABEL, receptor, pre.astype(np.int32), target.astype(np.int32) - 1,
         np.abs(weight) * 1e-3, delay, TSODYKS_MARKRAM,
-        {"U": u, "tau_rec": recovering(recovery), "tau_facil": facilitation},
+        {"U": u, "tau_rec": valid_recovery_ms(recovery), "tau_facil": facilitation},
     )  # fmt: skip
 
 
@@ -166,7 +166,7 @@ class Injection:
     cells: IntArray
 
 
-def kept_injections(sim: ModuleType) -> list[Injection]:
+def collect_injections(sim: ModuleType) -> list[Injection]:
     """Add time-dependent currents to a simulator; return the list that collects them."""
     kept: list[Injection] = []
     sources: list[Any] = []
@@ -183,7 +183,7 @@ def kept_injections(sim: ModuleType) -> list[Injection]:
     return kept
 
 
-def let_flow(injections: tuple[Injection, ...], brain: Brain) -> None:
+def inject_currents(injections: tuple[Injection, ...], brain: Brain) -> None:
     """Add currents to a brain."""
     for i, injection in enumerate(injections):
         brain.add_source(injection.spec, injection.cells, name=f"brain/current/{i}")
@@ -312,10 +312,10 @@ def load_script(
         vars(sim)["nest"] = built.nest
         kernel.beside = PyNNCells(sim)
         sims.append(sim)
-        currents = kept_injections(sim)
+        currents = collect_injections(sim)
 
     files = library or Library(path.parent)
-    libraries = libraries_of_old(
+    libraries = old_libraries(
         files.environment(), lambda _seconds: None, seed, built.import_path, Paths(files)
     )
     modules = {
@@ -325,7 +325,7 @@ def load_script(
         **futurized_modules(),
         **log_modules(ClientLogger(Graph())),
     }
-    with as_of_old():
+    with without_deprecation_warnings():
         made = load_network(
             path, seed=seed, parameters=parameters, simulators=_SIMULATORS, compiled=compiled_file,
             adapt=adapt, modules=modules, other=by_nest, missing=StandIns(kernel.notes.add),
@@ -340,7 +340,7 @@ def load_script(
 def _makes_populations(path: Path) -> bool:
     """Return whether a script calls for populations of PyNN."""
     try:
-        nodes = list(ast.walk(Source.of_file(path).tree(unnoted)))
+        nodes = list(ast.walk(Source.of_file(path).tree(ignore_note)))
     except ExperimentError:  # it is refused when it runs
         return False
     imported = [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
@@ -364,7 +364,7 @@ def _keep(
         nodes = {cell: node for node, cell in made.ids.items()}
         built.node_of = lambda neuron: nodes[neuron]
     recorded = _recorded_by_nest(kernel, made) if kernel.groups else _recorded_by_pynn(sim)
-    heard = [cells.tolist() for cells in kernel.joined.heard.values()]
+    heard = [cells.tolist() for cells in kernel.joined.recorded.values()]
     recorded += [cells for cells in heard if cells not in map(sorted, recorded)]
     built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
     built.recorded_states = [] if kernel.groups else _states_recorded_by_pynn(sim)
@@ -372,7 +372,7 @@ def _keep(
 
 def _recorded_by_nest(kernel: Kernel, made: Conversion) -> list[list[int]]:
     """Return the cells whose spikes each recorder gets."""
-    heard = (kernel.heard_by(group.first) for group in kernel.groups if group.base in SPIKE_RECORDERS)
+    heard = (kernel.recorded_by(group.first) for group in kernel.groups if group.base in SPIKE_RECORDERS)
     return [[made.ids[node] for node in some.tolist() if node in made.ids] for some in heard]
 
 
@@ -395,7 +395,7 @@ def _states_recorded_by_pynn(sim: ModuleType) -> list[tuple[str, IntArray]]:
     ]
 
 
-def with_unseen(network: Network, path: Path) -> Network:
+def with_variables(network: Network, path: Path) -> Network:
     """Return the network of a script with its variables, or only their names if it ran elsewhere.
 
     Args:
@@ -405,13 +405,13 @@ def with_unseen(network: Network, path: Path) -> Network:
     if path.suffix != ".py" or isinstance(network, NotedNetwork):
         return network
     built = BuiltBrain()
-    names = defined(Source.of_file(path).tree(unnoted))
-    built.variables = {name: Selector(partial(_unread, name), f"brain.{name}") for name in names}
+    names = defined(Source.of_file(path).tree(ignore_note))
+    built.variables = {name: Selector(partial(_raise_unreadable, name), f"brain.{name}") for name in names}
     parts = network.populations, network.projections, network.views, network.timestep_ms
     return NotedNetwork(*parts, built=built, remarks=network.remarks)
 
 
-def _unread(name: str, _root: object) -> NoReturn:
+def _raise_unreadable(name: str, _root: object) -> NoReturn:
     raise UnreadableError(f"'{name}' is known only after the brain file has been executed")
 
 

@@ -32,12 +32,12 @@ class Notes(Protocol):
         """
 
 
-def unnoted(code: Code, message: str, *, subject: str | None = None) -> None:
+def ignore_note(code: Code, message: str, *, subject: str | None = None) -> None:
     """Drop a note, which was taken at an earlier reading."""
 
 
 @contextmanager
-def as_of_old() -> Iterator[None]:
+def without_deprecation_warnings() -> Iterator[None]:
     """Suppress warnings about deprecated Python in this block."""
     with warnings.catch_warnings():
         for outdated in (DeprecationWarning, PendingDeprecationWarning, FutureWarning, SyntaxWarning):
@@ -95,7 +95,7 @@ class Source:
 
     def _converted(self, notes: Notes) -> Converted:
         try:
-            with as_of_old():
+            with without_deprecation_warnings():
                 result = converted(self.text)
         except SyntaxError as error:
             raise refusal(error, self.path, self.first_line) from None
@@ -115,7 +115,7 @@ class Source:
 
     def _compiled(self, tree: ast.Module) -> CodeType:
         try:
-            with as_of_old():
+            with without_deprecation_warnings():
                 return compile(tree, str(self.path), "exec", dont_inherit=True)
         except SyntaxError as error:  # such as two parameters of one name
             raise refusal(error, self.path, 1) from None
@@ -123,7 +123,7 @@ class Source:
 
 def compiled_file(path: Path) -> CodeType:
     """Return the compiled code of a file in Python 2 or 3, for imported files."""
-    return Source.of_file(path).compiled(unnoted)
+    return Source.of_file(path).compiled(ignore_note)
 
 
 def _least_deep(code: str) -> str:
@@ -140,7 +140,7 @@ def _least_deep(code: str) -> str:
 
 def _can_be_read(code: str) -> bool:
     try:
-        with as_of_old():
+        with without_deprecation_warnings():
             converted(code)
     except SyntaxError:
         return False

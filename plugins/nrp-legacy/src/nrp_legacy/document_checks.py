@@ -67,7 +67,7 @@ _WORDS: Final = {
     "stateMachine": ("SMACHStateMachine", "SCXMLStateMachine"),
 }
 """The types of elements."""
-_OF_MODE: Final = (
+_MODE_WORDS: Final = (
     *("Synchronous", "Asynchronous", "Pynn", "Nest", "Direct", "Spinnaker", "Nengo", "Music", "Client"),
     "Simulation",
 )
@@ -84,8 +84,8 @@ _LEFT_OUT: Final = {
 """What a run lacks whose element is misspelt or misplaced."""
 
 
-def slips_in(root: Element, entry: str) -> Iterator[Finding]:
-    """Yield the slips in a document.
+def misspelt_elements(root: Element, entry: str) -> Iterator[Finding]:
+    """Yield the misspelt and misplaced elements and attributes of a document.
 
     Args:
         root: its root.
@@ -94,22 +94,22 @@ def slips_in(root: Element, entry: str) -> Iterator[Finding]:
     tag = local(root.tag)
     if tag != entry and _near(tag, [entry]):
         yield _finding(root, f"the document begins with <{tag}>; did you mean <{entry}>?")
-    yield from _slips(root, entry)
+    yield from _misspelt_children(root, entry)
     for word in re.findall("[A-Z]?[a-z]+", text(root, "mode")):
-        if word not in _OF_MODE and (near := _near(word, _OF_MODE)):
+        if word not in _MODE_WORDS and (near := _near(word, _MODE_WORDS)):
             yield _finding(
                 root, f"the <mode> '{text(root, 'mode')}' is not known: is '{word}' meant as '{near}'?"
             )
 
 
-def _slips(parent: Element, entry: str) -> Iterator[Finding]:
+def _misspelt_children(parent: Element, entry: str) -> Iterator[Finding]:
     yield from _attributes(parent, entry)
     for element in parent.children:
         tag = FUNCTION if local(element.tag).startswith(FUNCTION) else local(element.tag)
         if tag not in _CHILDREN[entry]:
             yield from _unknown(element, tag, parent, entry)
         elif tag in _TABLE:
-            yield from _slips(element, tag)
+            yield from _misspelt_children(element, tag)
 
 
 def _unknown(element: Element, tag: str, parent: Element, entry: str) -> Iterator[Finding]:
@@ -152,18 +152,18 @@ _CLOCKS: Final = ("simulation", "real")
 _SELECTORS: Final = ("Range", "List", "Population", "Index")
 _ONCE_IN_EXC: Final = ("bibiConf", "environmentModel", "timeout", "rngSeed", "physicsEngine")
 _ONCE_IN_BIBI: Final = ("brainModel", "timestep", "mode")
-_OF_POSE: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "uz", "theta", "robotId")
+_POSE_ATTRIBUTES: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "uz", "theta", "robotId")
 
 
-def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
+def check_documents(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     """Yield a finding for each value that is passed over."""
     yield from _repeated(exc.element, _ONCE_IN_EXC)
     yield from _repeated(bibi.element, _ONCE_IN_BIBI)
     for brain in children(bibi.element, "brainModel"):
         yield from _repeated(brain, ("file",))
     if exc.element is not bibi.element:
-        yield from slips_in(exc.element, "ExD")
-    yield from slips_in(bibi.element, "bibi")
+        yield from misspelt_elements(exc.element, "ExD")
+    yield from misspelt_elements(bibi.element, "bibi")
     yield from _settings(exc)
     yield from _places(exc, bibi)
     yield from _selectors(bibi.populations)
@@ -173,10 +173,10 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     yield from _machines_left_out(exc)
     for timestep in children(bibi.element, "timestep")[:1]:
         if not timestep.text:
-            yield _doubt(timestep, "the <timestep> is empty: the default is used")
+            yield _warning(timestep, "the <timestep> is empty: the default is used")
 
 
-def _doubt(element: Element, message: str) -> Finding:
+def _warning(element: Element, message: str) -> Finding:
     return Finding(Code.NRP287, message, Level.WARNING, element.path, element.line)
 
 
@@ -185,7 +185,7 @@ def _repeated(root: Element, tags: tuple[str, ...]) -> Iterator[Finding]:
         first, *others = children(root, tag) or [root]
         for other in others:
             if (other.text, other.attributes) != (first.text, first.attributes):
-                yield _doubt(other, f"a second <{tag}> is ignored: the one of line {first.line} is used")
+                yield _warning(other, f"a second <{tag}> is ignored: the one of line {first.line} is used")
 
 
 def _machines_left_out(exc: Experiment) -> Iterator[Finding]:
@@ -198,26 +198,26 @@ def _machines_left_out(exc: Experiment) -> Iterator[Finding]:
                 message = f"the state machine '{name}' is left out: it names no file"
                 yield Finding(Code.NRP273, message, Level.WARNING, machine.path, machine.line)
             if name and lines.setdefault(name, machine.line) != machine.line:
-                yield _doubt(machine, f"the state machine in line {lines[name]} has the same id, '{name}'")
+                yield _warning(machine, f"the state machine in line {lines[name]} has the same id, '{name}'")
 
 
 def _settings(exc: Experiment) -> Iterator[Finding]:
     for timeout in children(exc.element, "timeout"):
         kind = attribute(timeout, "time")
         if not timeout.text.strip():
-            yield _doubt(timeout, f"the <timeout> is empty: the run lasts {DURATION_S:g} s")
+            yield _warning(timeout, f"the <timeout> is empty: the run lasts {DURATION_S:g} s")
         if kind and kind not in _CLOCKS:
             hint = did_you_mean(kind, _CLOCKS)
-            yield _doubt(timeout, f"the time of a <timeout> is '{kind}'{hint}: simulated time is used")
+            yield _warning(timeout, f"the time of a <timeout> is '{kind}'{hint}: simulated time is used")
     for engine in children(exc.element, "physicsEngine"):
         name = engine.text.strip().lower()
         if name and name not in _ENGINES:
-            yield _doubt(
+            yield _warning(
                 engine, f"there is no physics engine '{name}'{did_you_mean(name, _ENGINES)}: ignored"
             )
     for seed in children(exc.element, "rngSeed"):
         if not text(exc.element, "rngSeed").isdecimal():
-            yield _doubt(seed, f"the <rngSeed> must be a whole number, not '{seed.text}': the seed is 0")
+            yield _warning(seed, f"the <rngSeed> must be a whole number, not '{seed.text}': the seed is 0")
 
 
 def _places(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
@@ -230,16 +230,18 @@ def _places(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     for pose in poses:
         name = attribute(pose, "robotId") or ROBOT
         if last[name] is not pose:
-            yield _doubt(pose, f"'{name}' has two start poses: that of line {last[name].line} is used")
+            yield _warning(pose, f"'{name}' has two start poses: that of line {last[name].line} is used")
         elif name not in bibi.bodies and attribute(pose, "robotId") and bibi.bodies:
             hint = did_you_mean(name, bibi.bodies)
-            yield _doubt(pose, f"there is no robot '{name}', whose start pose this is{hint}")
+            yield _warning(pose, f"there is no robot '{name}', whose start pose this is{hint}")
         yield from _orientation(pose)
         for key, value in pose.attributes.items():
-            if local(key) not in _OF_POSE:
-                yield _doubt(pose, f"a start pose has no '{local(key)}'{did_you_mean(local(key), _OF_POSE)}")
+            if local(key) not in _POSE_ATTRIBUTES:
+                yield _warning(
+                    pose, f"a start pose has no '{local(key)}'{did_you_mean(local(key), _POSE_ATTRIBUTES)}"
+                )
             elif not value.strip():
-                yield _doubt(pose, f"'{local(key)}' of a start pose is empty: not used")
+                yield _warning(pose, f"'{local(key)}' of a start pose is empty: not used")
 
 
 def _orientation(pose: Element) -> Iterator[Finding]:
@@ -252,7 +254,9 @@ def _orientation(pose: Element) -> Iterator[Finding]:
     if len(parts) < len(said) or any(attribute(pose, name) for name in ("roll", "pitch", "yaw")):
         return
     if not any(parts):
-        yield _doubt(pose, "the quaternion of a start pose is 0 0 0 0, which is no orientation: none is used")
+        yield _warning(
+            pose, "the quaternion of a start pose is 0 0 0 0, which is not an orientation: none is used"
+        )
 
 
 def _selectors(populations: Mapping[str, Element]) -> Iterator[Finding]:
@@ -260,17 +264,17 @@ def _selectors(populations: Mapping[str, Element]) -> Iterator[Finding]:
         kind = local(attribute(selector, "type") or "")
         if kind and kind not in _SELECTORS:
             hint = did_you_mean(kind, _SELECTORS)
-            yield _doubt(selector, f"the population '{name}' is of an unknown type '{kind}'{hint}")
+            yield _warning(selector, f"the population '{name}' is of an unknown type '{kind}'{hint}")
         for setting in ("from", "to", "step"):
             if not selector.attributes.get(setting, "0").strip():
-                yield _doubt(selector, f"'{setting}' of the population '{name}' is empty: not used")
+                yield _warning(selector, f"'{setting}' of the population '{name}' is empty: not used")
             try:
                 value = number(selector, setting)
             except ExperimentError:
                 continue  # reported where it is read
             least = 1 if setting == "step" else 0
             if value is not None and (value != int(value) or value < least):
-                yield _doubt(
+                yield _warning(
                     selector,
                     f"'{setting}' of the population '{name}' must be a whole number of {least} or more, "
                     f"not {value:g}",
@@ -287,7 +291,7 @@ def _populations(bibi: Bibi) -> Iterator[Finding]:
             name = attribute(selector, "population")
             used = bibi.populations.get(name or "", selector)
             if (used.attributes, used.line) != (selector.attributes, selector.line):
-                yield _doubt(
+                yield _warning(
                     selector, f"a population '{name}' stands again in line {used.line}: that one is used"
                 )
 
@@ -314,8 +318,8 @@ def _functions(bibi: Bibi) -> Iterator[Finding]:
         active, priority = attribute(function, "active"), attribute(function, "priority")
         if active and active.lower() not in _TRUTH:
             hint = did_you_mean(active, _TRUTH)
-            yield _doubt(function, f"active of a transfer function is '{active}'{hint}: it runs")
+            yield _warning(function, f"active of a transfer function is '{active}'{hint}: it runs")
         if priority and not priority.lstrip("+-").isdecimal():
-            yield _doubt(
+            yield _warning(
                 function, f"priority of a transfer function is '{priority}', not a whole number: it is 0"
             )

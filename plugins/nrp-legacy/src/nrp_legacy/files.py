@@ -22,7 +22,7 @@ _BRAINS = (".py", ".h5")
 _SCHEMES = ("storage://", "model://", "file://")
 
 
-def models_of_installation() -> list[Path]:
+def installed_models() -> list[Path]:
     """Return the folder of models in the environment variables of a platform installation, if any."""
     said = (Path(os.environ.get("NRP_MODELS_DIRECTORY") or "/"), Path(os.environ.get("HBP") or "/", "Models"))
     return [folder for folder in said if folder != Path("/") and folder.is_dir()][:1]

@@ -40,9 +40,9 @@ from nrp_core.dsl.selection.selection import Selection
 from nrp_core.dsl.selection.selectors import Selector, evaluate
 from nrp_core.findings import Code
 from nrp_legacy.code import Notes
-from nrp_legacy.live.built import built_of
+from nrp_legacy.live.built import to_built_brain
 from nrp_legacy.live.cells import Cells
-from nrp_legacy.nest.models import recovering
+from nrp_legacy.nest.models import valid_recovery_ms
 from nrp_legacy.shims.graph import absolute, log
 from nrp_legacy.shims.modules import OpenMessage, as_in_ros1, module, with_numbers
 
@@ -112,7 +112,7 @@ class SendingKind(DeviceKind):
         return device
 
 
-def sending(kind: DeviceKind) -> SendingKind:
+def sending_kind(kind: DeviceKind) -> SendingKind:
     """Return a kind of leaky integrator whose devices can trigger functions."""
     return SendingKind(kind.name, kind.spec, SendingIntegrator, kind.defaults)
 
@@ -226,15 +226,15 @@ def device_kinds(notes: Notes, *, nest_units: bool) -> dict[str, DeviceKind]:
         for name, device in kinds.items()
     }
     integrators = (dsl.leaky_integrator_alpha, dsl.leaky_integrator_exp)
-    return {**forgiving, **{kind.name: sending(kind) for kind in integrators}}
+    return {**forgiving, **{kind.name: sending_kind(kind) for kind in integrators}}
 
 
-def recovering_at_once(settings: Mapping[str, Any]) -> dict[str, Any]:
+def with_instant_recovery(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Return settings in which synapses may have a time constant of recovery of 0, as on the platform."""
     law = settings.get("synapse_type")
     if not isinstance(law, Mapping) or not isinstance(law.get("tau_rec"), (int, float)):
         return dict(settings)
-    return {**settings, "synapse_type": {**law, "tau_rec": recovering(law["tau_rec"])}}
+    return {**settings, "synapse_type": {**law, "tau_rec": valid_recovery_ms(law["tau_rec"])}}
 
 
 def in_our_units(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -258,7 +258,7 @@ class BrainRoot:
 
     def __init__(self, network: Network | None) -> None:
         self._network = network
-        self._built = None if network is None else built_of(network)
+        self._built = None if network is None else to_built_brain(network)
 
     def __deepcopy__(self, memo: object) -> BrainRoot:
         """Return the root itself, so that variables are not copies."""
@@ -345,7 +345,7 @@ class ForgivingTopic(dsl.Topic):
         log.warning("a message for %s contains %s: 0 is sent instead", name, number)
 
 
-def _heard(named: Any) -> Any:
+def _subscribed_topic(named: Any) -> Any:
     """Return a topic whose messages are those of ROS 1."""
     if isinstance(named, dsl.PreprocessedTopic):
         after = named.pre_processing
@@ -418,7 +418,7 @@ def framework(
     """
 
     def settings(device_type: Any, given: Mapping[str, Any]) -> dict[str, Any]:
-        taken = recovering_at_once(_settings(device_type, given, notes))
+        taken = with_instant_recovery(_settings(device_type, given, notes))
         return in_our_units(taken) if nest_units and isinstance(device_type, DeviceKind) else taken
 
     class MapSpikeSink(dsl.MapSpikeSink):
@@ -432,7 +432,7 @@ def framework(
     class MapRobotSubscriber(dsl.MapRobotSubscriber):
         def __init__(self, key: str, value: Any, initial_value: Any = None, **_queues: Any) -> None:
             named = topic(value) if isinstance(value, str) else value
-            super().__init__(key, _heard(named), initial_value=initial_value)
+            super().__init__(key, _subscribed_topic(named), initial_value=initial_value)
 
     class MapRobotPublisher(dsl.MapRobotPublisher):
         def __init__(self, key: str, value: Any, **_queues: Any) -> None:

@@ -22,18 +22,18 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.world import Model, Scene, World, read_scene
 from nrp_legacy import code
-from nrp_legacy.brains import let_flow, load_brain, remark, with_unseen
-from nrp_legacy.code import unnoted
+from nrp_legacy.brains import inject_currents, load_brain, remark, with_variables
+from nrp_legacy.code import ignore_note
 from nrp_legacy.documents import Bibi
 from nrp_legacy.files import EMPTY_ROOM, Library
 from nrp_legacy.functions import code_of, load, sources_of
-from nrp_legacy.live.built import built_of
+from nrp_legacy.live.built import to_built_brain
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.python2_builtins import quotient
 from nrp_legacy.robots import with_sliding_base
-from nrp_legacy.shims.times import CLOCK, declare_clock, let_tick
+from nrp_legacy.shims.times import CLOCK, declare_clock, publish_clock
 from nrp_legacy.state_machines import StateMachines
-from nrp_legacy.topics import SharedTopics, find_alias, let_all_talk, plain_name, with_commanded_joints
+from nrp_legacy.topics import SharedTopics, find_alias, plain_name, redirect_topics, with_commanded_joints
 
 _PLATFORM = frozenset({"hbp_nrp_cle", "python_cle"})
 """Packages of the platform that have the simulator and the functions' decorators."""
@@ -111,7 +111,7 @@ class ShimmedMaker(Maker, Participant, ABC):
 
     def _known(self, network: Network, path: Path) -> Network:
         """Return the network of a file, whose variables transfer functions can look up from now on."""
-        self._network = with_unseen(network, path)
+        self._network = with_variables(network, path)
         return self._network
 
     def _begun(self, experiment: Experiment) -> Namespace:
@@ -157,7 +157,7 @@ class ShimmedMaker(Maker, Participant, ABC):
         for name, kind in {**self._topics_of_rospy(functions), **self.names.graph.wanted}.items():
             if name not in world.topics:
                 world.declare(name, kind)
-        let_all_talk(functions, world, aliases)
+        redirect_topics(functions, world, aliases)
         self.shared_topics.hand_on(world)
 
     def _topics_of_rospy(self, functions: Sequence[TransferFunction]) -> dict[str, type]:
@@ -179,10 +179,10 @@ class ShimmedMaker(Maker, Participant, ABC):
         return {name: served for name, kind in wanted.items() if (served := find_alias(name, kind, world))}
 
     def begin(self, run: Run) -> None:
-        let_tick(run)
+        publish_clock(run)
         self.names.graph.begin(run)
-        built_of(run.brain.network).begin(run)
-        let_flow(getattr(run.brain.network, "injections", ()), run.brain)
+        to_built_brain(run.brain.network).begin(run)
+        inject_currents(getattr(run.brain.network, "injections", ()), run.brain)
         self.playing = StateMachines(self.machines, self.names, run)
         run.on_close.append(self.playing.close)
 
@@ -192,7 +192,7 @@ class ShimmedMaker(Maker, Participant, ABC):
 
 def _tree(path: Path) -> ast.Module:
     """Return a file as Python 3; the notes on its conversion are taken when it is executed."""
-    return code.Source.of_file(path).tree(unnoted)
+    return code.Source.of_file(path).tree(ignore_note)
 
 
 class LegacyMaker(ShimmedMaker):

@@ -24,7 +24,7 @@ from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.shims.actions import action_modules
 from nrp_legacy.shims.graph import ClientLogger, Graph, log, log_modules
-from nrp_legacy.shims.libraries import futurized_modules, libraries_of_old
+from nrp_legacy.shims.libraries import futurized_modules, old_libraries
 from nrp_legacy.shims.modules import (
     CvBridge,
     StandIns,
@@ -96,7 +96,7 @@ class Namespace:
         logger, messages = ClientLogger(self.graph), message_modules()
         vars(nrp).update(clientLogger=logger)
         built: BuiltBrain = getattr(network, "built", None) or BuiltBrain()
-        self._libraries = libraries_of_old(
+        self._libraries = old_libraries(
             library.environment(), partial(sleep, self.graph), seed, built.import_path, Paths(library)
         )
         nest = built.nest or nest_module(Kernel(seed))

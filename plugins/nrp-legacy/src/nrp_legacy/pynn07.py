@@ -12,7 +12,7 @@ from nrp_core.brain import FloatArray
 from nrp_core.brain.pynn import pynn07_compat
 from nrp_core.brain.pynn.pynn07_compat import by_name
 from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.nest.models import recovering
+from nrp_legacy.nest.models import valid_recovery_ms
 from nrp_legacy.nest.native import native_cell, native_synapse, synapse_model_of
 
 _RECORDED = {"record_v": "v", "record_gsyn": ["gsyn_exc", "gsyn_inh"]}
@@ -42,7 +42,7 @@ def add_methods_to_cells(cells: type) -> None:
         setattr(cells, name, method)
 
 
-def let_label_follow(population: type) -> None:
+def accept_positional_label(population: type) -> None:
     """Make a class of populations accept its label in place of the structure, as in PyNN 0.7."""
     today = population.__init__  # type: ignore[misc]
 
@@ -106,7 +106,7 @@ def add_spellings(sim: ModuleType, kernel: Kernel) -> None:
     names = vars(sim)
     for kind in ("Population", "PopulationView", "Assembly"):
         add_methods_to_cells(names[kind])
-    let_label_follow(names["Population"])
+    accept_positional_label(names["Population"])
     names.update(
         SynapseDynamics=pynn07_compat.SynapseDynamics,
         TsodyksMarkramMechanism=pynn07_compat.TsodyksMarkramMechanism,
@@ -128,7 +128,7 @@ def _recovering(today: type) -> type:
     class TsodyksMarkramSynapse(today):  # type: ignore[misc]
         def __init__(self, *values: Any, tau_rec: Any = 100.0, **more: Any) -> None:
             numbers = isinstance(tau_rec, (int, float, list, np.ndarray))
-            super().__init__(*values, tau_rec=recovering(tau_rec) if numbers else tau_rec, **more)
+            super().__init__(*values, tau_rec=valid_recovery_ms(tau_rec) if numbers else tau_rec, **more)
 
     return TsodyksMarkramSynapse
 

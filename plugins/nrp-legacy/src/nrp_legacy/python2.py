@@ -340,7 +340,7 @@ class _Division(ast.NodeTransformer):
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)
-        if not may_be_whole(node):
+        if not is_integer_division(node):
             return node
         self._changes.append("integer division")
         return call(self._function, node, node.left, node.right)
@@ -379,7 +379,7 @@ class _Order(ast.NodeTransformer):
 _SIGNS: dict[type[ast.cmpop], str] = {ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt", ast.GtE: "ge"}
 
 
-def may_be_whole(node: ast.BinOp) -> bool:
+def is_integer_division(node: ast.BinOp) -> bool:
     """Return whether an operation is a division of possible whole numbers."""
     return isinstance(node.op, ast.Div) and not _is_real(node.left) and not _is_real(node.right)
 

@@ -17,9 +17,9 @@ from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.paths import MissingFileError, existing_folder
 from nrp_core.xml import Element
 from nrp_legacy import documents
-from nrp_legacy.document_checks import doubts_about
+from nrp_legacy.document_checks import check_documents
 from nrp_legacy.documents import local, milliseconds_of, pose_of, seconds_of
-from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, models_of_installation
+from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, installed_models
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.state_machines import check_machine_file
 
@@ -87,7 +87,7 @@ class _Reading:
         self._chosen = [one for one in overrides if one.partition("=")[0].strip().startswith("models")]
         models = reduce(overridden, self._chosen, Tree({})).plain().get("models", [])
         folders = [existing_folder(folder) for folder in models]
-        self._library = Library(path.parent, folders or models_of_installation())
+        self._library = Library(path.parent, folders or installed_models())
         self._notes: list[Finding] = []
         self.bibi_path = self._bibi_file().resolve()
         self._bibi = documents.read_bibi(self.bibi_path)
@@ -96,7 +96,7 @@ class _Reading:
         exc, bibi = self._exc, self._bibi
         for element in (*exc.ignored, *bibi.ignored):
             self._note(element, Code.NRP287, f"<{local(element.tag)}> is not supported: ignored")
-        self._notes += doubts_about(exc, bibi)
+        self._notes += check_documents(exc, bibi)
         timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS, milliseconds_of) * NS_PER_MS)
         duration_ns = (
             ceil(self._time(exc.timeout, documents.DURATION_S) * NS_PER_S / timestep_ns) * timestep_ns

@@ -153,7 +153,7 @@ def with_sliding_base(model: Model, sources: Iterable[str], others: Collection[s
     return replace(
         model,
         drives=(drive,),
-        links=tuple(map(_slippery, model.links)),
+        links=tuple(map(_without_friction, model.links)),
         controllers=(*model.controllers, *held),
         warnings=(*model.warnings, slides),
     )
@@ -177,5 +177,5 @@ def _start(joint: Joint) -> float:
     return min(max(0.0, joint.lower), joint.upper)
 
 
-def _slippery(link: Link) -> Link:
+def _without_friction(link: Link) -> Link:
     return replace(link, collisions=tuple(replace(each, friction=0.0) for each in link.collisions))

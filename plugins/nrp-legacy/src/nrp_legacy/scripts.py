@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from types import CodeType, ModuleType
 
-from nrp_legacy.code import as_of_old, compiled_file
+from nrp_legacy.code import compiled_file, without_deprecation_warnings
 from nrp_legacy.python2 import uses_python_2
 from nrp_legacy.shims.libraries import renamed_libraries
 
@@ -35,4 +35,4 @@ class Python2:
 
     def running(self) -> AbstractContextManager[None]:
         """Return a context without warnings about old code."""
-        return as_of_old()
+        return without_deprecation_warnings()

@@ -22,7 +22,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.scripts import last_name
-from nrp_legacy.code import Source, unnoted
+from nrp_legacy.code import Source, ignore_note
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.smach import GOES_ON, CBState, Container, State, StateMachine
 from nrp_legacy.shims.steps import Task
@@ -167,7 +167,7 @@ def check_machine_file(path: Path) -> Iterator[Finding]:
         yield Finding(Code.NRP273, scxml_message(path), Level.WARNING, path, subject=path.name)
         return
     try:
-        tree = Source.of_file(path).tree(unnoted)
+        tree = Source.of_file(path).tree(ignore_note)
     except ExperimentError as error:
         message = f"state machine left out: {error.message}"
         yield Finding(Code.NRP273, message, Level.WARNING, error.path, error.line)

@@ -124,7 +124,7 @@ def plain_name(topic: Topic) -> str:
     return topic.name.removeprefix(lead)
 
 
-def let_all_talk(functions: Sequence[TransferFunction], world: World, aliases: Mapping[str, str]) -> None:
+def redirect_topics(functions: Sequence[TransferFunction], world: World, aliases: Mapping[str, str]) -> None:
     """Redirect reading and publishing against the direction of a topic.
 
     Args:

@@ -21,7 +21,7 @@ from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment import network_from
 from nrp_legacy.brains import NotedNetwork, load_script
-from nrp_legacy.code import Source, as_of_old
+from nrp_legacy.code import Source, without_deprecation_warnings
 from nrp_legacy.convert.python import Edits, modern
 
 _LONGEST_NAME = 200
@@ -70,7 +70,7 @@ def _modules(path: Path) -> list[Path]:
 def _named(text: str) -> Iterator[str]:
     """Yield the files and folders that code may use: modules, packages, and files named in strings."""
     try:
-        with as_of_old():
+        with without_deprecation_warnings():
             tree = ast.parse(text)
     except (SyntaxError, ValueError):
         return
@@ -163,7 +163,7 @@ def _as_it_is(path: Path, folder: Path, beside: Sequence[Path]) -> tuple[str, ..
 
 
 def _load_ours(path: Path, seed: int, populations: dict[str, Any]) -> Network:
-    with as_of_old():
+    with without_deprecation_warnings():
         return network_from(path, populations=populations, seed=seed)
 
 

@@ -31,7 +31,7 @@ from nrp_core.experiment import (
     read_yaml,
 )
 from nrp_core.world import JointController, Scene, TrajectoryController
-from nrp_legacy.code import Source, unnoted
+from nrp_legacy.code import Source, ignore_note
 from nrp_legacy.convert.brain import copy_neighbours, write_brain
 from nrp_legacy.convert.functions import Functions, write_texts
 from nrp_legacy.convert.python import modern
@@ -128,7 +128,7 @@ def events_of(path: Path, names: Namespace) -> dict[str, Any] | None:
     """
     module = names.fresh()
     try:
-        names.scope.run(path, module, Source.of_file(path).compiled(unnoted))
+        names.scope.run(path, module, Source.of_file(path).compiled(ignore_note))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything
         raise names.scope.located(error, ExperimentError, path) from None
     machine = machine_in(module)

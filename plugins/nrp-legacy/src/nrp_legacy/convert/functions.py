@@ -107,7 +107,7 @@ class Functions:
             piece = piece_of(source)
             names = self._names(piece)
             obstacle = next((self._kept[name] for name in names if name in self._kept), "")
-            if "clientLogger" in source.text and self._logs_are_heard():
+            if "clientLogger" in source.text and self._has_log_subscriber():
                 obstacle = obstacle or "shows messages that state machines wait for"
             given = sorted(name for name in piece.lacks if name in self._given)
             if not piece.obstacle and (obstacle or given):
@@ -115,7 +115,7 @@ class Functions:
             pieces.append(piece)
         return pieces
 
-    def _logs_are_heard(self) -> bool:
+    def _has_log_subscriber(self) -> bool:
         texts = (Source.of_file(path).text for path in self._maker.machines)
         return any("WaitForClientLog" in text or LOGS in text for text in texts)
 

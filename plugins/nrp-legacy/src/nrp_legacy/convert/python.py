@@ -17,12 +17,12 @@ from typing import Any
 from nrp_core import dsl
 from nrp_core.dsl.devices.kinds import DeviceKind
 from nrp_core.dsl.loading.loader import file_names
-from nrp_legacy.code import Source, as_of_old, defined, unnoted
+from nrp_legacy.code import Source, defined, ignore_note, without_deprecation_warnings
 from nrp_legacy.files import Library
 from nrp_legacy.framework import SPELLINGS
-from nrp_legacy.python2 import DIVIDE, ROUND, converted, may_be_whole, rewritten
+from nrp_legacy.python2 import DIVIDE, ROUND, converted, is_integer_division, rewritten
 from nrp_legacy.shims.graph import absolute
-from nrp_legacy.shims.libraries import libraries_of_old
+from nrp_legacy.shims.libraries import old_libraries
 from nrp_legacy.shims.paths import Paths
 
 _GIVEN = {"np": "numpy", "numpy": "numpy", "cv2": "cv2", "sys": "sys"}
@@ -53,7 +53,7 @@ def reliance(tree: ast.Module) -> str:
 
 def _old_libraries(tree: ast.Module) -> Iterator[str]:
     """Yield uses of library parts that differ from today's, or that are seeded on the platform."""
-    old = libraries_of_old({}, lambda _seconds: None, 0, [], Paths(Library(Path())))
+    old = old_libraries({}, lambda _seconds: None, 0, [], Paths(Library(Path())))
     modules = dict(_GIVEN)
     for module, name, bound in _imports(tree):
         yield from _differing(old, module, [name] if name else [])
@@ -154,7 +154,7 @@ def _divides(place: ast.expr, names: frozenset[str]) -> bool:
     """Return whether an expression contains a quotient that may be whole, outside ``int()`` and the like."""
     if isinstance(place, ast.Call) and _called(place) in ("int", "round", "float", "len"):
         return False
-    if isinstance(place, ast.BinOp) and may_be_whole(place):
+    if isinstance(place, ast.BinOp) and is_integer_division(place):
         return True
     if isinstance(place, ast.Name):
         return place.id in names
@@ -312,7 +312,7 @@ def piece_of(source: Source, *, obstacle: str = "") -> Piece:
         TransferFunctionError: it is not Python.
     """
     text, changes = modern(source)
-    with as_of_old():
+    with without_deprecation_warnings():
         tree = ast.parse(text)
     relied = reliance(tree)
     work = _Work(text, obstacle or (f"relies on {relied}" if relied else ""))
@@ -336,8 +336,8 @@ def modern(source: Source) -> tuple[str, tuple[str, ...]]:
     Raises:
         TransferFunctionError: it is not Python.
     """
-    source.tree(unnoted)  # reported by its own error
-    with as_of_old():
+    source.tree(ignore_note)  # reported by its own error
+    with without_deprecation_warnings():
         result = converted(source.text)
     text = source.text.rstrip() + "\n"
     if not result.changes:
@@ -351,7 +351,7 @@ def modern(source: Source) -> tuple[str, tuple[str, ...]]:
 
 def _outdated(text: str) -> bool:
     """Whether code calls methods that only Python 2 has."""
-    with as_of_old():
+    with without_deprecation_warnings():
         return bool(converted(text).changes)
 
 

@@ -185,7 +185,7 @@ class BuiltBrain:
                 port.reset()
 
 
-def built_of(network: Network) -> BuiltBrain:
+def to_built_brain(network: Network) -> BuiltBrain:
     """Return the objects of a brain file for a network; without any if there is only the network."""
     built = getattr(network, "built", None) or BuiltBrain()
     built.network = network

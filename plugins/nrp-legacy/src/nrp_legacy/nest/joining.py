@@ -19,9 +19,9 @@ from nrp_legacy.nest.network import (
     cells_from,
     nodes_in,
     plasticity_of,
-    settled,
     trains_at,
     trains_of,
+    with_two_receptors,
 )
 
 _DIRECT = {"amplitude": 0.0, "start": 0.0, "stop": 1e12}
@@ -34,12 +34,12 @@ class Joined:
     Args:
         cells: of nodes that are cells or generators of spikes.
         sources: of Poisson generators, which have one for each synapse.
-        heard: of recorders, ascending.
+        recorded: of recorders, ascending.
     """
 
     cells: dict[int, int] = field(default_factory=dict)
     sources: dict[int, list[int]] = field(default_factory=dict)
-    heard: dict[int, IntArray] = field(default_factory=dict)
+    recorded: dict[int, IntArray] = field(default_factory=dict)
 
 
 def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> Joined:
@@ -66,8 +66,8 @@ def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> Joined:
     joined = joining.joined
     for group in kernel.groups:
         for node in range(group.first, group.first + group.size) if group.base in SPIKE_RECORDERS else ():
-            cells = [joined.cells.get(one, one) for one in kernel.heard_by(node).tolist()]
-            joined.heard[node] = np.array(sorted(cells), dtype=np.int64)
+            cells = [joined.cells.get(one, one) for one in kernel.recorded_by(node).tolist()]
+            joined.recorded[node] = np.array(sorted(cells), dtype=np.int64)
     kernel.groups, kernel.blocks = [], []
     return joined
 
@@ -94,7 +94,7 @@ class _Joining:
         """Return the population that a group of nodes becomes; the group itself if it has no cells."""
         sim = self._sim
         if group.base in CELLS:
-            cells = cells_from(settled(group, self._kernel), group.model, np.zeros(group.size))
+            cells = cells_from(with_two_receptors(group, self._kernel), group.model, np.zeros(group.size))
             made = sim.Population(
                 group.size, getattr(sim, cells.cell_type)(**cells.parameters), label=group.model
             )

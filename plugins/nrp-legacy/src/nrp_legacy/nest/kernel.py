@@ -260,7 +260,7 @@ class Kernel:
     def read_weights(self) -> None:
         """Update the weights of plastic synapses."""
 
-    def heard_by(self, node: int) -> IntArray:
+    def recorded_by(self, node: int) -> IntArray:
         """Return the nodes whose spikes a recorder records."""
         sources = [block.pre[block.post == node] for block in self.blocks]
         return np.unique(np.concatenate([np.empty(0, np.int64), *sources]))

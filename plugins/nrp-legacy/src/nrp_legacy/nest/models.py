@@ -90,7 +90,7 @@ AT_ONCE_MS = 1e-6
 """The time constant of recovery that one of 0 means: a nanosecond, so synapses recover at once."""
 
 
-def recovering(tau_rec_ms: Any) -> Any:
+def valid_recovery_ms(tau_rec_ms: Any) -> Any:
     """Return time constants of recovery (ms, a number or an array) that synapses can have."""
     return np.where(np.less_equal(tau_rec_ms, 0), AT_ONCE_MS, tau_rec_ms)[()]
 

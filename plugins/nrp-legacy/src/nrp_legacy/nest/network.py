@@ -19,7 +19,7 @@ from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.brain.pynn.export import unique
 from nrp_core.errors import NetworkError
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
-from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, recovering
+from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, valid_recovery_ms
 
 PLAIN: Final = {"iaf_psc_exp_multisynapse": "iaf_psc_exp", "iaf_psc_alpha_multisynapse": "iaf_psc_alpha"}
 """The models with several receptors, and those with two that are otherwise equal."""
@@ -28,7 +28,7 @@ _TIMES: Final = (2.0,)
 _SIGNS: Final = (("tau_syn_ex", "positive", 1.0), ("tau_syn_in", "negative", -1.0))
 
 
-def settled(group: Group, kernel: Kernel) -> Group:
+def with_two_receptors(group: Group, kernel: Kernel) -> Group:
     """Return a group whose cells have two receptors; others are returned as they are.
 
     Raises:
@@ -162,7 +162,7 @@ class Conversion:
         self.ids |= {group.first + i: first + i for i in range(group.size)}
         self._labels[group.first] = label
         if group.base in CELLS:
-            cells = settled(group, self._kernel)
+            cells = with_two_receptors(group, self._kernel)
             self._populations[label] = cells_from(cells, label, self._currents(group))
         else:
             times = tuple(trains_of(group))
@@ -340,4 +340,4 @@ def plasticity_of(
 
 def _tsodyks(values: Mapping[str, FloatArray]) -> Iterator[tuple[str, FloatArray]]:
     for name, spelling in (("U", "U"), ("tau_rec", "tau_rec"), ("tau_facil", "tau_fac")):
-        yield name, recovering(values[spelling]) if name == "tau_rec" else values[spelling].copy()
+        yield name, valid_recovery_ms(values[spelling]) if name == "tau_rec" else values[spelling].copy()

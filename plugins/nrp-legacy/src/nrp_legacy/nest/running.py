@@ -135,7 +135,7 @@ class RunningKernel(Kernel):
                 self._since_ms[int(node)] = self._built.now_ms
             if int(node) in self.joined.sources:
                 self._set_sources(int(node), given)
-            elif int(node) not in self.joined.heard:
+            elif int(node) not in self.joined.recorded:
                 others.append((self._number(node), given))
         if others:
             super().set_nodes([node for node, _ in others], [given for _, given in others])
@@ -156,8 +156,8 @@ class RunningKernel(Kernel):
 
     def node_values(self, node: int) -> dict[str, Any]:
         self.ready()
-        if int(node) in self.joined.heard:
-            return {"global_id": int(node), "n_events": 0, "events": {}, **self._heard(node)}
+        if int(node) in self.joined.recorded:
+            return {"global_id": int(node), "n_events": 0, "events": {}, **self._recorded_cells(node)}
         if int(node) in self.joined.sources:
             rate = self._built.parameter("rate")[self.joined.sources[int(node)][0]]
             return {"global_id": int(node), "model": POISSON, "rate": float(rate)}
@@ -168,15 +168,17 @@ class RunningKernel(Kernel):
         if group.base in CELLS:
             values["V_m"] = float(self._built.brain.read_state("v", [cells[node]])[0])
         elif group.base in SPIKE_RECORDERS:
-            values |= self._heard(node)
+            values |= self._recorded_cells(node)
         return values
 
-    def _heard(self, node: int) -> dict[str, Any]:
+    def _recorded_cells(self, node: int) -> dict[str, Any]:
         """Return the spikes of a recorder so far."""
         ids = self._converted().ids
-        heard = self.joined.heard.get(int(node))
+        heard = self.joined.recorded.get(int(node))
         if heard is None:
-            heard = np.array([ids[one] for one in self.heard_by(node).tolist() if one in ids], dtype=np.int64)
+            heard = np.array(
+                [ids[one] for one in self.recorded_by(node).tolist() if one in ids], dtype=np.int64
+            )
         if not heard.size:
             return {}
         nodes = {cell: node for node, cell in ids.items()}

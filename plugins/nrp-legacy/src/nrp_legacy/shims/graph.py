@@ -55,7 +55,7 @@ class Listener:
         if self._subscription is None:
             self._subscription = graph.awaited(self.topic, self.kind)
         for stamped in self._new(self._subscription):
-            graph.heard[self.topic] = True
+            graph.subscribed[self.topic] = True
             try:
                 self.callback(as_in_ros1(stamped.message))
             except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
@@ -97,10 +97,10 @@ class Graph:
         self._run: Run | None = None
         self._listeners: list[Attendant] = []
         self.wanted: dict[str, type] = {}
-        self.heard: dict[str, bool] = {}
+        self.subscribed: dict[str, bool] = {}
         """Whether a message came on each topic that code listens to, unless a sensor has it."""
         self.scales: dict[str, Vector] = {}
-        """Factors by which states have scaled models."""
+        """Factors by which states have scale_model models."""
         self.parameters: dict[str, Any] = {}
         """The values of the parameter server."""
         self.on_end: list[Callable[[], None]] = []
@@ -220,13 +220,13 @@ class Graph:
             message = f"'{topic}' carries {actual}, and the code of the experiment expects {expected}"
             self.warn(Code.NRP228, message, subject=topic)
         if subscription.topic.rate_hz is None:
-            self.heard.setdefault(topic, False)
+            self.subscribed.setdefault(topic, False)
         return subscription
 
     def _silent(self) -> Iterator[Finding]:
         """Yield the topics that code listens to and that nothing has published on."""
-        for topic, has_heard in self.heard.items():
-            if not has_heard:
+        for topic, is_subscribed in self.subscribed.items():
+            if not is_subscribed:
                 known = [
                     name for name, info in self.world.topics.items() if info.direction is not Direction.IN
                 ]

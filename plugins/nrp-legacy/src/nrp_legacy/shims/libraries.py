@@ -46,7 +46,7 @@ _SCIPY_NAMES: Mapping[str, Mapping[str, str]] = {
 }
 
 
-def numpy_of_old(own: Mapping[str, Any] | None = None, paths: Paths | None = None) -> ModuleType:
+def old_numpy(own: Mapping[str, Any] | None = None, paths: Paths | None = None) -> ModuleType:
     """Return NumPy with the names of version 1 too.
 
     Args:
@@ -81,7 +81,7 @@ def _from_string(text: Any, dtype: Any = float, count: int = -1, sep: str = "", 
     return np.frombuffer(raw, dtype, count).copy()
 
 
-def scipy_of_old(numpy: ModuleType, paths: Paths) -> dict[str, ModuleType]:
+def old_scipy(numpy: ModuleType, paths: Paths) -> dict[str, ModuleType]:
     """Return SciPy with the names that moved since, and with the images of ``scipy.misc``."""
     images = {
         "imread": paths.reading(_read_image),
@@ -210,7 +210,7 @@ def renamed_libraries() -> dict[str, ModuleType]:
     return {**renamed_ones, "cPickle": overlay("cPickle", _pickle(), real="pickle")}
 
 
-def libraries_of_old(
+def old_libraries(
     environment: Mapping[str, str],
     sleep: Callable[[float], None],
     seed: int,
@@ -228,7 +228,7 @@ def libraries_of_old(
     """
     chance = np.random.RandomState(seed % 2**32)
     numpy_random = overlay("numpy.random", _methods(chance))
-    numpy = numpy_of_old({"random": numpy_random}, paths)
+    numpy = old_numpy({"random": numpy_random}, paths)
     built_in = {"open": paths.open, "file": paths.open}
     return {
         **renamed_libraries(),
@@ -240,7 +240,7 @@ def libraries_of_old(
         "types": overlay("types", _TYPES),
         "numpy": numpy,
         "numpy.random": numpy_random,
-        **scipy_of_old(numpy, paths),
+        **old_scipy(numpy, paths),
         "random": overlay("random", _methods(random.Random(seed))),
         "cv2": overlay("cv2", _headless(paths), _opencv),
         **_fonts(),

@@ -78,7 +78,7 @@ class ChangeState(State):
         return "succeeded"
 
 
-def posed(position: Any, rotation: Any) -> Pose:
+def to_pose(position: Any, rotation: Any) -> Pose:
     """Return a pose; its parts are given in any form, or the whole pose as the position."""
     if isinstance(position, Pose):
         return position
@@ -160,7 +160,7 @@ def spawn(
     )
 
     def change(userdata: Any) -> None:
-        name, pose = name_of(userdata), pose_of(posed(position_of(userdata), rotation))
+        name, pose = name_of(userdata), pose_of(to_pose(position_of(userdata), rotation))
         if gravity_factor and not hits:
             message = (
                 f"the object '{name}' falls through the floor: spheres and cylinders of state machines "
@@ -189,7 +189,7 @@ def spawn_model(
     name_of, position_of = Given(model_name), Given(position)
 
     def change(userdata: Any) -> None:
-        name, pose = name_of(userdata), posed(position_of(userdata), rotation)
+        name, pose = name_of(userdata), to_pose(position_of(userdata), rotation)
         xml = text if "<model" in text else _around(text, name, **shape)
         answer = services.call("/gazebo/spawn_sdf_entity", name, xml, "", pose, "")
         if not answer.success:
@@ -249,8 +249,8 @@ def spawn_states(graph: Graph, services: Services) -> dict[str, Callable[..., St
 Part = TypeVar("Part", Visual, Collision)
 
 
-def scaled(model: Model, factors: Vector) -> Model:
-    """Return a scaled model; round shapes stay round, and masses do not change.
+def scale_model(model: Model, factors: Vector) -> Model:
+    """Return a scale_model model; round shapes stay round, and masses do not change.
 
     Args:
         model: the model.
@@ -325,7 +325,9 @@ def set_pose(
         def moved(now: Pose) -> Pose:
             if isinstance(place, Pose):
                 return place
-            return posed(now.position if place is None else place, now.orientation if turn is None else turn)
+            return to_pose(
+                now.position if place is None else place, now.orientation if turn is None else turn
+            )
 
         _move(services, name, moved)
         if factors is not None:
@@ -353,7 +355,7 @@ def rotate(
     graph: Graph, services: Services, model_name: str, x: Any = 0.0, y: float = 0.0, z: float = 0.0
 ) -> ChangeState:
     """Return a state that turns a model: by angles about the axes of the world, or by a quaternion."""
-    turn = posed(None, x if hasattr(x, "x") else Vector3(x, y, z)).orientation
+    turn = to_pose(None, x if hasattr(x, "x") else Vector3(x, y, z)).orientation
 
     def moved(now: Pose) -> Pose:
         before = now.orientation
@@ -399,7 +401,7 @@ def _resize(graph: Graph, name: str, factors: Vector) -> None:
     world = graph.world
     model, now = world.scene.model(name), world.model_motion(name)
     world.delete(name)
-    world.spawn(replace(scaled(model, factors), pose=now.pose))
+    world.spawn(replace(scale_model(model, factors), pose=now.pose))
     x, y, z = (a * b for a, b in zip(graph.scales.get(name, (1.0, 1.0, 1.0)), factors, strict=True))
     graph.scales[name] = x, y, z
 

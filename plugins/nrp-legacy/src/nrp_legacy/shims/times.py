@@ -22,7 +22,7 @@ def declare_clock(world: World) -> None:
         world.declare(CLOCK, _TYPE)
 
 
-def let_tick(run: Run) -> None:
+def publish_clock(run: Run) -> None:
     """Publish the simulated time before the functions of each step, if somebody wants it."""
     if CLOCK not in run.world.topics:
         return

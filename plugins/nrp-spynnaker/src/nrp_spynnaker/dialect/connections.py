@@ -63,7 +63,7 @@ class Hub:
 
     Attributes:
         connections: in the order in which they were made.
-        heard: the populations with live output, by label.
+        live_outputs: the populations with live output, by label.
         injectors: the populations into which connections send spikes, by label.
         controlled: the Poisson populations whose rates connections set, by label.
         sent: spikes to emit: label, and indices of cells.
@@ -75,7 +75,7 @@ class Hub:
     """
 
     connections: list[Connection] = field(default_factory=list)
-    heard: dict[str, Any] = field(default_factory=dict)
+    live_outputs: dict[str, Any] = field(default_factory=dict)
     injectors: dict[str, Any] = field(default_factory=dict)
     controlled: dict[str, Any] = field(default_factory=dict)
     sent: deque[tuple[str, list[int]]] = field(default_factory=deque)
@@ -113,8 +113,8 @@ class Hub:
     def clear(self) -> None:
         """Forget the populations, which ``setup`` discards; connections may be older, and stay."""
         for known in (
-            self.heard, self.injectors, self.controlled, self.sent, self.rates, self.outputs, self.inputs,
-            self.notified,
+            self.live_outputs, self.injectors, self.controlled, self.sent, self.rates, self.outputs,
+            self.inputs, self.notified,
         ):  # fmt: skip
             known.clear()
 
@@ -133,7 +133,7 @@ class Hub:
         require_kind("activate_live_output_for", "population", population, Population, "a population")
         refuse_misspelt("activate_live_output_for", "argument", others, _LIVE_OUTPUT, _ALIKE)
         label = population.label
-        self.heard[label] = population
+        self.live_outputs[label] = population
         self.notify(database_notify_port_num, database_notify_host)
         if port is None:
             return
@@ -193,7 +193,7 @@ class Hub:
         """
         for connection in self.connections:
             for label in connection.receive_labels:
-                _require(label, self.heard, "live output: call activate_live_output_for(population)")
+                _require(label, self.live_outputs, "live output: call activate_live_output_for(population)")
             for label in connection.send_labels:
                 known, remedy = (
                     (self.controlled, "live rates: call add_poisson_live_rate_control(population)")

@@ -114,7 +114,7 @@ class Sockets:
             if self._outputs:
                 self._sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             if hub.ports:
-                self._programs = Programs(hub.ports, self._keys, list(hub.heard), list(hub.injectors))
+                self._programs = Programs(hub.ports, self._keys, list(hub.live_outputs), list(hub.injectors))
         except BaseException:
             self.close()
             raise
@@ -203,12 +203,12 @@ def _keys_of(hub: Hub) -> dict[str, range]:
     """Return the keys of the cells of all populations with live output, and of injectors."""
     keys: dict[str, range] = {}
     free = 0
-    for label, population in {**hub.heard, **hub.injectors}.items():
+    for label, population in {**hub.live_outputs, **hub.injectors}.items():
         size = int(population.size)
         first = hub.inputs[label].key if label in hub.inputs else free
         free += ceil(size / _KEYS_OF_A_POPULATION) * _KEYS_OF_A_POPULATION
         keys[label] = range(first, first + size)
-        for other in hub.heard if label in hub.heard else ():
+        for other in hub.live_outputs if label in hub.live_outputs else ():
             both = keys.get(other, range(0))
             if other != label and max(first, both.start) < min(keys[label].stop, both.stop):
                 raise NetworkError(

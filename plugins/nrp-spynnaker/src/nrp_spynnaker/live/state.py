@@ -207,7 +207,7 @@ class LiveState(RunningState):
         brain = super()._open()
         self._ports = {
             label: brain.add_sink(Listener(), _ids(population), name=f"live/{label}")
-            for label, population in self.hub.heard.items()
+            for label, population in self.hub.live_outputs.items()
         }
         return brain
 
@@ -253,7 +253,7 @@ class LiveState(RunningState):
         return [found for connection in self.hub.connections for found in connection.callbacks[event]]
 
     def _size(self, label: str) -> int:
-        known = {**self.hub.heard, **self.hub.injectors, **self.hub.controlled}
+        known = {**self.hub.live_outputs, **self.hub.injectors, **self.hub.controlled}
         return int(known[label].size)
 
     def _step_until(self, t_ms: float, pace: _Pace | None = None) -> None:

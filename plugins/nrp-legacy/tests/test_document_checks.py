@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from nrp_legacy.document_checks import doubts_about
+from nrp_legacy.document_checks import check_documents
 from nrp_legacy.documents import read_bibi, read_experiment
 
 from nrp_core.checks.validate import validate_file
@@ -27,7 +27,7 @@ def _doubts(folder: Path, old: str = "", new: str = "") -> list[str]:
     assert old in _EXC + _BIBI
     for name, text in (("old.exc", _EXC), ("old.bibi", _BIBI)):
         (folder / name).write_text(text.replace(old, new, 1) if old else text)
-    found = list(doubts_about(read_experiment(folder / "old.exc"), read_bibi(folder / "old.bibi")))
+    found = list(check_documents(read_experiment(folder / "old.exc"), read_bibi(folder / "old.bibi")))
     assert all(one.code is Code.NRP287 and one.line for one in found)
     return [one.message for one in found]
 
@@ -45,7 +45,7 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
         ("<timeout>", '<timeout time="reel">', "the time of a <timeout> is 'reel'; did you mean 'real'?"),
         ("</timeout>", "</timeout><timeout>9</timeout>", "a second <timeout> is ignored: the one of line 2"),
         ('<robotPose robotId="husky"', '<robotPose robotId="huskyy"', "no robot 'huskyy', whose start pose"),
-        ('uz="0.7" theta="0.7"', 'uz="0" theta="0"', "0 0 0 0, which is no orientation: none is used"),
+        ('uz="0.7" theta="0.7"', 'uz="0" theta="0"', "0 0 0 0, which is not an orientation: none is used"),
         ('uz="0.7" theta="0.7"', 'jaw="1.5"', "a start pose has no 'jaw'; did you mean 'yaw'?"),
         ("<timeout>840</timeout>", "<timout>840</timout>", "<timout> is ignored; did you mean <timeout>?"),
         (
@@ -93,7 +93,7 @@ def test_a_part_whose_element_is_misspelt_is_missing_from_the_run(
 ) -> None:
     for name, text in (("old.exc", _EXC), ("old.bibi", _BIBI)):
         (tmp_path / name).write_text(text.replace(f"<{old}", f"<{new}").replace(f"</{old}", f"</{new}"))
-    found = list(doubts_about(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi")))
+    found = list(check_documents(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi")))
     assert [(one.code, one.message) for one in found] == [
         (code, f"<{new}> is ignored; did you mean <{old}>?")
     ]
@@ -105,7 +105,7 @@ def test_a_robot_with_the_name_of_another_is_missing_from_the_run(tmp_path: Path
     (tmp_path / "old.exc").write_text(_EXC)
     body = f"<bodyModel{names}>husky.sdf</bodyModel>"
     (tmp_path / "old.bibi").write_text(f"<bibi>\n{body}\n{body}</bibi>")
-    found = doubts_about(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi"))
+    found = check_documents(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi"))
     (robot,) = [one for one in found if one.code is Code.NRP256]
     assert (robot.line, robot.weight) == (2, Weight.INCOMPLETE)
     assert "stands again in line 3: this one is left out" in robot.message
@@ -121,7 +121,7 @@ def test_experiments_of_the_platform_are_doubted_only_where_they_are_wrong(corpu
         one.message
         for path in corpus.glob("*/*.exc")
         for bibi in path.parent.glob("*.bibi")
-        for one in doubts_about(read_experiment(path), read_bibi(bibi))
+        for one in check_documents(read_experiment(path), read_bibi(bibi))
     ]
     assert doubted == [
         "priority of a transfer function is 'high', not a whole number: it is 0"
@@ -153,7 +153,7 @@ def test_a_part_that_names_no_file_is_left_out_and_reported(
 ) -> None:
     for name, text in (("old.exc", _EXC), ("old.bibi", _BIBI)):
         (tmp_path / name).write_text(text.replace(old, new, 1))
-    found = list(doubts_about(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi")))
+    found = list(check_documents(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi")))
     assert [(one.code, words in one.message) for one in found] == [(code, True)]
     assert code.weight is Weight.INCOMPLETE
 
