@@ -18,12 +18,17 @@ if TYPE_CHECKING:
     from nrp_core.brain.backend import BrainBackend as BrainBackend
     from nrp_core.brain.backend import BrainOptions as BrainOptions
     from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
+    from nrp_core.brain.capabilities import Fact as Fact
+    from nrp_core.brain.capabilities import Quantity as Quantity
+    from nrp_core.brain.capabilities import Report as Report
+    from nrp_core.brain.capabilities import Table as Table
     from nrp_core.brain.changes import PARAMETERS as PARAMETERS
     from nrp_core.brain.changes import WEIGHTS as WEIGHTS
     from nrp_core.brain.changes import ParameterChange as ParameterChange
     from nrp_core.brain.changes import Synapses as Synapses
     from nrp_core.brain.devices.ports import SourcePort as SourcePort
     from nrp_core.brain.devices.ports import SourceSpec as SourceSpec
+    from nrp_core.brain.devices.sinks import ConductanceRecorder as ConductanceRecorder
     from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha as LeakyIntegratorAlpha
     from nrp_core.brain.devices.sinks import LeakyIntegratorExp as LeakyIntegratorExp
     from nrp_core.brain.devices.sinks import PopulationRate as PopulationRate
@@ -31,37 +36,32 @@ if TYPE_CHECKING:
     from nrp_core.brain.devices.sinks import SinkSpec as SinkSpec
     from nrp_core.brain.devices.sinks import SpikeRecorder as SpikeRecorder
     from nrp_core.brain.devices.sinks import SpikeRecorderPort as SpikeRecorderPort
+    from nrp_core.brain.devices.sinks import StateRecorder as StateRecorder
+    from nrp_core.brain.devices.sinks import StateRecorderPort as StateRecorderPort
+    from nrp_core.brain.devices.sinks import VoltageRecorder as VoltageRecorder
+    from nrp_core.brain.devices.source_cells import TrainQueue as TrainQueue
     from nrp_core.brain.devices.sources import ACSource as ACSource
     from nrp_core.brain.devices.sources import DCSource as DCSource
     from nrp_core.brain.devices.sources import FixedFrequencySource as FixedFrequencySource
     from nrp_core.brain.devices.sources import NoisyCurrentSource as NoisyCurrentSource
     from nrp_core.brain.devices.sources import PoissonSource as PoissonSource
     from nrp_core.brain.devices.sources import SpikeInjector as SpikeInjector
-    from nrp_core.brain.devices.state_recorder import ConductanceRecorder as ConductanceRecorder
-    from nrp_core.brain.devices.state_recorder import StateRecorder as StateRecorder
-    from nrp_core.brain.devices.state_recorder import StateRecorderPort as StateRecorderPort
-    from nrp_core.brain.devices.state_recorder import VoltageRecorder as VoltageRecorder
-    from nrp_core.brain.devices.train_queue import TrainQueue as TrainQueue
     from nrp_core.brain.interface import Brain as Brain
     from nrp_core.brain.network.data import RECEPTORS as RECEPTORS
     from nrp_core.brain.network.data import Network as Network
+    from nrp_core.brain.network.data import Origin as Origin
     from nrp_core.brain.network.data import Population as Population
     from nrp_core.brain.network.data import Projection as Projection
     from nrp_core.brain.network.grid import Grid as Grid
-    from nrp_core.brain.network.origin import Origin as Origin
-    from nrp_core.brain.network.synapse_order import same_order as same_order
+    from nrp_core.brain.network.grid import same_order as same_order
     from nrp_core.brain.network.synapses import STATIC as STATIC
     from nrp_core.brain.network.synapses import STDP as STDP
     from nrp_core.brain.network.synapses import TSODYKS_MARKRAM as TSODYKS_MARKRAM
     from nrp_core.brain.pynn import builder as builder
     from nrp_core.brain.pynn.export import network_of as network_of
+    from nrp_core.brain.remote import ProcessLock as ProcessLock
     from nrp_core.brain.remote import RemoteBrain as RemoteBrain
     from nrp_core.brain.remote import RemoteOptions as RemoteOptions
-    from nrp_core.brain.remote import Sole as Sole
-    from nrp_core.brain.report import Fact as Fact
-    from nrp_core.brain.report import Quantity as Quantity
-    from nrp_core.brain.report import Report as Report
-    from nrp_core.brain.report import Table as Table
     from nrp_core.brain.spikes import Spikes as Spikes
     from nrp_core.brain.spikes import SynapticEvents as SynapticEvents
     from nrp_core.findings import Code as Code
@@ -78,31 +78,26 @@ else:
             "nrp_core._support.closing": "Closing",
             "nrp_core._support.diagnosis": "Diagnosis",
             "nrp_core._support.subnormals": "flushing_subnormals",
-            "nrp_core.brain.capabilities": "BrainCapabilities",
+            "nrp_core.brain.capabilities": "BrainCapabilities Fact Quantity Report Table",
             "nrp_core.brain.changes": "PARAMETERS ParameterChange Synapses WEIGHTS",
             "nrp_core.brain.devices.ports": "SourcePort SourceSpec",
             "nrp_core.brain.devices.sinks": (
-                "LeakyIntegratorAlpha LeakyIntegratorExp PopulationRate SinkPort SinkSpec SpikeRecorder "
-                "SpikeRecorderPort"
+                "ConductanceRecorder LeakyIntegratorAlpha LeakyIntegratorExp PopulationRate SinkPort "
+                "SinkSpec SpikeRecorder SpikeRecorderPort StateRecorder StateRecorderPort "
+                "VoltageRecorder"
             ),
             "nrp_core.brain.devices.sources": (
                 "ACSource DCSource FixedFrequencySource NoisyCurrentSource PoissonSource SpikeInjector"
             ),
-            "nrp_core.brain.devices.state_recorder": (
-                "ConductanceRecorder StateRecorder StateRecorderPort VoltageRecorder"
-            ),
-            "nrp_core.brain.devices.train_queue": "TrainQueue",
+            "nrp_core.brain.devices.source_cells": "TrainQueue",
             "nrp_core.brain.backend": "BRAIN_INTERFACE_VERSION BrainBackend BrainOptions",
             "nrp_core.brain.interface": "Brain",
-            "nrp_core.brain.network.data": "Network Population Projection RECEPTORS",
-            "nrp_core.brain.network.origin": "Origin",
-            "nrp_core.brain.network.grid": "Grid",
-            "nrp_core.brain.network.synapse_order": "same_order",
+            "nrp_core.brain.network.data": "Network Origin Population Projection RECEPTORS",
+            "nrp_core.brain.network.grid": "Grid same_order",
             "nrp_core.brain.network.synapses": "STATIC STDP TSODYKS_MARKRAM",
             "nrp_core.brain.pynn": "builder",
             "nrp_core.brain.pynn.export": "network_of",
-            "nrp_core.brain.remote": "RemoteBrain RemoteOptions Sole",
-            "nrp_core.brain.report": "Fact Quantity Report Table",
+            "nrp_core.brain.remote": "ProcessLock RemoteBrain RemoteOptions",
             "nrp_core.brain.spikes": "Spikes SynapticEvents",
             "nrp_core.findings": "Code Finding Findings Level Weight",
             "nrp_core.findings.refusals": "no_variable",

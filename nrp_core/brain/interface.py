@@ -19,14 +19,12 @@ from nrp_core._support.arrays import FloatArray, IntArray, unset
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange, Rewirings, Synapses
-from nrp_core.brain.devices.attached import AttachedDevices
-from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
+from nrp_core.brain.devices.attached import AttachedDevices, drivable, require_spec, selected, source_among
+from nrp_core.brain.devices.sinks import SinkPort, SinkSpec, StateRecorderPort, Trace, divided, run_halting
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
-from nrp_core.brain.devices.state_recorder import StateRecorderPort, Trace, divided, run_halting
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.selection import drivable, require_spec, selected, source_among
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import DivergedError

@@ -13,8 +13,7 @@ import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.neuromodulation import Neuromodulation
-from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.checks.network_units import unlikely_units
 from nrp_core.checks.synaptic_effects import LEAKY_CELLS
 from nrp_core.checks.unreachable_thresholds import unreached_thresholds

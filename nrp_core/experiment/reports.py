@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
-from nrp_core.brain.report import Report
+from nrp_core.brain.capabilities import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named
 from nrp_core.experiment.making.maker import build_here

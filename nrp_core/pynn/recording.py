@@ -16,11 +16,10 @@ from pyNN import recording
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.numbers import is_number
 from nrp_core.brain.changes import Rewirings
-from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
-from nrp_core.brain.devices.state_recorder import StateRecorder, StateRecorderPort
+from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort, StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.pynn.arguments import require_kind
-from nrp_core.brain.pynn.own_names import own_name
+from nrp_core.brain.pynn.models import own_name
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn.rewirings import REWIRING, events_of

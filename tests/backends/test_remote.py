@@ -19,9 +19,8 @@ from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, PoissonSource
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
-from nrp_core.brain.remote.columns import SharedColumns
-from nrp_core.brain.remote.idle import end_idle
-from nrp_core.brain.remote.liveness import Watchdog
+from nrp_core.brain.remote.messages import SharedColumns
+from nrp_core.brain.remote.process import Watchdog, end_idle
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError, NetworkError, SimulationError
 

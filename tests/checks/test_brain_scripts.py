@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.neuromodulation import Neuromodulation
-from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.checks import confined_network
 from nrp_core.checks.confined_network import ConfinedBuild
 from nrp_core.checks.network_summary import described, skeleton_of

@@ -18,7 +18,7 @@ import pytest
 from mutations import numbers_in
 from nrp_brain_event import EventBackend
 
-from nrp_core.brain.devices.currents import ACSource, DCSource, NoisyCurrentSource
+from nrp_core.brain.devices.sources import ACSource, DCSource, NoisyCurrentSource
 from nrp_core.brain.devices.trains import FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network

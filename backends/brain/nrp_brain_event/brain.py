@@ -23,7 +23,7 @@ from nrp_brain_event.stored_spikes import StoredSpikes
 from nrp_brain_event.traces import planned, run_reading
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.devices.state_recorder import Trace
+from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents

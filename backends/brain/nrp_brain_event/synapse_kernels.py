@@ -22,7 +22,7 @@ from nrp_brain_event.synapse_laws import RULES, SHARES
 from nrp_core._support.jit import jit
 from nrp_core.brain.devices import short_term
 from nrp_core.brain.devices.short_term import facilitated
-from nrp_core.brain.network.equations.synapse_model import SYNAPSE_TYPE
+from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE
 from nrp_core.brain.network.synapses import (
     MULTIQUANTAL,
     SIMPLE_STOCHASTIC,

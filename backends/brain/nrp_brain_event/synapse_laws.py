@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from nrp_core.brain.network.equations.synapse_model import SYNAPSE_TYPE
+from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE
 from nrp_core.brain.network.synapses import (
     LAWS,
     MULTIQUANTAL,

@@ -12,7 +12,7 @@ from nrp_brain_event.kernels import READABLE, read, run
 from nrp_brain_event.records import DONE, Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.devices.state_recorder import Trace
+from nrp_core.brain.devices.sinks import Trace
 from nrp_core.clock import NS_PER_MS
 
 

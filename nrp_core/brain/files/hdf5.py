@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import mmap
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,12 +11,44 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nrp_core.brain.files.heaps import has_damaged_heap
 from nrp_core.brain.network.memory import require_memory
 from nrp_core.errors import ExperimentError, NetworkError, NrpError, did_you_mean
 
 if TYPE_CHECKING:
     import h5py
+
+_HEAP_SIGNATURE = b"GCOL\x01\x00\x00\x00"
+_HEAD = struct.Struct("<8sQ")
+_OBJECT = struct.Struct("<H6xQ")
+_FREE = 0
+
+
+def has_damaged_heap(path: Path) -> bool:
+    """Return whether the objects of a heap, which holds strings, do not fill it; h5py does not check it."""
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        place = data.find(_HEAP_SIGNATURE)
+        while place >= 0:
+            if not _is_sound(data, place):
+                return True
+            place = data.find(_HEAP_SIGNATURE, place + _HEAD.size)
+    return False
+
+
+def _is_sound(data: mmap.mmap, start: int) -> bool:
+    if start + _HEAD.size > len(data):
+        return False
+    end: int = start + _HEAD.unpack_from(data, start)[1]
+    place: int = start + _HEAD.size
+    if not place <= end <= len(data):
+        return False
+    while place + _OBJECT.size <= end:
+        index, size = _OBJECT.unpack_from(data, place)
+        step = size if index == _FREE else _OBJECT.size + -(-size // 8) * 8
+        if step == 0:
+            return False
+        place += step
+    return place <= end
+
 
 INSTALL = "pip install h5py"
 _LARGEST_ID = np.iinfo(np.int64).max

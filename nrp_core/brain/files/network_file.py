@@ -34,14 +34,12 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
-from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.neuromodulation import Neuromodulation
-from nrp_core.brain.network.origin import Origin
 from nrp_core.brain.network.picking import Selection, with_views
-from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.errors import NetworkError
 from nrp_core.paths import path_of
 

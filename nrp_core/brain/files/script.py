@@ -86,8 +86,7 @@ def load_network(
         ExperimentError: the seed is not an integer.
     """
     from nrp_core.brain.pynn import builder
-    from nrp_core.brain.pynn.export import network_of
-    from nrp_core.brain.pynn.views import views_of
+    from nrp_core.brain.pynn.export import network_of, views_of
 
     try:
         file = existing_file(path)

@@ -1,17 +1,102 @@
-"""Values of a network that stay as they were when they were checked."""
+"""Checked values of a network, which stay as they were when they were checked, and their digest."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import hashlib
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import asdict, fields
 from math import inf
 from numbers import Integral
-from typing import Any, NoReturn, cast
+from typing import Any, ClassVar, Final, NoReturn, Self, cast
 
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.numbers import is_number
-from nrp_core.errors import NetworkError
+from nrp_core.brain.network.cells import CELLS
+from nrp_core.brain.network.synapses import LAWS
+from nrp_core.errors import NetworkError, did_you_mean
+
+_INPUTS: Final = ("gsyn_exc", "gsyn_inh", "isyn_exc", "isyn_inh")
+"""The state of cells with synapses of any kind: what is left of earlier input."""
+
+
+def require_parts(fields: str, kind: type, given: Iterable[object]) -> None:
+    """Check that all values of a field of a network are of one class.
+
+    Raises:
+        NetworkError: one is not.
+    """
+    for one in given:
+        if not isinstance(one, kind):
+            raise NetworkError(f"the {fields} of a network are each a {kind.__name__}, not {one!r:.60}")
+
+
+def require_cell_names(
+    label: str, cell_type: str, parameters: Collection[str], states: Collection[str]
+) -> None:
+    """Check the names of the parameters and initial values of a population of standard cells.
+
+    Args:
+        label: the population's.
+        cell_type: its cells; a backend may have some that are not standard.
+        parameters: the names of its parameters.
+        states: the names of its initial values.
+
+    Raises:
+        NetworkError: the cell type has no such value.
+    """
+    cell = CELLS.get(cell_type)
+    if cell is not None:
+        owner = f"population '{label}' ({cell_type})"
+        _require_known(owner, "parameter", parameters, cell.parameters)
+        _require_known(owner, "state variable", states, {*cell.state, *(_INPUTS if cell.weight_unit else ())})
+
+
+def require_synapse_names(label: str, synapse_type: str, parameters: Collection[str]) -> None:
+    """Check the names of the parameters of the synapses of a projection.
+
+    Raises:
+        NetworkError: the synapse law has no such parameter.
+    """
+    law = LAWS.get(synapse_type)
+    if law is not None:
+        _require_known(f"projection '{label}' ({synapse_type})", "parameter", parameters, law.parameters)
+
+
+def require_all_parameters(owner: str, given: Collection[str], known: Iterable[str]) -> None:
+    """Check that no parameter is missing.
+
+    Raises:
+        NetworkError: one is.
+    """
+    missing = [name for name in known if name not in given]
+    if missing:
+        names = ", ".join(f"'{name}'" for name in missing)
+        raise NetworkError(f"{owner} needs the parameter{'s' if len(missing) > 1 else ''} {names}")
+
+
+def _require_known(owner: str, what: str, given: Collection[str], known: Collection[str]) -> None:
+    for name in given:
+        if name not in known:
+            raise NetworkError(f"{owner} has no {what} '{name}'{did_you_mean(name, known)}")
+
+
+def feed(state: hashlib.blake2b, *values: object) -> None:
+    """Add values to a hash; arrays by dtype, shape and bytes, without copying broadcast ones whole."""
+    for value in values:
+        if isinstance(value, np.ndarray):
+            constant = value.ndim == 1 and value.strides == (0,) and value.size > 1
+            state.update(f"{value.dtype}{value.shape}{bool(constant)}".encode())
+            state.update(np.ascontiguousarray(value[:1] if constant else value).ravel().view(np.uint8).data)
+        elif isinstance(value, dict):
+            for key in sorted(value):
+                feed(state, key, value[key])
+        elif isinstance(value, tuple):
+            for item in value:
+                feed(state, item)
+        else:
+            state.update(repr(value).encode() + b";")
 
 
 class Checked(dict[str, Any]):
@@ -131,3 +216,49 @@ def require_timestep(timestep_ms: object) -> None:
     """
     if timestep_ms is not None and not (is_number(timestep_ms) and 0 < timestep_ms < inf):
         raise NetworkError(f"the time step of a network is a time above 0 in ms, not {timestep_ms!r:.60}")
+
+
+class Plain:
+    """The base of frozen data classes of numbers, texts and mappings."""
+
+    __slots__ = ()
+    KIND: ClassVar[str]
+    """What they describe, by its name in messages."""
+
+    def data(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return asdict(self)  # type: ignore[call-overload,no-any-return]
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> Self:
+        """Return it from :meth:`data`.
+
+        Raises:
+            NetworkError: a name or a value is impossible.
+        """
+        known = [one.name for one in fields(cls)]  # type: ignore[arg-type]
+        for name in data.keys() - set(known):
+            raise NetworkError(f"{cls.KIND} has no '{name}'{did_you_mean(name, known)}")
+        try:
+            return cls(**data)
+        except TypeError as error:
+            raise NetworkError(f"this is not data of {cls.KIND}: {error}") from None
+
+
+SMALLEST: Final = 5e-324
+"""The lowest number above 0."""
+
+
+class Settings(Plain):
+    """The base of frozen data classes of numbers."""
+
+    __slots__ = ()
+
+    def _require(self, name: str, low: float, high: float, rule: str, *, whole: bool = False) -> None:
+        """Check a number, and keep it as one of Python: those of NumPy are not written as JSON."""
+        value = getattr(self, name)
+        if not (
+            is_number(value) and low <= value <= high and value < inf and (not whole or value == int(value))
+        ):
+            raise NetworkError(f"{self.KIND}: {name} is {value!r}; it must be {rule}")
+        object.__setattr__(self, name, int(value) if whole else float(value))

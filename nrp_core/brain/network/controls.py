@@ -14,8 +14,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.origin import LISTED
+from nrp_core.brain.network.data import LISTED, Network, Projection
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 

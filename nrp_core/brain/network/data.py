@@ -22,12 +22,17 @@ from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.checked import (
+    feed,
     fixed,
     global_ids,
     keep_mappings,
+    require_all_parameters,
+    require_cell_names,
     require_identity,
     require_numbers,
     require_own_labels,
+    require_parts,
+    require_synapse_names,
     require_timestep,
     require_values,
 )
@@ -37,7 +42,6 @@ from nrp_core.brain.network.equations.model import INHIBITORY
 from nrp_core.brain.network.equations.model import RECEPTORS as RECEPTORS
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.equations.units import Unit, unit_of
-from nrp_core.brain.network.hashed import feed
 from nrp_core.brain.network.indices import ends_of, folded, indices_of, stored_form
 from nrp_core.brain.network.limits import (
     check_cells,
@@ -49,17 +53,32 @@ from nrp_core.brain.network.limits import (
     limits_of_cells,
     limits_of_synapses,
 )
-from nrp_core.brain.network.names import (
-    require_all_parameters,
-    require_cell_names,
-    require_parts,
-    require_synapse_names,
-)
-from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
-from nrp_core.brain.network.origin import LISTED, Origin
-from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.network.rewiring import MODULATORY, Neuromodulation, Rewiring
 from nrp_core.brain.network.synapses import LAWS, PLASTIC, STATIC
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a projection was made, for backends that need distributions instead of drawn values.
+
+    Args:
+        connector: PyNN's name of the connector, e.g. ``FixedProbabilityConnector``.
+        parameters: its parameters: numbers, Booleans and strings; None for arrays.
+        weight: the weight as given: a number, a distribution such as ``normal(mu=0.5, sigma=0.1)``, or a
+            function of the distance ``d`` such as ``0.1*exp(-d)``; None if each synapse got its own.
+        delay: the delay (ms) from the script, in the same form.
+    """
+
+    connector: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    weight: Any = None
+    delay: Any = None
+
+
+LISTED: Final = Origin("FromListConnector")
+"""The origin of synapses that follow no rule."""
+
 
 HINTS: Final = frozenset(
     {

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.origin import LISTED
+from nrp_core.brain.network.data import LISTED, Network, Projection
 from nrp_core.brain.network.synapses import LAWS
 
 Synapses = npt.NDArray[np.bool_]

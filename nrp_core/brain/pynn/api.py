@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import difflib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isfinite
+from numbers import Real
 from types import MappingProxyType, ModuleType
-from typing import Any, NoReturn
+from typing import Any, Final, NoReturn
 
 import numpy as np
 from pyNN import common, connectors, errors, random, space, standardmodels
@@ -18,21 +19,71 @@ from nrp_core._support.numbers import is_number
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.synapses import LAWS
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
-from nrp_core.brain.pynn.arguments import refuse_misspelt
-from nrp_core.brain.pynn.callbacks import checked
+from nrp_core.brain.pynn.arguments import InvalidValueError, PastTimeError, WrongKindError, refuse_misspelt
 from nrp_core.brain.pynn.composed_cells import composed_cells
 from nrp_core.brain.pynn.connectors import connector_types
-from nrp_core.brain.pynn.equation_cells import equation_cell
-from nrp_core.brain.pynn.equation_synapses import equation_synapse
+from nrp_core.brain.pynn.equation_models import (
+    cells_in_equations,
+    equation_cell,
+    equation_synapse,
+    nestml_cell,
+)
 from nrp_core.brain.pynn.export import network_of
-from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
-from nrp_core.brain.pynn.nestml import nestml_cell
-from nrp_core.brain.pynn.recording import Recorder
-from nrp_core.brain.pynn.simulator import Simulator
-from nrp_core.brain.pynn.space import checked_space
-from nrp_core.brain.pynn.standard_equations import cells_in_equations
+from nrp_core.brain.pynn.rng import checked_space
+from nrp_core.brain.pynn.simulator import Recorder, Simulator
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.parameters import GivenParameters
+
+_ROUNDING_MS: Final = 1e-9
+_MOST_CALLS: Final = 1000
+"""At one time; a callback may name the present time some times, as one with a list of times does."""
+
+
+class Callback:
+    """A callback whose answers let a run advance.
+
+    Args:
+        function: returns the time (ms) at which it is to be called next.
+        until_ms: the end of the run, from which on nobody reads the answers.
+    """
+
+    def __init__(self, function: Callable[[float], Any], until_ms: float) -> None:
+        self._function, self._until_ms = function, until_ms
+        self._called_ms, self._calls = float("nan"), 0
+
+    def __call__(self, now_ms: float) -> Any:
+        """Call it.
+
+        Raises:
+            InvalidValueError: the answer is no time, or the present or a past one again and again.
+        """
+        answer = self._function(now_ms)
+        self._calls = self._calls + 1 if now_ms == self._called_ms else 1
+        self._called_ms = now_ms
+        is_time = isinstance(answer, Real) and float(answer) >= now_ms - _ROUNDING_MS
+        if now_ms < self._until_ms - _ROUNDING_MS and (not is_time or self._calls > _MOST_CALLS):
+            raise InvalidValueError(
+                f"run: the callback {self._function!r:.60} returned {answer!r:.40} at {now_ms:g} ms; it "
+                "returns the time of its next call, after the present one"
+            )
+        return answer
+
+
+def checked(functions: Sequence[Callable[[float], Any]] | None, until_ms: float) -> list[Callback] | None:
+    """Return callbacks of a run until a time, ms, with their answers checked.
+
+    Raises:
+        WrongKindError: they are not a list of functions.
+    """
+    if functions is None:
+        return None
+    given = [*functions] if isinstance(functions, Iterable) else [None]
+    if not all(map(callable, given)):
+        raise WrongKindError(
+            f"run: callbacks are a list of functions, which are called with the time, not {functions!r:.60}"
+        )
+    return [Callback(function, until_ms) for function in given] or None
+
 
 NAME = "nrp_core.pynn"
 SIMULATOR_NAME = "nrp"

@@ -15,8 +15,8 @@ from nrp_core.brain.network.cells import CellType
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_values
-from nrp_core.brain.pynn.equation_cells import bound
-from nrp_core.brain.pynn.own_names import own_name
+from nrp_core.brain.pynn.equation_models import bound
+from nrp_core.brain.pynn.models import own_name
 from nrp_core.errors import NetworkError
 
 _NAME: Final = "PointNeuron"

@@ -21,13 +21,16 @@ from pyNN import connectors
 from pyNN.parameters import LazyArray
 
 from nrp_core.brain.network.drawing import sorted_by
-from nrp_core.brain.pynn.arguments import require_arguments, require_shape
+from nrp_core.brain.pynn.arguments import (
+    InvalidSynapseError,
+    WrongKindError,
+    require_arguments,
+    require_shape,
+)
 from nrp_core.brain.pynn.connectivity_estimate import require_room
-from nrp_core.brain.pynn.invalid import InvalidSynapseError, WrongKindError
-from nrp_core.brain.pynn.own_values import drawn_at_once
 from nrp_core.brain.pynn.populations import ids_of
-from nrp_core.brain.pynn.random_pairs import random_pairs
-from nrp_core.brain.pynn.rng import name_streams, named
+from nrp_core.brain.pynn.rng import name_streams, named, random_pairs
+from nrp_core.brain.pynn.synapse_columns import drawn_at_once
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 if TYPE_CHECKING:

@@ -13,8 +13,13 @@ from pyNN.parameters import ParameterSpace
 from pyNN.standardmodels import StandardCurrentSource, electrodes
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.pynn.arguments import require_kind, require_names, require_values
-from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
+from nrp_core.brain.pynn.arguments import (
+    InvalidValueError,
+    WrongKindError,
+    require_kind,
+    require_names,
+    require_values,
+)
 from nrp_core.brain.pynn.models import untranslated
 from nrp_core.brain.pynn.populations import require_existing
 from nrp_core.brain.pynn.simulator import Simulator

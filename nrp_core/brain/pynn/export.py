@@ -5,26 +5,106 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import count, product, repeat
 from typing import Any
 
 import numpy as np
+from pyNN.common import Assembly, BasePopulation
 from pyNN.random import RandomDistribution
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network import data as data
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.equations.model import INPUT
-from nrp_core.brain.network.equations.values import known_value
+from nrp_core.brain.network.data import Network, Origin
+from nrp_core.brain.network.equations.model import INPUT, known_value
 from nrp_core.brain.network.indices import indices_of
-from nrp_core.brain.network.origin import Origin
+from nrp_core.brain.network.picking import CIRCUIT, Selection, hidden, picked
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.pynn.invalid import InvalidValueError
-from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
+from nrp_core.brain.pynn.arguments import InvalidValueError
+from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of, require_existing
 from nrp_core.brain.pynn.projections import Projection
-from nrp_core.brain.pynn.seed_streams import rewirings_of
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.brain.pynn.synapse_columns import taken
+from nrp_core.errors import NetworkError
+
+
+def rewirings_of(projections: Iterable[Any], labels: Mapping[Any, str]) -> dict[int, Rewiring]:
+    """Return how synapses of each type that form and vanish do so, by the identity of the type.
+
+    A target follows the last mechanism that was given to it, as in sPyNNaker 7.4.1.
+
+    Args:
+        projections: the projections of a script, in order.
+        labels: its populations and their labels, in order.
+    """
+    rewired = [one for one in projections if hasattr(one.synapse_type, "rewiring")]
+    last = {one.post: one.synapse_type for one in rewired}
+    targets: dict[int, list[str]] = {}
+    for population, label in labels.items():
+        if population in last:
+            targets.setdefault(id(last[population]), []).append(label)
+    found = {id(one.synapse_type): one.synapse_type.rewiring for one in rewired}
+    several = {key: labels[0] for key, labels in targets.items() if len(labels) > 1}
+    seeded = {key: label for key, label in several.items() if found[key].seed is not None}
+    return found | {key: replace(found[key], stream=label) for key, label in seeded.items()}
+
+
+_NO_CELLS = (type(None), str, int, float, list, tuple, set)
+"""Kinds of values that a script may take for a circuit."""
+
+
+def views_of(
+    variables: Mapping[str, Any], populations: Mapping[str, Selection], state: State
+) -> dict[str, IntArray]:
+    """Return the global ids of all named neurons.
+
+    Args:
+        variables: the script's variables.
+        populations: selections of cells of the variable ``circuit``, by name.
+        state: the objects built by the script.
+
+    Raises:
+        NetworkError: there is no circuit to select from, or it no longer exists.
+        NeuronSelectionError: the circuit has no such cells.
+    """
+    circuit = variables.get(CIRCUIT)
+    named = {name: cells for name, cells in variables.items() if _is_cells(cells) and name[0] != "_"}
+    if isinstance(circuit, Mapping):
+        named |= {str(label): cells for label, cells in circuit.items() if _is_cells(cells)}
+    views = {name: _existing_ids(name, cells, state) for name, cells in named.items()}
+    _tell_of_no_cells(variables, state)
+    if populations and not _is_cells(circuit):
+        raise NetworkError(
+            f"the script has no circuit from which to take '{next(iter(populations))}': name a population, "
+            f"view or assembly '{CIRCUIT}', or use the names that there are ({', '.join(named) or 'none'})"
+        )
+    chosen = {name: picked(name, selection, views[CIRCUIT]) for name, selection in populations.items()}
+    labels = {one.label: ids_of(one) for one in state.populations}
+    for text in hidden({**labels, **views}, chosen):
+        state.remark(text)
+    return views | chosen
+
+
+def _tell_of_no_cells(variables: Mapping[str, Any], state: State) -> None:
+    """Tell of a circuit, or parts of one, that is not cells; a function of that name is one of the script."""
+    circuit = variables.get(CIRCUIT, ())
+    if isinstance(circuit, Mapping):
+        for label, cells in circuit.items():
+            if not _is_cells(cells):
+                state.remark(f"'{label}' of '{CIRCUIT}' is {cells!r:.60}, not cells, so it names none")
+    elif CIRCUIT in variables and isinstance(circuit, _NO_CELLS):
+        state.remark(
+            f"'{CIRCUIT}' is {circuit!r:.60}; it must be a population, view, assembly or a dictionary of them"
+        )
+
+
+def _is_cells(value: object) -> bool:
+    return isinstance(value, (BasePopulation, Assembly))
+
+
+def _existing_ids(name: str, cells: Any, state: State) -> IntArray:
+    require_existing(name, cells, state)
+    return ids_of(cells)
 
 
 def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Network:

@@ -22,27 +22,46 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.limits import check_cells, check_spike_times, check_values, limits_of_cells
 from nrp_core.brain.network.memory import require_memory
 from nrp_core.brain.pynn.arguments import (
+    InvalidValueError,
+    UnknownCellError,
     UnknownParameterError,
+    UnknownVariableError,
+    WrongKindError,
+    computing,
+    raising,
     require_kind,
     require_names,
     require_population,
     require_shape,
     require_values,
 )
-from nrp_core.brain.pynn.ids import ID
-from nrp_core.brain.pynn.invalid import (
-    InvalidValueError,
-    UnknownCellError,
-    UnknownVariableError,
-    WrongKindError,
-    computing,
-    raising,
-)
-from nrp_core.brain.pynn.own_names import columns_of, own_name, values_of
-from nrp_core.brain.pynn.rng import name_streams, named
+from nrp_core.brain.pynn.models import columns_of, own_name, values_of
+from nrp_core.brain.pynn.rng import are_at_one_place, name_streams, named
 from nrp_core.brain.pynn.simulator import Simulator, State
-from nrp_core.brain.pynn.space import are_at_one_place
 from nrp_core.errors import NetworkError, did_you_mean
+
+
+class ID(int, common.IDMixin):
+    """A cell of PyNN."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name != "parent" and not hasattr(type(self), name):
+            self.parent._require([name])
+        super().__setattr__(name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a parameter; an attribute of populations is refused: one cell was given in place of some."""
+        if name in ("parent", "set") or name.startswith("_"):
+            return super().__getattr__(name)
+        if name in vars(self.parent) or hasattr(type(self.parent), name):
+            place = self.parent.id_to_index(self)
+            label = self.parent.label
+            raise UnknownParameterError(
+                f"this is one cell of '{label}', which has no '{name}'; a slice is a view of it: "
+                f"[{place}:{place + 1}]"
+            )
+        return super().__getattr__(name)
+
 
 SPIKE_TIMES = "spike_times"
 BYTES_PER_CELL = 350

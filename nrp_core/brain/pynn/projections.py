@@ -22,8 +22,15 @@ from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
 from nrp_core.brain.network.parameters import Limit
 from nrp_core.brain.network.synapses import LAWS
-from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape
-from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
+from nrp_core.brain.pynn.arguments import (
+    InvalidSynapseError,
+    UnknownSynapseError,
+    computing,
+    raising,
+    require_kind,
+    require_names,
+    require_shape,
+)
 from nrp_core.brain.pynn.populations import parts_of, require_existing
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.brain.pynn.synapse_columns import SynapseColumns, drawn_row_by_row, evaluated

@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from pyNN.random import AbstractRNG
 
-from nrp_core.brain.pynn.invalid import InvalidSynapseError, InvalidValueError, WrongKindError
+from nrp_core.brain.pynn.arguments import InvalidSynapseError, InvalidValueError, WrongKindError
 
 CONNECTORS: Final = (
     "AllToAllConnector", "DistanceDependentProbabilityConnector", "FixedTotalNumberConnector",

@@ -4,20 +4,102 @@ In PyNN the simulator is a module. Here it is an object, so that one process can
 side by side.
 """
 
+# mypy: disable-error-code="misc"
+
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
+from pyNN import recording
 from pyNN.common.control import DEFAULT_TIMESTEP, BaseState
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.changes import Synapses
-from nrp_core.brain.pynn.settings import Settings
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
+
+_Key = tuple[int, str]
+
+
+class Settings:
+    """The settings of parameters since the network last ran.
+
+    An owner is a population or a projection. A setting is overwritten if one later setting changes the values
+    of all its cells before anything runs or reads them: a value for all and exceptions for some are right.
+    """
+
+    def __init__(self) -> None:
+        self._sizes: list[int] = []
+        self._last: dict[_Key, IntArray] = {}
+        self._since: dict[_Key, str] = {}
+        self._had_effect: set[_Key] = set()
+
+    def change(self, owner: Any, name: str, size: int, cells: IntArray, differs: Any) -> bool:
+        """Note a setting; return whether it overwrites an earlier one.
+
+        Args:
+            owner: what has the parameter, with a label.
+            name: the parameter.
+            size: number of values that the owner has.
+            cells: the indices of those that are set.
+            differs: whether each of them differs from its value before.
+        """
+        key = (id(owner), name)
+        self._since[key] = owner.label
+        if key not in self._last:
+            self._last[key] = np.full(size, -1)
+        last = self._last[key]
+        before = last[cells]
+        overwritten = before[differs & (before >= 0)]
+        settings, counts = np.unique(overwritten, return_counts=True)
+        sizes = [self._sizes[number] for number in settings.tolist()]
+        last[cells] = len(self._sizes)
+        self._sizes.append(len(cells))
+        return any(count == size for count, size in zip(counts.tolist(), sizes, strict=True))
+
+    def read(self, owner: Any, name: str) -> None:
+        """Note that values were read, as those are from which further ones are computed."""
+        self._last.pop((id(owner), name), None)
+
+    def run(self) -> None:
+        """Note that the network runs with all values."""
+        self._had_effect.update(self._since)
+        self._sizes.clear()
+        self._last.clear()
+        self._since.clear()
+
+    def idle(self) -> Iterator[tuple[str, str]]:
+        """Yield the owner's label and the name of each parameter that was set only after the last run."""
+        for (owner, name), label in self._since.items():
+            if (owner, name) not in self._had_effect:
+                yield label, name
+
+
+class Recorder(recording.Recorder):
+    """Stores the variables to record; there are no data before the network runs."""
+
+    _simulator: Simulator
+
+    def _record(self, variable: Any, new_ids: set[Any], sampling_interval: float | None = None) -> None:
+        """Do nothing."""
+
+    def _reset(self) -> None:
+        """Do nothing: there are no data."""
+
+    def _clear_simulator(self) -> None:
+        """Do nothing: there are no data."""
+
+    def get(self, *_: Any, **__: Any) -> NoReturn:
+        """Raise an error: the network has not run."""
+        raise NetworkError(
+            f"population '{self.population.label}' has no data: a brain script builds the network, the "
+            "experiment runs it; take out what reads data"
+        )
+
+    count = get
 
 
 class CurrentSource(Protocol):
@@ -35,7 +117,7 @@ class Injection:
     cells: IntArray
 
 
-class State(BaseState):  # type: ignore[misc]
+class State(BaseState):
     """The objects that a script has built so far, and its arguments of ``setup``.
 
     Args:

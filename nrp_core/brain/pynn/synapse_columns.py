@@ -1,16 +1,20 @@
 """Synapses gathered target by target and joined into flat arrays; equal values share memory."""
 
+# mypy: disable-error-code="misc"
+
 from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
+from math import inf
 from typing import Any
 
 import numpy as np
 from pyNN.parameters import LazyArray
+from pyNN.random import NumpyRNG, RandomDistribution
 
 from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.brain.network.drawing import Drawn, whole
+from nrp_core.brain.network.drawing import Drawn, are_drawn_again, whole
 from nrp_core.brain.network.indices import Indices, index_type
 
 _DRAWN_AT_ONCE = 2**22
@@ -131,3 +135,47 @@ def evaluated(values: LazyArray, pre: IndexArray, post: IndexArray) -> FloatArra
         columns.add(pre[start:stop], post[start], {"": values[pre[start:stop], int(post[start])]})
     found: FloatArray = columns.joined()[2].get("", np.empty(0))
     return found
+
+
+_PLAIN = frozenset({"normal", "uniform"})
+"""Distributions whose numbers do not depend on how many are drawn at a time."""
+
+
+def drawn_at_once(space: Any, counts: Any) -> dict[str, Any] | None:
+    """Return the values of all synapses by parameter, or None if they must be drawn column by column.
+
+    Args:
+        space: PyNN's parameters of the synapses, for the connection matrix.
+        counts: the number of synapses of each postsynaptic cell.
+    """
+    lazy = dict(space.items())
+    random = [value for value in lazy.values() if not value.is_homogeneous]
+    if any(value.operations or not _is_numpy(value.base_value) for value in random):
+        return None
+    if len({id(value.base_value.rng.rng) for value in random}) < len(random):
+        return None  # they take turns with one generator
+    n = int(counts.sum())
+    if not n or not all(_is_known(value.base_value, n) for value in random):
+        return None
+    return {
+        name: constant(value.evaluate(simplify=True), n)
+        if value.is_homogeneous
+        else _drawn(value.base_value, counts, n)
+        for name, value in lazy.items()
+    }
+
+
+def _is_numpy(value: Any) -> bool:
+    return isinstance(value, RandomDistribution) and isinstance(value.rng, NumpyRNG)
+
+
+def _is_known(distribution: RandomDistribution, n: int) -> bool:
+    return distribution.name in _PLAIN or (distribution.name == "normal_clipped" and are_drawn_again(n))
+
+
+def _drawn(distribution: RandomDistribution, counts: Any, n: int) -> Any:
+    if distribution.name == "uniform" or not are_drawn_again(n):
+        return distribution.next(n)
+    of = distribution.parameters
+    limits = of.get("low", -inf), of.get("high", inf)
+    return Drawn.by(distribution.rng.rng, (of["mu"], of["sigma"], *limits), counts)

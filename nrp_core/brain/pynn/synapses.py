@@ -10,16 +10,17 @@ from typing import Any, ClassVar, Final
 from pyNN.parameters import LazyArray
 from pyNN.standardmodels import StandardSynapseType, synapses
 
-from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
+from nrp_core.brain.network.rewiring import MODULATORY, Neuromodulation
 from nrp_core.brain.network.synapses import LAWS, STDP, SynapseLaw
 from nrp_core.brain.pynn.arguments import (
+    InvalidValueError,
+    raising,
     require_arguments,
     require_by_name,
     require_kind,
     require_names,
     require_values,
 )
-from nrp_core.brain.pynn.invalid import InvalidValueError, raising
 from nrp_core.brain.pynn.models import RULE_PARTS, untranslated
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError, NetworkError
@@ -129,7 +130,7 @@ def neuromodulation(simulator: Simulator) -> type:
 
     A projection of them onto the receptor ``reward`` or ``punishment`` decides how much STDP changes the
     weights onto the same cells. Arguments are ``weight``, the change of dopamine by a spike, and those of
-    :class:`~nrp_core.brain.network.neuromodulation.Neuromodulation`.
+    :class:`~nrp_core.brain.network.rewiring.Neuromodulation`.
     """
     static = simulator.types["StaticSynapse"]
 

@@ -13,9 +13,8 @@ from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.remote.idle import borrow, give_back
-from nrp_core.brain.remote.sole import is_taken
-from nrp_core.brain.remote.step import Inputs, read_spikes
+from nrp_core.brain.remote.messages import Inputs, read_spikes
+from nrp_core.brain.remote.process import borrow, give_back, is_locked
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds
 from nrp_core.quantities import DurationNs
@@ -49,7 +48,7 @@ class RemoteOptions(BrainOptions):
         Args:
             simulator: a simulator that can run once in a process: a second brain gets its own process.
         """
-        return self.python or (sys.executable if is_taken(simulator) else None)
+        return self.python or (sys.executable if is_locked(simulator) else None)
 
 
 class RemoteBrain(Brain):

@@ -29,8 +29,7 @@ def main(connection: int, memory: int, wanted: str, module: str) -> None:
         found = version("nrp-core")
         if found != wanted:
             raise ImportError(f"it has nrp-core {found}")
-        from nrp_core.brain.remote.columns import SharedColumns
-        from nrp_core.brain.remote.messages import Channel
+        from nrp_core.brain.remote.messages import Channel, SharedColumns
         from nrp_core.brain.remote.server import serve
 
         import_module(module)

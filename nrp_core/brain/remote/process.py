@@ -1,22 +1,91 @@
-"""The other process: starts it, sends requests to it and ends it."""
+"""The process of a brain: starts it, sends requests to it, detects that it is stuck, and ends it.
+
+The process of a closed brain is reused for the next brain, because starting one takes seconds.
+"""
 
 from __future__ import annotations
 
+import atexit
 import os
 import shutil
 import signal
 import socket
 import struct
 import subprocess
+import threading
+from collections.abc import Callable
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
+from weakref import WeakValueDictionary
 
 from nrp_core.brain.remote import far_end
-from nrp_core.brain.remote.columns import SharedColumns
-from nrp_core.brain.remote.liveness import Watchdog
-from nrp_core.brain.remote.messages import Channel, Numbers
-from nrp_core.errors import BackendLoadError, NrpError, SimulationError
+from nrp_core.brain.remote.messages import Channel, Numbers, SharedColumns
+from nrp_core.errors import BackendLoadError, LifecycleError, NrpError, SimulationError
+
+_STATE: Final = 0
+"""Indices of the fields after the program's name in ``/proc/PID/stat``, see proc(5)."""
+_TIMES: Final = slice(11, 15)
+"""CPU time in user and system mode, of the process and of its finished children."""
+_LOOKS: Final = 4
+
+
+class Watchdog:
+    """Detects that a process has been inactive for so long that it will not answer any more.
+
+    It counts checks instead of reading a clock, so time for which this program or the machine was suspended
+    does not count.
+
+    Args:
+        pid: the process id.
+        limit_s: how long it may be inactive, s.
+        error: the error to raise then.
+    """
+
+    def __init__(self, pid: int, limit_s: float, error: Callable[[], Exception]) -> None:
+        self.between_looks_s = limit_s / _LOOKS
+        self._pid, self._error = pid, error
+        self._spent, self._idle = -1, 0
+
+    def begin(self) -> None:
+        """Restart the count: the process has received a request."""
+        self._spent, self._idle = -1, 0
+
+    def look(self) -> None:
+        """Check whether the process has been active since the last check.
+
+        Raises:
+            Exception: it has been inactive for too long.
+        """
+        spent, busy = activity(self._pid)
+        self._idle = self._idle + 1 if spent == self._spent and not busy else 0
+        self._spent = spent
+        if self._idle >= _LOOKS - 1:
+            raise self._error()
+
+
+def activity(pid: int) -> tuple[int, bool]:
+    """Return the activity of a process and all its descendants.
+
+    Returns:
+        The CPU time used, in clock ticks, and whether one of them is runnable or waits for a disk.
+    """
+    spent, busy = 0, False
+    with suppress(OSError):  # one of them has just ended
+        process = Path(f"/proc/{pid}")
+        spent = sum(map(int, _fields(process)[_TIMES]))
+        for task in process.glob("task/*"):
+            busy |= _fields(task)[_STATE] in "RD"
+            for child in (task / "children").read_text().split():
+                more, also = activity(int(child))
+                spent, busy = spent + more, busy or also
+    return spent, busy
+
+
+def _fields(process: Path) -> list[str]:
+    return (process / "stat").read_text().rpartition(")")[2].split()
+
 
 _PATIENCE_S: Final = 5.0
 """Time for a process to end by itself, s."""
@@ -55,7 +124,7 @@ class Kind(NamedTuple):
 
 
 class BrainProcess:
-    """A Python process that runs :mod:`nrp_core.brain.remote.far_end`.
+    """A Python process that runs :mod:`nrp_core.brain.remote.server`.
 
     Its output goes to standard error, since standard output is for the results of commands.
 
@@ -202,3 +271,91 @@ def _time_out(connection: socket.socket, after_s: float) -> None:
     value = struct.pack("ll", *divmod(max(1, round(after_s * _MICROSECONDS)), _MICROSECONDS))
     for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
         connection.setsockopt(socket.SOL_SOCKET, option, value)
+
+
+_KEPT: Final = 2
+"""Maximum number of idle processes."""
+
+_idle: Final[list[BrainProcess]] = []
+_taking: Final = threading.Lock()
+
+
+def borrow(python: str, module: str, time_limit_s: float) -> BrainProcess:
+    """Return a process without a brain, a new one if none of this kind is idle.
+
+    Args:
+        python: the interpreter: a path, or a name on the search path.
+        module: the module of the backend.
+        time_limit_s: how long it may neither answer nor compute, s.
+
+    Raises:
+        BackendLoadError: the interpreter is not a program that can be run.
+    """
+    kind = Kind.of(python, module, time_limit_s)
+    while (process := _take(kind)) is not None:
+        if process.lives:
+            return process
+        process.close()
+    return BrainProcess(kind)
+
+
+def _take(kind: Kind) -> BrainProcess | None:
+    """Remove an idle process of a kind, if there is one; runs in several threads may ask at once."""
+    with _taking:
+        found = next((process for process in _idle if process.kind == kind), None)
+        if found is not None:
+            _idle.remove(found)
+        return found
+
+
+def give_back(process: BrainProcess) -> None:
+    """Close the brain of a process, and keep the process unless it has failed; end the longest idle one."""
+    if process.close_brain():
+        _idle.append(process)
+    else:
+        process.close()
+    if len(_idle) > _KEPT:
+        _idle.pop(0).close()
+
+
+@atexit.register
+def end_idle() -> None:
+    """End the idle processes; called at the end of this process."""
+    while _idle:
+        _idle.pop().close()
+
+
+os.register_at_fork(after_in_child=_idle.clear)  # they are the parent's
+
+
+class ProcessLock:
+    """Exclusive use of a simulator in this process, until it is released or garbage-collected.
+
+    Args:
+        simulator: its name, the same for every backend that drives it, e.g. ``NEST``.
+
+    Raises:
+        LifecycleError: another brain uses the simulator.
+    """
+
+    def __init__(self, simulator: str) -> None:
+        if is_locked(simulator):
+            raise LifecycleError(
+                f"{simulator} is one to a process and another brain is using it; close that brain first, "
+                "or give this one a process of its own with the option python, e.g. python: python3"
+            )
+        self._simulator = simulator
+        _holders[simulator] = self
+
+    def release(self) -> None:
+        """Release the simulator; further calls do nothing."""
+        if _holders.get(self._simulator) is self:
+            del _holders[self._simulator]
+
+
+_holders: Final[WeakValueDictionary[str, ProcessLock]] = WeakValueDictionary()
+
+
+def is_locked(simulator: str) -> bool:
+    """Return whether a brain of this process is using a simulator."""
+    return simulator in _holders

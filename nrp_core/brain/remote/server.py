@@ -11,9 +11,7 @@ from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses, projection_of
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.remote.columns import SharedColumns
-from nrp_core.brain.remote.messages import Channel
-from nrp_core.brain.remote.step import carry_out, write_spikes
+from nrp_core.brain.remote.messages import Channel, SharedColumns, carry_out, write_spikes
 from nrp_core.errors import BackendLoadError, NrpError, SimulationError
 from nrp_core.findings import Finding
 

@@ -8,8 +8,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core.brain.devices.ports import SourcePort
-from nrp_core.brain.devices.sinks import SinkPort
-from nrp_core.brain.devices.state_recorder import StateRecorderPort
+from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.experiment.model.collector import Collector

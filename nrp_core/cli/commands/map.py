@@ -21,7 +21,7 @@ from nrp_core.cli.options import (
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
-    from nrp_core.brain.report import Report, Table
+    from nrp_core.brain.capabilities import Report, Table
     from nrp_core.experiment.reports import Account
 
 TEMPLATE = "map.html.j2"

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nrp_core.brain.devices.sinks import VoltageRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource, SpikeInjector
-from nrp_core.brain.devices.state_recorder import VoltageRecorder
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import NS_PER_MS
 from nrp_core.conformance.brain.kit import BrainKit, Train, record, times, train

@@ -10,7 +10,7 @@ from math import e, exp
 
 import pytest
 
-from nrp_core.brain.devices.injector import SpikeInjector
+from nrp_core.brain.devices.sources import SpikeInjector
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds

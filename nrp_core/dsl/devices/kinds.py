@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.devices import sinks, sources, state_recorder
+from nrp_core.brain.devices import sinks, sources
 from nrp_core.brain.devices.sinks import SinkSpec
 from nrp_core.brain.devices.sources import SourceSpec
 from nrp_core.dsl.devices import devices
@@ -130,10 +130,10 @@ spike_recorder = DeviceKind(
     "spike_recorder", sinks.SpikeRecorder, devices.SpikeRecorderDevice, {"keep_ms": 10_000.0}
 )
 voltage_recorder = DeviceKind(
-    "voltage_recorder", state_recorder.VoltageRecorder, devices.StateRecorderDevice, {"keep_ms": 10_000.0}
+    "voltage_recorder", sinks.VoltageRecorder, devices.StateRecorderDevice, {"keep_ms": 10_000.0}
 )
 conductance_recorder = DeviceKind(
-    "conductance_recorder", state_recorder.ConductanceRecorder, devices.StateRecorderDevice,
+    "conductance_recorder", sinks.ConductanceRecorder, devices.StateRecorderDevice,
     {"keep_ms": 10_000.0},
 )  # fmt: skip
 

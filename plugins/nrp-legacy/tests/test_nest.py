@@ -10,8 +10,8 @@ import pytest
 from nrp_brain_event import EventBackend
 from nrp_legacy.brains import NotedNetwork, inject_currents, load_brain
 
-from nrp_core.brain.devices.injector import SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sources import SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError

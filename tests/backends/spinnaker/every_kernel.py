@@ -18,8 +18,7 @@ from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.network.cells import CELLS as TYPES
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.neuromodulation import Neuromodulation
-from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 LEAKY = {

@@ -19,8 +19,7 @@ from nrp_brain_spinnaker.mapping.fidelity import Fidelity
 from nrp_brain_spinnaker.mapping.machine_map import MachineMap
 from nrp_brain_spinnaker.options import SpinnakerOptions
 
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.origin import Origin
+from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.pynn import builder
 from nrp_core.findings import Finding
 

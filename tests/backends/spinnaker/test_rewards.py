@@ -25,7 +25,7 @@ from machine_rules import (
 
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError
 

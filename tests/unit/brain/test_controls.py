@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from nrp_core.brain.network.controls import CONTROLS
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.interventions import Intervention
-from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.conformance.brain import parts
 from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.errors import NetworkError, NeuronSelectionError

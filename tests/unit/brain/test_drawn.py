@@ -18,7 +18,7 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.drawing import Drawn, sorted_by
 from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.pynn import builder
-from nrp_core.brain.pynn.random_pairs import random_pairs
+from nrp_core.brain.pynn.rng import random_pairs
 from nrp_core.checks.network_units import unlikely_units
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
@@ -118,7 +118,7 @@ def test_many_synapses_are_paired_and_sorted_as_few_are(monkeypatch: pytest.Monk
         return [pre, post, *sorted_by(post, pre, 90)], int(rng.rng.randint(1 << 30))
 
     few, after = made()
-    monkeypatch.setattr("nrp_core.brain.pynn.random_pairs._FEW", 0)
+    monkeypatch.setattr("nrp_core.brain.pynn.rng._FEW", 0)
     monkeypatch.setattr("nrp_core.brain.network.drawing._FEW", 0)
     many, after_many = made()
     for one, other in zip(few, many, strict=True):

@@ -14,7 +14,7 @@ from pyNN.core import IndexBasedExpression
 
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
-from nrp_core.brain.pynn.random_pairs import random_pairs
+from nrp_core.brain.pynn.rng import random_pairs
 from nrp_core.errors import CapabilityError, NetworkError
 
 Make = Callable[[ModuleType, Any], Any]

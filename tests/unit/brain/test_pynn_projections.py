@@ -12,7 +12,7 @@ from pyNN import errors
 from pyNN.parameters import LazyArray
 
 from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core.brain.devices.renewal import RenewalTrains
+from nrp_core.brain.devices.source_cells import RenewalTrains
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.errors import NetworkError

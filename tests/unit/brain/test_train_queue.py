@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.devices.train_queue import TrainQueue
+from nrp_core.brain.devices.source_cells import TrainQueue
 from nrp_core.brain.network.grid import Grid
 from nrp_core.clock import NS_PER_MS
 

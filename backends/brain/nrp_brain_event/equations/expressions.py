@@ -8,7 +8,7 @@ from typing import Final
 
 from nrp_core.brain.network.equations.expressions import RANDOM, STEP, TIME, WEIGHT, names_in
 from nrp_core.brain.network.equations.model import Model
-from nrp_core.brain.network.equations.synapse_model import SHARE, SynapseModel
+from nrp_core.brain.network.equations.synapse import SHARE, SynapseModel
 
 STATE: Final = "x_"
 DEFINITION: Final = "d_"

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 from nrp_brain_event.records import Plastic, Rule, ShortTerm
-from nrp_core.brain.network.equations.synapse_model import SYNAPSE_TYPE, SynapseModel
+from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE, SynapseModel
 from nrp_core.errors import CapabilityError
 
 _SHORT_TERM: Final = ShortTerm.dtype().names or ()

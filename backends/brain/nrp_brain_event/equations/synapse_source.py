@@ -13,10 +13,9 @@ from typing import Final
 from nrp_brain_event.equations.compiled import Arguments
 from nrp_brain_event.equations.expressions import IMPORTS, PARAMETER, STATE, needed, source_of
 from nrp_brain_event.equations.places import Places
-from nrp_core.brain.network.equations.courses import ZERO
 from nrp_core.brain.network.equations.declarations import Assignments
 from nrp_core.brain.network.equations.expressions import WEIGHT
-from nrp_core.brain.network.equations.synapse_model import SHARE, SynapseModel
+from nrp_core.brain.network.equations.synapse import SHARE, ZERO, SynapseModel
 
 OF_SHARE: Final[Arguments] = (("synapse", "*float64"), ("now", "float64"))
 OF_RULE: Final[Arguments] = (

@@ -37,7 +37,7 @@ from nrp_brain_event.records import DIVERGED, Array
 from nrp_brain_event.stored_spikes import StoredSpikes
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.devices.state_recorder import Trace
+from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.drawing import extremes

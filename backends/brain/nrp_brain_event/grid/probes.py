@@ -12,7 +12,7 @@ from nrp_brain_event.grid.records import Grid, Probe
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.devices.state_recorder import Trace
+from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid as TimeGrid
 

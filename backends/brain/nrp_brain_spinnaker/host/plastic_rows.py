@@ -14,7 +14,7 @@ from nrp_brain_spinnaker.machine import stdp_rows as columns
 from nrp_brain_spinnaker.machine.stdp_rows import HISTORY, RULE_COLUMNS, StdpRows
 from nrp_brain_spinnaker.models import Semantics
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.errors import CapabilityError
 
 _OF_HISTORIES: Final = (

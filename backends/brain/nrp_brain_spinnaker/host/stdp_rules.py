@@ -16,7 +16,7 @@ from nrp_brain_spinnaker.machine.stdp_rows import RULE_COLUMNS, TRACE_ONE
 from nrp_brain_spinnaker.models import Semantics
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.clock import MS_PER_S
 from nrp_core.errors import CapabilityError, NetworkError
 

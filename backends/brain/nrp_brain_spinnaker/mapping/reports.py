@@ -10,8 +10,8 @@ from nrp_brain_spinnaker.mapping.fidelity import Fidelity, weigh
 from nrp_brain_spinnaker.mapping.machine_map import MachineMap
 from nrp_brain_spinnaker.mapping.plan import map_network
 from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_core.brain.capabilities import Fact, Quantity, Report, Table, Value
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.report import Fact, Quantity, Report, Table, Value
 
 _KIB = 1024
 

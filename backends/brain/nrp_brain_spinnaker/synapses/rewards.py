@@ -13,7 +13,7 @@ from nrp_brain_spinnaker.models import CellModel
 from nrp_brain_spinnaker.synapses.layout import Layout
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError
 

@@ -2,20 +2,175 @@
 
 from __future__ import annotations
 
+import ast
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.equations.expressions import TIME, names_in
-from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT, Model, Texts
-from nrp_core.brain.network.equations.reading import read
-from nrp_core.brain.network.equations.values import value_of
-from nrp_core.brain.network.plain import Plain
+from nrp_core.brain.network.checked import Plain
+from nrp_core.brain.network.equations import linear
+from nrp_core.brain.network.equations.declarations import (
+    OF_CELLS,
+    Names,
+    assignment,
+    assignments_of,
+    definitions_of,
+    expression,
+    lines_of,
+    names_of,
+    parameters_of,
+    variables_of,
+)
+from nrp_core.brain.network.equations.expressions import (
+    ANY,
+    RANDOM,
+    STEP,
+    TIME,
+    TRUTH,
+    WEIGHT,
+    TextOrigin,
+    dimension_of,
+    names_in,
+    parsed,
+    require_dimension,
+    require_known,
+    resolved,
+)
+from nrp_core.brain.network.equations.model import (
+    CELL_TYPE,
+    EXACT,
+    INPUT,
+    METHODS,
+    RECEPTORS,
+    RUNGE_KUTTA,
+    Effect,
+    Model,
+    Texts,
+    Variable,
+    value_of,
+)
+from nrp_core.brain.network.equations.units import AMPERE, NONE, SECOND, Unit, described, quantity, times
 from nrp_core.errors import NetworkError, did_you_mean
+
+_ALWAYS: Final = "(also refractory)"
+"""After the effect of a spike: it is not lost while the cell is refractory."""
+
+
+def read(texts: Texts) -> Model:
+    """Return the meaning of the texts of a cell.
+
+    Raises:
+        NetworkError: a mistake, with its line.
+    """
+    lines = lines_of(texts.equations, CELL_TYPE, OF_CELLS)
+    parameters = parameters_of(texts.units, lines, CELL_TYPE)
+    _require_current(parameters)
+    names = names_of(lines, parameters, texts.units, CELL_TYPE)
+    own = {*parameters, *(line.name for line in lines)}
+    variables = variables_of(lines, names, own)
+    if not variables:
+        TextOrigin("equations", texts.equations).refuse(
+            "there is no state variable, e.g. 'dv/dt = -v/tau : mV'"
+        )
+    definitions = {name: resolved(node, own) for name, node in definitions_of(lines, names).items()}
+    if not texts.threshold.strip():
+        TextOrigin("threshold", "").refuse("a cell needs a threshold, e.g. threshold='v > v_thresh'")
+    threshold = resolved(_threshold(texts.threshold, names), {*own, RANDOM, STEP})
+    refractory, lasts = _refractory(texts.refractory, names)
+    targets = {name: variable.unit.dimension for name, variable in variables.items()}
+    changes = assignments_of(texts.reset, "reset", CELL_TYPE, targets, names)
+    reset = tuple((name, resolved(value, own)) for name, value in changes)
+    effects = _receptors(texts.receptors, variables, names)
+    receptors = {name: replace(one, factor=resolved(one.factor, own)) for name, one in effects.items()}
+    model = Model(
+        variables, definitions, parameters, threshold, reset, resolved(refractory, own), lasts,
+        receptors, RUNGE_KUTTA, {line.name: line.unit for line in lines if line.recorded},
+    )  # fmt: skip
+    return replace(model, method=_method(texts.method, model))
+
+
+def _require_current(parameters: Mapping[str, Unit]) -> None:
+    if INPUT in parameters and parameters[INPUT].dimension != AMPERE:
+        TextOrigin("parameters", f"{INPUT}: {parameters[INPUT].text}").refuse(
+            f"'{INPUT}' is the injected current, in A; give another parameter another name"
+        )
+
+
+def _threshold(text: str, names: Names) -> ast.expr:
+    """Return the condition for a spike, which may have a random number; then it knows the step too."""
+    drawn = {RANDOM: NONE, STEP: SECOND} if re.search(rf"\b{RANDOM}\b", text) else {}
+    known = Names({**names.dimensions, **drawn}, names.constant)
+    return expression(text, TextOrigin("threshold", text), known, TRUTH, "a threshold", random=True)
+
+
+def _refractory(text: str, names: Names) -> tuple[ast.expr, bool]:
+    """Return the refractory time or condition, and whether it is a time."""
+    place = TextOrigin("refractory", text)
+    try:
+        number, unit = quantity(text)
+    except ValueError:
+        node = parsed(text or "0", place)
+        require_known(node, names.dimensions, place)
+        found = dimension_of(node, names.dimensions, place)
+        if found != TRUTH:
+            require_dimension(node, names.dimensions, place, SECOND, "a refractory time")
+        return node, found != TRUTH
+    if unit.dimension != SECOND and number != 0.0:
+        place.refuse(f"a refractory period is a time, e.g. '2 ms', not in {described(unit.dimension)}")
+    if number < 0.0:
+        place.refuse("a refractory period is 0 or more")
+    return ast.Constant(number * unit.scale), True
+
+
+def _receptors(
+    texts: Mapping[str, str], variables: Mapping[str, Variable], names: Names
+) -> dict[str, Effect]:
+    found = {}
+    for receptor, text in texts.items():
+        place = TextOrigin(f"receptor '{receptor}'", text)
+        misspelt = receptor not in RECEPTORS and get_close_matches(receptor, RECEPTORS)
+        if misspelt or not receptor.isidentifier():
+            place.refuse(f"there is no receptor '{receptor}'{did_you_mean(receptor, RECEPTORS)}")
+        effect = text.strip().removesuffix(_ALWAYS).rstrip()
+        written = effect if "=" in effect else f"{effect} += {WEIGHT}"
+        found[receptor] = replace(_effect(written, place, variables, names), always=effect != text.strip())
+    return found
+
+
+def _effect(text: str, place: TextOrigin, variables: Mapping[str, Variable], names: Names) -> Effect:
+    target = re.split(r"[-+*/]?=", text)[0].strip()
+    known = {**names.dimensions, WEIGHT: NONE}
+    name, value = assignment(text, place, variables, Names(known, names.constant))
+    parts = linear.coefficients_of(value, {*variables, WEIGHT}, {})
+    if parts is None or WEIGHT not in parts or ast.unparse(parts.get(target, ast.Constant(0))) != "1.0":
+        place.refuse(f"a spike adds to a variable in proportion to its weight, e.g. '{target} += {WEIGHT}'")
+    factor = parts[WEIGHT]
+    if parts.keys() != {target, WEIGHT} or not names.constant.issuperset(names_in(factor)):
+        place.refuse("the effect of a spike depends on its weight and on parameters only")
+    of = dimension_of(factor, known, place)
+    unit = variables[name].unit
+    if of not in (NONE, ANY):
+        own = times(unit.dimension, of, -1)
+        unit = Unit(described(own), 1.0, own)
+    return Effect(name, factor, unit)
+
+
+def _method(text: str, model: Model) -> str:
+    if text not in ("", *METHODS):
+        TextOrigin("method", text).refuse(f"there is no method '{text}'{did_you_mean(text, METHODS)}")
+    curved = linear.first_curved(model)
+    if text == EXACT and curved is not None:
+        curved.place.refuse(
+            f"d{curved.name}/dt is not linear in the state variables, so there is no exact method; leave out "
+            f"`method`, or write method='{RUNGE_KUTTA}'"
+        )
+    return text or (EXACT if curved is None else RUNGE_KUTTA)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any, Final
 
-from nrp_core.brain import Grid, Sole, flushing_subnormals
+from nrp_core.brain import Grid, ProcessLock, flushing_subnormals
 
 NAME: Final = "NEST"
 _DEFAULT_DELAY_MS: Final = 1.0
@@ -24,7 +24,7 @@ class Kernel:
     """
 
     def __init__(self, grid: Grid, threads: int) -> None:
-        self._right = Sole(NAME)
+        self._right = ProcessLock(NAME)
         self._grid, self._threads = grid, threads
         self._nest = _imported()
 

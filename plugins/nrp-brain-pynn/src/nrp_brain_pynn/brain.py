@@ -12,8 +12,8 @@ from nrp_core.brain import (
     IntArray,
     Network,
     ParameterChange,
+    ProcessLock,
     Projection,
-    Sole,
     Spikes,
     SynapticEvents,
 )
@@ -44,7 +44,7 @@ class PyNNBrain(Brain):
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._grid = Grid(options.timestep, chosen.name)
         check(network, chosen)
-        self._right = Sole(chosen.name)
+        self._right = ProcessLock(chosen.name)
         try:
             self._driver = self._build()
         except BaseException:

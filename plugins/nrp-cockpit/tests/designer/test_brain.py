@@ -21,7 +21,7 @@ from nrp_cockpit.designer.tree import walk
 from visitors import RefusedError, cockpit
 
 from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.network.synapses import LAWS
 from nrp_core.conformance.brain import parts
 from nrp_core.conformance.brain.samples import SAMPLES

@@ -13,8 +13,7 @@ from nrp_formats import load_nir, save_nir
 from nrp_formats.nir import save
 
 from nrp_core import Network
-from nrp_core.brain.network.neuromodulation import Neuromodulation
-from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.errors import NetworkError
 from nrp_core.pynn import new_simulator
 

@@ -16,9 +16,8 @@ from nrp_brain_event.equations import functions
 from nrp_brain_event.grid.equations import blocks, runge_kutta_source
 
 from nrp_core.brain import builder
-from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.brain.devices.sinks import SpikeRecorder, StateRecorder
 from nrp_core.brain.devices.sources import DCSource
-from nrp_core.brain.devices.state_recorder import StateRecorder
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError, DivergedError

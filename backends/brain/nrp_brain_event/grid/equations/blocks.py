@@ -32,11 +32,9 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.equations.driven import driven, fastest, integrals
 from nrp_core.brain.network.equations.expressions import TIME
-from nrp_core.brain.network.equations.model import INPUT, Model
-from nrp_core.brain.network.equations.propagators import propagators
-from nrp_core.brain.network.equations.values import value_of
+from nrp_core.brain.network.equations.linear import driven, fastest, integrals, propagators
+from nrp_core.brain.network.equations.model import INPUT, Model, value_of
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.findings.refusals import no_variable

@@ -15,10 +15,8 @@ import numpy.typing as npt
 from nrp_brain_event.equations.expressions import DEFINITION, PARAMETER, STATE
 from nrp_brain_event.runge_kutta import NODES
 from nrp_core._support.arrays import CACHE_LINE
-from nrp_core.brain.network.equations.driven import columns, driven
-from nrp_core.brain.network.equations.linear import ONE, linear_part
+from nrp_core.brain.network.equations.linear import ONE, columns, columns_of, driven, linear_part, pattern
 from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
-from nrp_core.brain.network.equations.propagators import columns_of, pattern
 
 STREAM: Final = "stream"
 """The stream of random numbers of a cell, see :func:`nrp_brain_event.random_numbers.uniform_at`."""
@@ -126,7 +124,7 @@ class Factors(NamedTuple):
     """The names of what a driven variable is advanced by.
 
     Args:
-        whole_a, moment_a: factors of :class:`~nrp_core.brain.network.equations.driven.Integrals`, by column.
+        whole_a, moment_a: factors of :class:`~nrp_core.brain.network.equations.linear.Integrals`, by column.
         whole_b, moment_b: the same for the other coefficient.
         bound: of :class:`~nrp_brain_event.grid.equations.magnus_bound.Bound`, by its fields and columns.
     """

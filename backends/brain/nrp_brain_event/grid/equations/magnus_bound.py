@@ -46,7 +46,7 @@ def bound(
     """Return the bound for each cell.
 
     Args:
-        size_a: sizes of :class:`~nrp_core.brain.network.equations.driven.Integrals` of a, by column.
+        size_a: sizes of :class:`~nrp_core.brain.network.equations.linear.Integrals` of a, by column.
         size_b: those of b.
         change: the share by which coefficients change in a step.
         scale: see :func:`nrp_brain_event.grid.equations.tolerance.scale_of`.

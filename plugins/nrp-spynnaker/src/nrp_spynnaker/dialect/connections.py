@@ -14,8 +14,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from nrp_core.brain.pynn.arguments import refuse_misspelt, require_kind
-from nrp_core.brain.pynn.invalid import InvalidValueError
+from nrp_core.brain.pynn.arguments import InvalidValueError, refuse_misspelt, require_kind
 from nrp_core.brain.pynn.populations import Population
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_spynnaker.dialect.unsupported import CONNECTIONS, refuse_attribute

@@ -10,8 +10,8 @@ from pyNN import connectors, space
 from pyNN.random import RandomDistribution
 
 from nrp_core.brain import FloatArray, IntArray
+from nrp_core.brain.pynn.arguments import InvalidSynapseError, InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.connectors import Connector
-from nrp_core.brain.pynn.invalid import InvalidSynapseError, InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.synapse_columns import evaluated
 from nrp_core.errors import CapabilityError
 

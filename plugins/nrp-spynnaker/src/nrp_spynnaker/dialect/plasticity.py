@@ -7,8 +7,13 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.pynn.arguments import require_kind, require_names, require_values
-from nrp_core.brain.pynn.invalid import InvalidValueError, raising
+from nrp_core.brain.pynn.arguments import (
+    InvalidValueError,
+    raising,
+    require_kind,
+    require_names,
+    require_values,
+)
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.clock import MS_PER_S
 

@@ -12,8 +12,7 @@ from pyNN.parameters import ParameterSpace
 
 from nrp_core.brain import RECEPTORS, FloatArray, Synapses
 from nrp_core.brain.pynn import populations, projections
-from nrp_core.brain.pynn.arguments import require_kind
-from nrp_core.brain.pynn.invalid import InvalidValueError
+from nrp_core.brain.pynn.arguments import InvalidValueError, require_kind
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.pynn07_compat import by_name
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
