@@ -6,12 +6,13 @@ conversions between versions. A recording needs three of these fifteen; all of t
 
 from __future__ import annotations
 
+import struct
 from functools import cached_property, lru_cache
 from typing import Any, cast
 
 from rosbags.interfaces import Msgdef
 from rosbags.interfaces.typing import Typesdict
-from rosbags.serde import cdr, ros1
+from rosbags.serde import SerdeError, cdr, ros1
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.base import normalize_fieldname
 from rosbags.typesys.store import Typestore
@@ -43,6 +44,21 @@ class LazyTypestore(Typestore):
 
     def _knows(self, name: str, fields: Any) -> bool:
         return name in self.fielddefs and self.fielddefs[name][1] == fields
+
+    def deserialize_cdr(self, rawdata: bytes | memoryview, typename: str) -> object:
+        """Return a message. ROS's own encoder may append bytes without a meaning, which are ignored.
+
+        Raises:
+            SerdeError: the bytes are not such a message.
+        """
+        if bytes(rawdata[:2]) not in (b"\x00\x00", b"\x00\x01"):
+            raise SerdeError("they do not begin as encoded data of ROS 2 do")
+        functions = self.get_msgdef(typename)
+        decode = functions.deserialize_cdr_le if rawdata[1] else functions.deserialize_cdr_be
+        try:
+            return decode(rawdata[4:], 0, functions.cls, self)[0]
+        except (struct.error, UnicodeDecodeError, ValueError) as error:
+            raise SerdeError(str(error)) from error
 
     def get_msgdef(self, typename: str) -> Msgdef[object]:
         """Return the functions of a type."""

@@ -23,7 +23,6 @@ OPTION = "--ros"
 
 needs_ros = pytest.mark.ros("1")
 needs_ros2 = pytest.mark.ros("2")
-needs_fast_dds = pytest.mark.ros("Fast DDS")
 needs_networks = pytest.mark.ros("networks")
 needs_rviz = pytest.mark.ros("rviz")
 
@@ -41,12 +40,9 @@ def missing() -> dict[str, list[str]]:
     """Return what each ROS lacks on this machine."""
     ros1 = [name for name in ("rosmaster", "rostopic", "rosbag") if shutil.which(name) is None]
     ros1 += ["rospy in this Python"] if find_spec("rospy") is None else []
-    fast_dds = (
-        [] if Path("/usr/include/fastdds").is_dir() and shutil.which("g++") else ["libfastrtps-dev, g++"]
-    )
-    ros2 = ["cyclonedds in this Python"] if find_spec("cyclonedds") is None else []
+    ros2 = ["rclpy in this Python"] if find_spec("rclpy") is None else []
     rviz = [program for program in ("rviz", "Xvfb") if shutil.which(program) is None]
-    return {"1": ros1, "2": ros2, "Fast DDS": fast_dds, "networks": _networks_lack(), "rviz": rviz}
+    return {"1": ros1, "2": ros2, "networks": _networks_lack(), "rviz": rviz}
 
 
 def _networks_lack() -> list[str]:
@@ -60,7 +56,7 @@ def _networks_lack() -> list[str]:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Skip tests of a ROS that is not here, unless it must be."""
     lacks, required = missing(), config.getoption(OPTION).split(",")
-    required += ["Fast DDS", "networks"] if "2" in required else []
+    required += ["networks"] if "2" in required else []
     for item in items:
         for marker in item.iter_markers("ros"):
             (ros,) = marker.args
@@ -161,14 +157,32 @@ class Ros(Programs):
             return probe.connect_ex(("127.0.0.1", self.port)) == 0
 
 
+PEER = Path(__file__).with_name("ros2_peer.py")
+DOMAIN = 1 + os.getpid() % 100
+
+
 class Ros2(Programs):
-    """Programs in a domain of ROS 2 that no other test is in at the same time."""
+    """Programs in a domain of ROS 2 that no other test is in at the same time, on loopback."""
 
     bridge = ("--ros2",)
+    domain = DOMAIN
 
     def __init__(self, folder: Path) -> None:
-        self.domain = 100 + os.getpid() % 100
-        super().__init__(folder, ROS_DOMAIN_ID=str(self.domain))
+        made = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "nrp-world-ros"
+        super().__init__(folder, ROS_DOMAIN_ID=str(DOMAIN), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
+        packages = sorted(made.glob("*/python"), key=lambda folder: -len(list(folder.rglob("*"))))
+        self.env["PYTHONPATH"] = os.pathsep.join(map(str, packages))
+
+    def peer(self, *arguments: str) -> subprocess.Popen[str]:
+        """Start a node of ROS 2 that knows nothing of the platform."""
+        return self.start(sys.executable, str(PEER), *arguments)
+
+    def ready_peer(self, *arguments: str) -> subprocess.Popen[str]:
+        """Start one, and wait until it has made its topics."""
+        process = self.peer(*arguments)
+        assert process.stdout is not None
+        assert process.stdout.readline().strip() == "ready"
+        return process
 
 
 @pytest.fixture(scope="module")
@@ -185,15 +199,6 @@ def ros2(tmp_path: Path) -> Iterator[Ros2]:
     programs = Ros2(tmp_path)
     yield programs
     programs.end()
-
-
-@pytest.fixture(scope="session")
-def fast_dds(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Return a program with Fast DDS, the default of ROS 2, whose arguments are at its end."""
-    program = tmp_path_factory.mktemp("fast_dds") / "peer"
-    source = Path(__file__).with_name("fast_dds_peer.cpp")
-    subprocess.run(["g++", "-std=c++17", source, "-o", program, "-lfastrtps", "-lfastcdr"], check=True)
-    return str(program)
 
 
 @pytest.fixture(scope="module")

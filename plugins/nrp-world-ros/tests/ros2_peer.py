@@ -1,226 +1,186 @@
-"""A participant of DDS that knows nothing of the platform: types written by hand, the encoding of Cyclone.
+"""A node of ROS 2 that knows nothing of the platform; its domain and range are those of the environment.
 
-python ros2_peer.py DOMAIN echo      what comes on /there goes back on /back, as a line and on the topic
-python ros2_peer.py DOMAIN driver    /scan is published as drivers do: with their best effort only
-python ros2_peer.py DOMAIN other_machine    /from_afar is published on the network, as another machine does
-python ros2_peer.py DOMAIN call N       /switch is called three times as rmw_cyclonedds does, with N letters
-python ros2_peer.py DOMAIN drive     /husky/cmd_vel says 1 m/s until /husky/odom is half a metre further
+python ros2_peer.py echo      what comes on /there goes back on /back, as a line and on the topic
+python ros2_peer.py driver    /scan is published as drivers of sensors do: with their best effort only
+python ros2_peer.py drive     /husky/cmd_vel says 1 m/s until /husky/odom is half a metre further
+python ros2_peer.py latched   what is kept for late subscribers on /kept, and not kept on /gone
+python ros2_peer.py sensor    JSON: the number of messages of /joints and /camera, with the QoS of sensors
+python ros2_peer.py times     the time of a node with use_sim_time, twice
+python ros2_peer.py topics SECONDS    JSON: the type and number of messages of each topic
+python ros2_peer.py call SERVICE TYPE N FIELD=VALUE...    the answers to N calls at once, or: no server
+python ros2_peer.py description    the text of /robot_description
+python ros2_peer.py stranger  twenty topics that come and go
+python ros2_peer.py say TOPIC    Twist messages on a topic
 """
 
-import ctypes
+import json
 import sys
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
-from cyclonedds.core import Policy, Qos
-from cyclonedds.domain import Domain, DomainParticipant
-from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int32, int64, sequence, uint32, uint64
-from cyclonedds.pub import DataWriter
-from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
+import rclpy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import Image, JointState, LaserScan
+from std_msgs.msg import String
 
-LOOPBACK = """<CycloneDDS><Domain Id="any"><General>
-<Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
-<AllowMulticast>false</AllowMulticast></General>
-<Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>
-</Domain></CycloneDDS>"""
-
-DEFAULTS = ""
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+DONE: list[bool] = []
 
 
-@dataclass
-class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
-    x: float64
-    y: float64
-    z: float64
+def tell(*words: object) -> None:
+    print(*words, flush=True)
 
 
-@dataclass
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    linear: Vector3
-    angular: Vector3
+def spin(node: Node, end: Callable[[], bool] = lambda: bool(DONE), timeout_s: float = 60.0) -> None:
+    end_s = time.monotonic() + timeout_s
+    while not end() and time.monotonic() < end_s:
+        rclpy.spin_once(node, timeout_sec=0.05)
 
 
-@dataclass
-class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    sec: int32
-    nanosec: uint32
+def kind(name: str) -> Any:
+    package, module, short = name.split("/")
+    return getattr(import_module(f"{package}.{module}"), short)
 
 
-@dataclass
-class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    stamp: Time
-    frame_id: str
+def echo(node: Node) -> None:
+    back = node.create_publisher(JointState, "/back", 10)
+
+    def hear(state: JointState) -> None:
+        tell(state.name, list(state.position), state.header.frame_id)
+        back.publish(state)
+
+    node.create_subscription(JointState, "/there", hear, 10)
+    tell("ready")
+    spin(node)
 
 
-@dataclass
-class JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
-    header: Header
-    name: sequence[str]
-    position: sequence[float64]
-    velocity: sequence[float64]
-    effort: sequence[float64]
+def driver(node: Node) -> None:
+    out = node.create_publisher(LaserScan, "/scan", qos_profile_sensor_data)
+    scan = LaserScan(ranges=[1.0, 2.0, 3.0])
+    scan.header.frame_id = "laser"
+    node.create_timer(0.05, lambda: out.publish(scan))
+    tell("ready")
+    spin(node)
 
 
-@dataclass
-class LaserScan(IdlStruct, typename="sensor_msgs::msg::dds_::LaserScan_"):
-    header: Header
-    angle_min: float32
-    angle_max: float32
-    angle_increment: float32
-    time_increment: float32
-    scan_time: float32
-    range_min: float32
-    range_max: float32
-    ranges: sequence[float32]
-    intensities: sequence[float32]
+def drive(node: Node) -> None:
+    out, began = node.create_publisher(Twist, "/husky/cmd_vel", 10), []
+
+    def hear(seen: Odometry) -> None:
+        began.append(seen.pose.pose.position.x)
+        if began[-1] > began[0] + 0.5:
+            tell("went half a metre", seen.child_frame_id)
+            DONE.append(True)
+        command = Twist()
+        command.linear.x = 1.0
+        out.publish(command)
+
+    node.create_subscription(Odometry, "/husky/odom", hear, qos_profile_sensor_data)
+    spin(node)
 
 
-@dataclass
-class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
-    x: float64
-    y: float64
-    z: float64
-    w: float64
+def latched(node: Node) -> None:
+    for topic, qos in (("/kept", LATCHED), ("/gone", 10)):
+        node.create_subscription(Twist, topic, lambda twist, topic=topic: tell(topic, twist.linear.x), qos)
+    spin(node, timeout_s=3.0)
 
 
-@dataclass
-class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
-    x: float64
-    y: float64
-    z: float64
+def sensor(node: Node) -> None:
+    counts, last = {"/joints": 0, "/camera": 0}, [time.monotonic() + 60.0]
+
+    def hear(topic: str) -> None:
+        counts[topic] += 1
+        last[0] = time.monotonic()
+
+    qos = QoSProfile(depth=100, reliability=qos_profile_sensor_data.reliability)
+    node.create_subscription(JointState, "/joints", lambda _: hear("/joints"), qos, raw=True)
+    node.create_subscription(Image, "/camera", lambda _: hear("/camera"), qos, raw=True)
+    tell("ready")
+    spin(node, lambda: time.monotonic() > last[0] + 2.0)
+    tell(json.dumps(counts))
 
 
-@dataclass
-class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
-    position: Point
-    orientation: Quaternion
+def times(node: Node) -> None:
+    node.set_parameters([Parameter("use_sim_time", value=True)])
+    spin(node, lambda: node.get_clock().now().nanoseconds > 0)
+    tell(node.get_clock().now().nanoseconds)
+    spin(node, timeout_s=1.0)
+    tell(node.get_clock().now().nanoseconds)
 
 
-@dataclass
-class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"):
-    pose: Pose
-    covariance: array[float64, 36]
+def topics(node: Node) -> None:
+    found: dict[str, list[Any]] = {}
+
+    def hear(topic: str) -> None:
+        found[topic][1] += 1
+
+    def look() -> bool:
+        for topic, (name, *_) in node.get_topic_names_and_types():
+            if topic not in found and node.count_publishers(topic):
+                found[topic] = [name, 0]
+                offered = node.get_publishers_info_by_topic(topic)[0].qos_profile
+                kept = offered.durability is DurabilityPolicy.TRANSIENT_LOCAL
+                qos = LATCHED if kept else QoSProfile(depth=10)
+                node.create_subscription(kind(name), topic, lambda _, topic=topic: hear(topic), qos, raw=True)
+        return False
+
+    spin(node, look, float(sys.argv[2]))
+    tell(json.dumps(found))
 
 
-@dataclass
-class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
-    twist: Twist
-    covariance: array[float64, 36]
+def call(node: Node) -> None:
+    service, name, number, *given = sys.argv[2:]
+    client = node.create_client(kind(name), service)
+    if not client.wait_for_service(10.0):
+        tell("no server")
+        return
+    request = client.srv_type.Request()
+    for path, value in (each.split("=", 1) for each in given):
+        *parts, last = path.split(".")
+        target = request
+        for part in parts:
+            target = getattr(target, part)
+        setattr(target, last, type(getattr(target, last))(json.loads(value)))
+    coming = [client.call_async(request) for _ in range(int(number))]
+    spin(node, lambda: all(each.done() for each in coming), 20.0)
+    for each in coming:
+        tell(each.result() if each.done() else "nothing")
 
 
-@dataclass
-class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
-    header: Header
-    child_frame_id: str
-    pose: PoseWithCovariance
-    twist: TwistWithCovariance
+def description(node: Node) -> None:
+    def hear(text: String) -> None:
+        tell(text.data)
+        DONE.append(True)
+
+    node.create_subscription(String, "/robot_description", hear, LATCHED)
+    spin(node)
 
 
-@dataclass
-class Call(IdlStruct, typename="test::srv::dds_::Echo_Request_"):
-    client: uint64
-    number: int64
-    letters: str
-
-
-@dataclass
-class Reply(IdlStruct, typename="test::srv::dds_::Echo_Response_"):
-    client: uint64
-    number: int64
-    letters: str
-
-
-RELIABLE = Qos(Policy.Reliability.Reliable(10**9), Policy.History.KeepLast(10))
-BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5))
-
-
-def be_deaf(domain: Domain, deaf: bool) -> None:
-    """Hear of no other participant: one that comes while types are described can end this process."""
-    number, switch = ctypes.c_int32, ctypes.c_bool
-    change = domain._dll_handle.dds_domain_set_deafmute
-    change.argtypes = [number, switch, switch, ctypes.c_int64]
-    change(domain._ref, deaf, False, (1 << 63) - 1 if deaf else 0)
-
-
-class Peer:
-    """A participant that is deaf until its topics exist."""
-
-    def __init__(self, domain: int, network: str = LOOPBACK) -> None:
-        self.domain = Domain(domain, network)
-        be_deaf(self.domain, True)
-        self.participant = DomainParticipant(domain)
-
-    def begin(self) -> None:
-        """Meet the others."""
-        be_deaf(self.domain, False)
-
-    def writer(self, topic: str, cls: type, qos: Qos = RELIABLE, kind: str = "rt") -> DataWriter[Any]:
-        return DataWriter(self.participant, Topic(self.participant, kind + topic, cls), qos=qos)
-
-    def reader(self, topic: str, cls: type, qos: Qos = RELIABLE, kind: str = "rt") -> DataReader[Any]:
-        return DataReader(self.participant, Topic(self.participant, kind + topic, cls), qos=qos)
-
-
-def echo(peer: Peer) -> None:
-    reader, writer = peer.reader("/there", JointState), peer.writer("/back", JointState)
-    peer.begin()
-    print("ready", flush=True)
-    for state in reader.take_iter(timeout=20 * 10**9):
-        print(state.name, state.position, state.header.frame_id, flush=True)
-        writer.write(state)
-
-
-def driver(peer: Peer) -> None:
-    writer = peer.writer("/scan", LaserScan, BEST_EFFORT)
-    peer.begin()
-    print("ready", flush=True)
-    stamp = Header(Time(1, 2), "laser")
+def stranger(node: Node) -> None:
+    tell("ready")
     while True:
-        writer.write(LaserScan(stamp, -1.0, 1.0, 0.5, 0.0, 0.1, 0.1, 10.0, [1.0, 2.0, 3.0], []))
-        time.sleep(0.05)
+        made = [
+            node.create_publisher(kind, f"/stranger_{kind.__name__}{i}", 10)
+            for i in range(10)
+            for kind in (Twist, Image)
+        ]
+        time.sleep(0.02)
+        for each in made:
+            node.destroy_publisher(each)
 
 
-def call(peer: Peer) -> None:
-    replies, calls = peer.reader("/echoReply", Reply, kind="rr"), peer.writer("/echoRequest", Call, kind="rq")
-    peer.begin()
-    while not (
-        calls.get_publication_matched_status().current_count
-        and replies.get_subscription_matched_status().current_count
-    ):
-        time.sleep(0.01)
-    for number in range(3):
-        calls.write(Call(2**63 + 1, number, "abc"[number] * int(sys.argv[3])))
-        reply = next(replies.take_iter(timeout=20 * 10**9))
-        print(reply.client - 2**63, reply.number, len(reply.letters), reply.letters[:1], flush=True)
-
-
-def other_machine(peer: Peer) -> None:
-    writer = peer.writer("/from_afar", JointState)
-    assert writer
-    peer.begin()
-    time.sleep(200)
-
-
-def drive(peer: Peer) -> None:
-    odometry, commands = (
-        peer.reader("/husky/odom", Odometry, BEST_EFFORT),
-        peer.writer("/husky/cmd_vel", Twist),
-    )
-    peer.begin()
-    began = None
-    for seen in odometry.take_iter(timeout=20 * 10**9):
-        x = seen.pose.pose.position.x
-        began = x if began is None else began
-        if x > began + 0.5:
-            print("went half a metre", seen.child_frame_id, flush=True)
-            return
-        commands.write(Twist(Vector3(1.0, 0.0, 0.0), Vector3(0.0, 0.0, 0.0)))
+def say(node: Node) -> None:
+    out = node.create_publisher(Twist, sys.argv[2], 10)
+    node.create_timer(0.05, lambda: out.publish(Twist()))
+    spin(node, timeout_s=200.0)
 
 
 if __name__ == "__main__":
-    known = (echo, driver, drive, other_machine, call)
-    what = {each.__name__: each for each in known}[sys.argv[2]]
-    what(Peer(int(sys.argv[1]), DEFAULTS if what is other_machine else LOOPBACK))
+    rclpy.init(args=[])
+    globals()[sys.argv[1]](Node("visitor"))

@@ -22,12 +22,11 @@ from nrp_core.world.messages.sensor_msgs import Image
 from pydantic import ValidationError
 
 from nrp_world_ros import RosBackend, RosOptions
-from nrp_world_ros.images import shaped
-from nrp_world_ros.inbox import DEPTH, Inbox, Letter
-from nrp_world_ros.lockstep import Sent, Turn
-from nrp_world_ros.model_poses import ModelPoses
+from nrp_world_ros.engine import ModelPoses, shaped
+from nrp_world_ros.node import DEPTH, Inbox, Letter
 from nrp_world_ros.options import Ros, TimeSource
-from nrp_world_ros.ros1.wire import CODEC
+from nrp_world_ros.ros1 import CODEC
+from nrp_world_ros.timekeeping import Sent, Turn
 
 HALF_TURN = geo.Quaternion(0, 0, 1, 0)
 
@@ -50,7 +49,7 @@ def test_without_any_ros_the_packages_to_install_are_named(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "rospy", None)
-    monkeypatch.setitem(sys.modules, "cyclonedds.domain", None)
+    monkeypatch.setitem(sys.modules, "rclpy", None)
     one, two = RosBackend().diagnose()
     assert (one.present, two.present) == (False, False)
     assert (one.needed, two.needed) == (True, True)
@@ -158,7 +157,7 @@ def test_an_unknown_image_stays_unchanged(message: object) -> None:
 )
 def test_the_record_of_a_turn_holds_the_messages_sent_in_it(codec: Codec, sent: Sent, note: bytes) -> None:
     message = codec.encode(Turn.ended(7, dict(sent), ["/a"], note))
-    turn = codec.decode(message, "nrp_msgs/msg/Turn")
+    turn = codec.decode(message, "nrp_ros_msgs/msg/Turn")
     assert (turn.sent, turn.note.tobytes(), turn.time.to_ns()) == (sent, note, 7)
 
 

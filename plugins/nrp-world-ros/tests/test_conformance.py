@@ -1,13 +1,11 @@
 """What every world of the platform must do, from the platform's own kit."""
 
-import os
-
 import pytest
 from nrp_core.conformance import WorldBackendTests
 from nrp_core.conformance.proof import Proof
 from nrp_core.errors import CapabilityError
 
-from conftest import needs_ros2
+from conftest import DOMAIN, needs_ros2
 
 
 @needs_ros2
@@ -17,7 +15,7 @@ class TestRos(WorldBackendTests):
     """ROS 2, with a body that MuJoCo simulates, against the kit."""
 
     backend_name = "ros"
-    options = {"body": "mujoco", "domain": 100 + os.getpid() % 100}  # noqa: RUF012
+    options = {"body": "mujoco", "domain": DOMAIN}  # noqa: RUF012
 
 
 def test_the_kit_applies_to_a_body_that_is_simulated_and_not_to_a_real_one() -> None:

@@ -12,10 +12,9 @@ import pytest
 from nrp_core import load_experiment, open_world
 from nrp_core.errors import SceneError
 from nrp_core.world import Box, Capsule, Collision, Inertial, Joint, Link, Model, Pose, Scene, Visual
-from nrp_core.world.messages.cdr import Codec
 
-from conftest import Ros, Ros2, needs_fast_dds, needs_ros, needs_ros2
-from nrp_world_ros.description import described, urdf
+from conftest import Ros, Ros2, needs_ros, needs_ros2
+from nrp_world_ros.urdf import described, urdf
 
 LIMB = Pose.from_rpy((0.1, 0.2, 0.3), 0.4, 0.5, 0.6)
 ARM = Model(
@@ -104,13 +103,10 @@ def husky() -> tuple[set[str], set[str]]:
 
 
 @needs_ros2
-@needs_fast_dds
 @pytest.mark.slow
-def test_a_node_of_ros_2_that_comes_late_gets_the_robot(ros2: Ros2, fast_dds: str) -> None:
+def test_a_node_of_ros_2_that_comes_late_gets_the_robot(ros2: Ros2) -> None:
     ros2.body()
-    kind = "std_msgs::msg::dds_::String_"
-    heard = ros2.run(fast_dds, str(ros2.domain), "latched", "rt/robot_description", kind).split()[-1]
-    text = Codec().decode(bytes.fromhex(heard), "std_msgs/msg/String").data
+    text, _ = ros2.peer("description").communicate(timeout=60)
     assert links_and_joints(text) == husky()
 
 

@@ -1,71 +1,24 @@
-"""Which programs of DDS a node finds by default, and which it does not: other vendors, other machines."""
+"""Which nodes of ROS 2 a node finds by default, and which it does not: other ranges, other machines."""
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from nrp_core.world.messages import geometry_msgs
-from nrp_core.world.messages.cdr import Codec
 
-from conftest import Ros2, needs_fast_dds, needs_networks, needs_ros2
-from nrp_world_ros.audience import Audience
-from nrp_world_ros.joining import join
+from conftest import PEER, Ros2, needs_networks, needs_ros2
+from nrp_world_ros.bridge import Audience
 from nrp_world_ros.node import Node
-from nrp_world_ros.options import Ros
-from nrp_world_ros.ros2.network import reach
+from nrp_world_ros.ros2.node import reach
 
-PEER = Path(__file__).with_name("ros2_peer.py")
-TWIST = "geometry_msgs::msg::dds_::Twist_"
-FAST = geometry_msgs.Twist(geometry_msgs.Vector3(1.5, 0.0, -2.0))
-
-
-@pytest.fixture
-def node(ros2: Ros2) -> Iterator[Node]:
-    with join(Ros.TWO, "under_test", domain=ros2.domain) as node:
-        yield node
-
-
-def data() -> str:
-    return bytes(Codec().encode(FAST)).hex()
-
-
-@needs_ros2
-@needs_fast_dds
-def test_a_program_with_the_defaults_of_fast_dds_hears_a_node(ros2: Ros2, node: Node, fast_dds: str) -> None:
-    there = node.publisher("/there", geometry_msgs.Twist)
-    other = ros2.start(fast_dds, str(ros2.domain), "hear", "rt/there", TWIST)
-    ros2.until(lambda: there.peers() == 1, timeout_s=60.0)
-    there.publish(FAST)
-    said, _ = other.communicate(timeout=60)
-    assert said.split() == ["ready", data()]
-
-
-@needs_ros2
-@needs_fast_dds
-def test_a_node_hears_a_program_with_the_defaults_of_fast_dds(ros2: Ros2, node: Node, fast_dds: str) -> None:
-    node.listen("/here", geometry_msgs.Twist)
-    ros2.start(fast_dds, str(ros2.domain), "say", "rt/here", TWIST, data())
-    assert node.inbox.wait(lambda: node.inbox.last("/here") is not None, 60.0, node.check)
-    (letter,) = node.inbox.take()
-    assert letter.message == FAST
-
-
-@needs_ros2
-@needs_fast_dds
-def test_who_comes_late_gets_what_is_latched_and_nothing_else(ros2: Ros2, node: Node, fast_dds: str) -> None:
-    for topic, latched in (("/kept", True), ("/gone", False)):
-        node.publisher(topic, geometry_msgs.Twist, latched=latched).publish(FAST)
-    late = {
-        topic: ros2.start(fast_dds, str(ros2.domain), what, f"rt{topic}", TWIST)
-        for topic, what in (("/kept", "latched"), ("/gone", "hear"))
-    }
-    assert late["/kept"].communicate(timeout=60)[0].split() == ["ready", data()]
-    assert late["/gone"].communicate(timeout=60)[0].split() == ["ready", "nothing"]
-
+LONE_MACHINE = """set -e
+ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo
+unset ROS_AUTOMATIC_DISCOVERY_RANGE
+"$1" "$2" say /from_afar & peer=$!
+"$1" "$3" "$4"
+kill $peer; wait $peer || true
+"""
 
 TWO_MACHINES = """set -e
 ip link set lo up
@@ -74,24 +27,41 @@ trap 'kill $other' EXIT
 until [ "$(readlink /proc/$other/ns/net)" != "$(readlink /proc/$$/ns/net)" ]; do sleep 0.05; done
 ip link add here type veth peer name there
 ip link set there netns $other
-ip addr add 10.9.9.1/24 dev here; ip link set here up
-nsenter -t $other -n sh -c 'ip link set lo up; ip addr add 10.9.9.2/24 dev there; ip link set there up'
-nsenter -t $other -n "$1" "$2" "$3" other_machine & peer=$!
-"$1" "$4" "$3" "$5"
+ip addr add 10.9.9.1/24 dev here; ip link set here up; ip route add 224.0.0.0/4 dev here
+nsenter -t $other -n sh -c 'ip link set lo up; ip addr add 10.9.9.2/24 dev there; ip link set there up
+ip route add 224.0.0.0/4 dev there'
+ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET nsenter -t $other -n "$1" "$2" say /from_afar & peer=$!
+"$1" "$3" "$4"
 kill $peer; wait $peer || true
 """
 
 LISTENER = """import sys, time
-from nrp_core.world.messages import sensor_msgs
+from nrp_core.world.messages import geometry_msgs
 from nrp_world_ros.joining import join
 from nrp_world_ros.options import Ros
-with join(Ros.TWO, "under_test", domain=int(sys.argv[1])) as node:
-    node.listen("/from_afar", sensor_msgs.JointState)
-    end_s = time.monotonic() + float(sys.argv[2])
-    while time.monotonic() < end_s and not node.peers("/from_afar"):
+with join(Ros.TWO, "under_test") as node:
+    node.listen("/from_afar", geometry_msgs.Twist)
+    end_s = time.monotonic() + float(sys.argv[1])
+    while time.monotonic() < end_s and not node.inbox.last("/from_afar"):
         time.sleep(0.05)
-    print("peers:", node.peers("/from_afar"))
+    print("peers:", node.peers("/from_afar"), "messages:", node.inbox.last("/from_afar") is not None)
 """
+
+
+def listened(ros2: Ros2, machines: str, patience_s: str) -> str:
+    """Return what a node hears of another in networks of their own, which lead nowhere."""
+    listener = ros2.folder / "listener.py"
+    listener.write_text(LISTENER)
+    program = ("bash", "-c", machines, "test", sys.executable, str(PEER), str(listener), patience_s)
+    return ros2.run("unshare", "-rn", *program, timeout_s=150.0)
+
+
+@needs_ros2
+@needs_networks
+@pytest.mark.slow
+def test_a_node_with_the_defaults_of_ros_2_is_found_on_this_machine(ros2: Ros2) -> None:
+    del ros2.env["ROS_AUTOMATIC_DISCOVERY_RANGE"]
+    assert "peers: 1 messages: True" in listened(ros2, LONE_MACHINE, "60")
 
 
 @needs_ros2
@@ -99,14 +69,11 @@ with join(Ros.TWO, "under_test", domain=int(sys.argv[1])) as node:
 @pytest.mark.slow
 @pytest.mark.parametrize(("reached", "peers"), [("LOCALHOST", 0), ("SUBNET", 1)])
 def test_another_machine_is_heard_only_if_the_user_says_so(ros2: Ros2, reached: str, peers: int) -> None:
-    listener = ros2.folder / "listener.py"
-    listener.write_text(LISTENER)
-    if reached == "SUBNET":  # the other case is the default
+    if reached == "SUBNET":
         ros2.env["ROS_AUTOMATIC_DISCOVERY_RANGE"] = reached
-    program = ("bash", "-c", TWO_MACHINES, "test", sys.executable, str(PEER), str(ros2.domain), str(listener))
-    patience_s = "60" if peers else "5"
-    said = ros2.run("unshare", "-rn", *program, patience_s, timeout_s=150.0)
-    assert f"peers: {peers}" in said
+    else:  # it is the default
+        del ros2.env["ROS_AUTOMATIC_DISCOVERY_RANGE"]
+    assert f"peers: {peers} messages: {peers > 0}" in listened(ros2, TWO_MACHINES, "60" if peers else "5")
 
 
 # -- reports that nobody is there
@@ -143,7 +110,7 @@ def test_the_report_says_what_would_reach_further() -> None:
     assert "domain 7, on this machine" in reach(7, {})
     assert "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET" in reach(7, {})
     assert "ROS_STATIC_PEERS" in reach(7, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"})
-    assert "networks of CYCLONEDDS_URI" in reach(7, {"CYCLONEDDS_URI": "file://mine.xml"})
+    assert "OFF" in reach(7, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"})
 
 
 @needs_ros2

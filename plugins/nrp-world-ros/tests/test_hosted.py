@@ -25,15 +25,14 @@ from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.messages.std_msgs import ColorRGBA
 
-from conftest import Programs, needs_ros2
+from conftest import DOMAIN, Programs, needs_ros2
 from nrp_world_ros import RosBackend, RosOptions
-from nrp_world_ros.inbox import DEPTH, Letter
 from nrp_world_ros.joining import join
+from nrp_world_ros.node import DEPTH, Letter
 from nrp_world_ros.options import Ros
 
 pytestmark = pytest.mark.usefixtures("no_idle_bodies")
 
-DOMAIN = 100 + os.getpid() % 100
 SCENE = Scene((
     floor(), robot(), pendulum(), screen("screen", 0.0, BLUE),
     prop("box", Box((0.3, 0.3, 0.3)), at(0.9, 0.05, 0.16), mass=1.0),

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nrp_core.errors import SimulationError
 
-from nrp_world_ros.hosted.notes import Answer, Notes, Question, portable
+from nrp_world_ros.hosted.dialogue import Answer, Notes, Question, portable
 
 
 @given(st.binary(min_size=1), st.data())

@@ -21,9 +21,9 @@ from nrp_core.world import Findings, Scene, World
 from nrp_core.world.messages import gazebo_srvs, std_srvs
 
 from conftest import Ros, needs_ros
-from nrp_world_ros.calls import Calls
+from nrp_world_ros.bridge import Calls
 from nrp_world_ros.node import Answer
-from nrp_world_ros.ros1.wire import CODEC
+from nrp_world_ros.ros1 import CODEC
 
 SUMS = {
     "ApplyBodyWrench": "585b9f9618aa0581b207e2f2d90866bc",
@@ -123,7 +123,7 @@ def offered() -> Iterator[tuple[Calls, Answer, World]]:
 
 
 def test_a_call_that_nobody_waits_for_any_more_is_not_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nrp_world_ros.calls.PATIENCE_S", 0.01)
+    monkeypatch.setattr("nrp_world_ros.bridge.PATIENCE_S", 0.01)
     with offered() as (calls, pause, world):
         asked = pause(b"")
         time.sleep(0.02)
@@ -144,7 +144,7 @@ def test_calls_that_wait_are_refused_when_the_world_closes_and_later_ones_too() 
 
 
 def test_calls_beyond_the_most_are_refused_at_once_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nrp_world_ros.calls.MOST", 2)
+    monkeypatch.setattr("nrp_world_ros.bridge.MOST", 2)
     with offered() as (calls, pause, world):
         asked = [pause(b"") for _ in range(3)]
         with pytest.raises(TopicError, match="pause_physics: 2 calls wait already"):

@@ -10,9 +10,9 @@ from nrp_core.errors import BackendLoadError
 from nrp_core.simulation import Determinism
 from nrp_core.world import Diagnosis, Engine, Scene, WorldBackend, WorldCapabilities, WorldOptions
 
-from nrp_world_ros import ros1, ros2
-from nrp_world_ros.options import RosOptions, TimeSource
-from nrp_world_ros.simulator import Simulator
+from nrp_world_ros import ros1
+from nrp_world_ros.options import RosOptions, Simulator, TimeSource
+from nrp_world_ros.ros2.node import INSTALL, load_rclpy
 
 
 class RosBackend(WorldBackend):
@@ -40,7 +40,7 @@ class RosBackend(WorldBackend):
     def diagnose(self) -> list[Diagnosis]:
         found = [
             _look("ROS 1", "rospy", ros1.load_rospy, ros1.INSTALL),
-            _look("ROS 2", "Cyclone DDS", ros2.load_dds, ros2.INSTALL),
+            _look("ROS 2", "rclpy", load_rclpy, INSTALL),
         ]
         none = not any(each.present for each in found)  # one of the two suffices
         return [replace(each, needed=none) for each in found]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from nrp_core.world import Publication, World
 
 from nrp_world_ros.bridge import Bridge
-from nrp_world_ros.lockstep import DONE, GO, Sent, Turn, Turns
 from nrp_world_ros.node import Node
+from nrp_world_ros.timekeeping import DONE, GO, Sent, Turn, Turns
 
 if TYPE_CHECKING:
     from nrp_core.cle.pacing import Pacing

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
 
 from nrp_core.clock import NS_PER_MS, milliseconds, seconds
 from nrp_core.errors import CapabilityError, SimulationError
@@ -18,6 +19,8 @@ from nrp_core.world import (
     Model,
     ModelMotion,
     Part,
+    PartProxy,
+    Pose,
     Rgba,
     Scene,
     Stamped,
@@ -25,17 +28,147 @@ from nrp_core.world import (
     WorldCapabilities,
     Wrench,
 )
+from nrp_core.world.messages.cv_bridge import CvBridge, CvBridgeError
+from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.geometry_msgs import Twist
+from nrp_core.world.messages.nav_msgs import Odometry
+from nrp_core.world.messages.sensor_msgs import Image
 
-from nrp_world_ros.images import shaped
-from nrp_world_ros.inbox import DEPTH
 from nrp_world_ros.joining import join
-from nrp_world_ros.lockstep import GO, Sent
-from nrp_world_ros.model_poses import ModelPoses
-from nrp_world_ros.node import Node
+from nrp_world_ros.node import DEPTH, Node
 from nrp_world_ros.options import RosOptions, TimeSource
-from nrp_world_ros.parts import RemotePart
-from nrp_world_ros.times import Timekeeper, timekeeper
+from nrp_world_ros.timekeeping import GO, Sent, Timekeeper, timekeeper
+
+_BRIDGE = CvBridge()
+
+
+def shaped(message: Any) -> Any:
+    """Return an image of ROS as a shaped array without padding of rows; other messages unchanged.
+
+    An image in an unknown encoding or with a wrong size stays unchanged, too.
+    """
+    if not isinstance(message, Image):
+        return message
+    try:
+        image = _BRIDGE.imgmsg_to_cv2(message)
+    except (CvBridgeError, ValueError):
+        return message
+    image.flags.writeable = False
+    return replace(message, data=image, step=image.strides[0])
+
+
+MODEL_STATES = "/gazebo/model_states"
+"""The topic with the poses and velocities of all models, in Gazebo and in every world of the platform."""
+
+
+class ModelPoses:
+    """The last known states: from a simulator's topic, else from a drive's odometry, else from the files.
+
+    Args:
+        scene: the models, at the poses of their files.
+        by_odometry: whether to use odometry.
+
+    Attributes:
+        topics: the topics of poses, with the types of their messages.
+    """
+
+    def __init__(self, scene: Scene, *, by_odometry: bool = True) -> None:
+        self._motions = {model.name: ModelMotion(model.pose) for model in scene.models}
+        self._homes = dict(self._motions)
+        self._odometers = {
+            drive.odometry_topic: model.name
+            for model in scene.models
+            for drive in model.drives
+            if by_odometry and drive.odometry_topic is not None
+        }
+        self._seen: set[str] = set()
+        self.topics: dict[str, type] = {MODEL_STATES: ModelStates, **dict.fromkeys(self._odometers, Odometry)}
+
+    def motion(self, model: str) -> ModelMotion:
+        """Return pose and velocity of a model's frame, in the frame of the world."""
+        return self._motions[model]
+
+    def note(self, motions: Mapping[str, ModelMotion]) -> None:
+        """Set states of models that are known from elsewhere."""
+        self._motions.update(motions)
+
+    def take(self, topic: str, message: Any) -> None:
+        """Update the states from a message."""
+        if topic == MODEL_STATES:
+            for name, pose, twist in zip(message.name, message.pose, message.twist, strict=True):
+                if name in self._motions:
+                    self._motions[name] = _motion(pose, twist)
+                    self._seen.add(name)
+        elif (name := self._odometers[topic]) not in self._seen:
+            motion = _motion(message.pose.pose, message.twist.twist)
+            pose = self._homes[name].pose @ motion.pose  # odometry begins where the model did,
+            linear, angular = (
+                pose.rotate(motion.linear),
+                pose.rotate(motion.angular),
+            )  # its twist is the body's
+            self._motions[name] = ModelMotion(pose, linear, angular)
+
+
+def _motion(pose: Any, twist: Any) -> ModelMotion:
+    p, q, v, w = pose.position, pose.orientation, twist.linear, twist.angular
+    return ModelMotion(Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)), (v.x, v.y, v.z), (w.x, w.y, w.z))
+
+
+class Post(Protocol):
+    """Transfers messages between parts and ROS."""
+
+    def is_heard(self, topic: TopicInfo) -> bool:
+        """Return whether the messages of an outgoing topic are passed on as they come."""
+
+    def attend(self, topics: Iterable[TopicInfo], subscribed: frozenset[str]) -> None:
+        """Subscribe to those of the topics that are subscribed to here."""
+
+    def arrived(self, topic: str) -> list[Stamped]:
+        """Return the messages of a topic in the last step."""
+
+    def last(self, topic: str) -> Any:
+        """Return the current message of a topic, or None."""
+
+    def tell(self, topic: TopicInfo, message: Any) -> None:
+        """Publish a message."""
+
+
+class RemotePart(PartProxy):
+    """A part whose topics are in ROS. A bidirectional topic is also handled here.
+
+    Args:
+        inner: the core's part.
+        post: transfers messages.
+    """
+
+    def __init__(self, inner: Part, post: Post) -> None:
+        super().__init__(inner)
+        self._post = post
+        self._infos = {topic.name: topic for topic in inner.topics}
+        self._remote = [topic for topic in inner.topics if topic.direction is not Direction.BOTH]
+        outgoing = [topic for topic in self._remote if Direction.OUT in topic.direction]
+        self.number_topics = frozenset()
+        self.pushed_topics = frozenset(topic.name for topic in outgoing if post.is_heard(topic))
+
+    def on_subscriptions_changed(self, subscribed: frozenset[str]) -> None:
+        self._post.attend(self._remote, subscribed)
+
+    def poll(self) -> Iterable[tuple[str, Stamped]]:
+        for topic in self._infos:
+            if topic in self.pushed_topics:
+                for stamped in self._post.arrived(topic):
+                    yield topic, stamped
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        message = self._post.last(topic)
+        return super().read(topic, now_ns) if message is None else message
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        info = self._infos[topic]
+        if info.direction is Direction.BOTH:
+            super().write(topic, message, now_ns)
+        self._post.tell(info, message)
+
 
 _MUCH_NS = 500 * NS_PER_MS
 """Minimum duration of a delay for a warning; shorter ones, as when code is compiled, are made up soon."""
@@ -47,7 +180,7 @@ _HANDED_OVER_S = 0.1
 class RosEngine(Engine):
     """A body behind ROS. Poses of its models come from ``/gazebo/model_states``, or from odometry.
 
-    It also transfers messages for its parts, see :class:`~nrp_world_ros.parts.Post`.
+    It also transfers messages for its parts, see :class:`~nrp_world_ros.engine.Post`.
 
     Raises:
         BackendLoadError: ROS is not installed, or there is no master.

@@ -19,7 +19,7 @@ def join(ros: Ros, name: str, *, queue: int = 0, domain: int | None = None) -> N
         BackendLoadError: a requirement is missing.
     """
     if ros is Ros.ONE:
-        from nrp_world_ros.ros1.node import Ros1Node
+        from nrp_world_ros.ros1 import Ros1Node
 
         return Ros1Node(name, queue=queue)
     from nrp_world_ros.ros2.node import Ros2Node

@@ -31,15 +31,11 @@ from nrp_core.world import (
 )
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 
-from nrp_world_ros.engine import RosEngine
-from nrp_world_ros.hosted.dialogue import Dialogue
+from nrp_world_ros.engine import MODEL_STATES, ModelPoses, RemotePart, RosEngine
+from nrp_world_ros.hosted.dialogue import Dialogue, Question
 from nrp_world_ros.hosted.hosts import POLL_S, Order, borrow, give_back
-from nrp_world_ros.hosted.notes import Question
-from nrp_world_ros.inbox import DEPTH
-from nrp_world_ros.model_poses import MODEL_STATES, ModelPoses
-from nrp_world_ros.node import Node
-from nrp_world_ros.parts import RemotePart
-from nrp_world_ros.times import Timekeeper
+from nrp_world_ros.node import DEPTH, Node
+from nrp_world_ros.timekeeping import Timekeeper
 
 _AT_ONCE = DEPTH // 2
 """Maximum number of steps of the body in a turn, because its messages, one per step and topic, are queued."""
@@ -49,7 +45,7 @@ class HostedEngine(RosEngine):
     """See :class:`~nrp_world_ros.engine.RosEngine`; here the body has all capabilities of its simulator.
 
     Raises:
-        BackendError: Cyclone DDS or the simulator is not installed, or does not open.
+        BackendError: ROS 2 or the simulator is not installed, or does not open.
         SceneError: the simulator cannot take this scene.
     """
 

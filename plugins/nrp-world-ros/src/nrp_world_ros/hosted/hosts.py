@@ -21,11 +21,9 @@ from typing import Any
 from nrp_core.errors import SimulationError
 from nrp_core.world import Closing, Finding, Scene
 
-from nrp_world_ros.hosted.notes import Answer, Notes
-from nrp_world_ros.lockstep import DONE, GO, Turn
-from nrp_world_ros.ros2.load import load_dds
-from nrp_world_ros.ros2.network import domain_number
-from nrp_world_ros.ros2.node import Ros2Node
+from nrp_world_ros.hosted.dialogue import Answer, Notes
+from nrp_world_ros.ros2.node import Ros2Node, domain_number, load_rclpy
+from nrp_world_ros.timekeeping import DONE, GO, Turn
 
 _KEPT = 4
 """Number of processes without a body that are kept."""
@@ -88,11 +86,11 @@ class Host(Closing):
         notes: for requests to this body.
 
     Raises:
-        BackendLoadError: Cyclone DDS is not installed, or cannot use the network.
+        BackendLoadError: ROS 2 is not installed, or cannot use the network.
     """
 
     def __init__(self, domain: int) -> None:
-        load_dds()  # fails here if something is missing, before a process is started
+        load_rclpy()  # fails here if something is missing, before a process is started
         self.domain = domain
         self._simulates = "nothing yet"
         self._places = 0

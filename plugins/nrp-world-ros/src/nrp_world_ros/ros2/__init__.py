@@ -1,5 +1,1 @@
-"""ROS 2 through DDS, without an installation of ROS."""
-
-from nrp_world_ros.ros2.load import INSTALL, load_dds
-
-__all__ = ["INSTALL", "load_dds"]
+"""ROS 2, by its own client library."""

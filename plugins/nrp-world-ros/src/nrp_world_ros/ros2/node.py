@@ -1,40 +1,92 @@
-"""This process as a node of ROS 2: a participant of DDS, with ROS 2's names for topics and types.
+"""This process as a node of ROS 2, by its own client library, rclpy.
 
-There is no central list of nodes; they discover each other, which takes a moment.
+Messages pass as bytes: rclpy encodes and decodes nothing but calls of services. A thread receives them.
 """
 
 from __future__ import annotations
 
+import os
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from types import ModuleType
 from typing import Any
 
-from nrp_core.clock import NS_PER_S
-from nrp_core.errors import SimulationError, TopicError
-from nrp_core.world import Closing
+from nrp_core.errors import BackendLoadError, SimulationError, TopicError, did_you_mean
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.std_msgs import String
 
-from nrp_world_ros.node import Answer, Node, Publisher
-from nrp_world_ros.ros2.load import load_dds
-from nrp_world_ros.ros2.mail import Mail, participants
-from nrp_world_ros.ros2.network import domain_number, participate, reach, service_sockets
-from nrp_world_ros.ros2.presence import announce
-from nrp_world_ros.ros2.rtps.participant import RtpsParticipant
-from nrp_world_ros.ros2.services import Services
-from nrp_world_ros.ros2.types import dds_topic
+from nrp_world_ros.node import PATIENCE_S, Answer, Letter, Node, Publisher
+from nrp_world_ros.options import LAST_DOMAIN
+from nrp_world_ros.ros2.types import RosTypes
+
+INSTALL = "pip install 'nrp-world-ros[ros2]'"
+"""The wheels of ROS 2; with an installation of ROS, its set-up script does the same."""
+
+_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_RANGES = ("LOCALHOST", "SUBNET", "OFF", "SYSTEM_DEFAULT")
 
 _DISCOVERY_S = 1.0
-"""Time limit of the mutual discovery of a new node and others, s; a tenth of it on loopback."""
+"""Time limit of the mutual discovery of a new node and others, s."""
 
 _MUTUAL_S = 0.2
 """Time limit for a discovered node to discover this one, s."""
 
-_HELD_UP_S = 10.0
-"""Maximum blocking time by a slow subscriber that must get every message, s."""
+_PARTICIPANT = 12
+"""Length of the part of a global identifier that names the process, in DDS."""
 
-_HARDLY_S = 0.01
-"""The same if messages may be lost, s."""
+
+def load_rclpy() -> ModuleType:
+    """Return rclpy.
+
+    Raises:
+        BackendLoadError: it is not installed.
+    """
+    try:
+        import rclpy
+    except ImportError as error:
+        raise BackendLoadError(f"ROS 2 is not in this Python ({error})", remedy=INSTALL) from error
+    module: ModuleType = rclpy
+    return module
+
+
+def domain_number(chosen: int | None, environ: Mapping[str, str] = os.environ) -> int:
+    """Return the number of the domain.
+
+    Args:
+        chosen: the user's choice; None: ``ROS_DOMAIN_ID``, else 0.
+        environ: the environment variables.
+
+    Raises:
+        BackendLoadError: there is no such domain.
+    """
+    text = environ.get("ROS_DOMAIN_ID", "") if chosen is None else str(chosen)
+    if text and not (text.isdecimal() and int(text) <= LAST_DOMAIN):
+        raise BackendLoadError(f"ROS_DOMAIN_ID is a number from 0 to {LAST_DOMAIN}, not '{text}'")
+    return int(text or 0)
+
+
+def discovery_range(environ: Mapping[str, str] = os.environ) -> str:
+    """Return how far nodes are searched: by default only on this machine, where ROS searches the subnet.
+
+    Raises:
+        BackendLoadError: ROS 2 does not have such a range.
+    """
+    wanted = environ.get(_RANGE) or _RANGES[0]
+    if wanted not in _RANGES:
+        hint = did_you_mean(wanted, _RANGES)
+        raise BackendLoadError(f"{_RANGE} is one of {', '.join(_RANGES)}, not '{wanted}'{hint}")
+    return wanted
+
+
+def reach(number: int, environ: Mapping[str, str] = os.environ) -> str:
+    """Return which nodes are found, for a report that there are none."""
+    near = {
+        "LOCALHOST": f"on this machine; to find those of others, set {_RANGE}=SUBNET for all",
+        "OFF": f"which searches nobody, because {_RANGE} is OFF",
+    }.get(discovery_range(environ), "on this subnet, if it carries multicast; else set ROS_STATIC_PEERS")
+    return f"domain {number}, {near}. Others have the same ROS_DOMAIN_ID and the same RMW_IMPLEMENTATION"
 
 
 class Ros2Node(Node):
@@ -46,26 +98,58 @@ class Ros2Node(Node):
         domain: its number; None: ``ROS_DOMAIN_ID``, else 0.
 
     Raises:
-        BackendLoadError: Cyclone DDS is not installed, or cannot use the network.
+        BackendLoadError: ROS 2 is not installed, or cannot use the network.
     """
 
     tool = "ros2 topic"
     returns_errors = False
 
     def __init__(self, name: str, *, queue: int = 0, domain: int | None = None) -> None:
-        load_dds()
         super().__init__(Codec())
+        self._rclpy: Any = load_rclpy()
+        self._types = RosTypes(self.codec)
         self._queue = queue
         self._namespace = ""
-        self._services: Services | None = None
         self._number = domain_number(domain)
-        self._topics, self._participant = participate(self._number, self.codec)
-        self._writers: dict[str, _Ros2Publisher] = {}
+        self._publishers: dict[str, _Ros2Publisher] = {}
+        self._listeners: dict[str, _Listener] = {}
         self._matched: tuple[dict[str, int], float] = ({}, time.monotonic())
         self._joined_s = time.monotonic()
-        self._presence = announce(name, self._participant, self.codec, self._topics)
-        # its thread must start last
-        self._mail = Mail(self._participant, self.inbox, self.codec)
+        self._error: Exception | None = None
+        self._join(name)
+
+    def _join(self, name: str) -> None:
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.signals import SignalHandlerOptions
+
+        self._context = self._rclpy.Context()
+        with _environment(_RANGE, discovery_range()):
+            try:
+                self._rclpy.init(
+                    context=self._context, domain_id=self._number,
+                    signal_handler_options=SignalHandlerOptions.NO,
+                )  # fmt: skip
+                self._node = self._rclpy.create_node(
+                    name, context=self._context, use_global_arguments=False, enable_rosout=False,
+                    start_parameter_services=False,
+                )  # fmt: skip
+            except Exception as error:
+                self._rclpy.try_shutdown(context=self._context)
+                raise BackendLoadError(f"ROS 2 cannot join domain {self._number}: {error}") from error
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._open = True
+        self._thread = threading.Thread(target=self._spin, name="ros2", daemon=True)
+        self._thread.start()
+
+    def _spin(self) -> None:
+        try:
+            while self._open:
+                with suppress(_NoAnswerError):
+                    self._executor.spin_once()
+        except Exception as error:  # noqa: BLE001  reported to the loop, which runs in another thread
+            if self._open:
+                self._error = error
 
     # -- topics
 
@@ -80,87 +164,89 @@ class Ros2Node(Node):
         self._namespace = namespace
 
     def _leave_topics(self) -> None:
-        self._mail.clear()
-        for writer in self._writers.values():
-            writer.close()
-        self._writers.clear()
+        for listener in self._listeners.values():
+            listener.close()
+        for publisher in self._publishers.values():
+            publisher.close()
+        self._listeners.clear()
+        self._publishers.clear()
         self.inbox.take()
 
     def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Publisher:
-        if topic not in self._writers:
-            from cyclonedds.pub import DataWriter
+        if topic not in self._publishers:
+            self._require_open()
+            from rclpy.event_handler import PublisherEventCallbacks
 
-            name = self._type_name(cls)
-            qos = self._qos(name, self._queue, latched=latched)
-            writer = DataWriter(self._participant, self._topic(topic, name), qos=qos)
-            self._writers[topic] = _Ros2Publisher(topic, writer, self.codec, lossy=self._queue > 0)
-        return self._writers[topic]
+            kind = self._types.message(self.codec.name(cls))
+            qos = _qos(1 if latched else self._queue, latched=latched)
+            with _refusing(topic):
+                made = self._node.create_publisher(
+                    kind,
+                    self._namespace + topic,
+                    qos,
+                    event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
+                )
+            self._publishers[topic] = _Ros2Publisher(topic, self._node, made, self.codec)
+        return self._publishers[topic]
 
     def listen(self, topic: str, cls: type) -> None:
-        if topic in self._mail:
+        if topic in self._listeners:
             return
-        name = self._type_name(cls)
-        self._mail.open(topic, name, self._topic(topic, name), self._qos(name, 0))
-
-    def _type_name(self, cls: type) -> str:
         self._require_open()
-        return self.codec.name(cls)
+        name = self.codec.name(cls)
 
-    def _topic(self, topic: str, name: str) -> Any:
-        from cyclonedds.core import DDSException
+        def arrived(data: bytes, info: Mapping[str, Any]) -> None:
+            self.inbox.add(Letter(topic, name, data, _sender(info), self.codec))
 
-        try:
-            there = dds_topic(self._namespace + topic)
-            return self._topics.topic(self._participant, there, name, self.codec)
-        except DDSException as error:
-            raise TopicError(f"{topic} cannot be a topic of ROS 2: {error}") from error
-
-    def _qos(self, name: str, queue: int, *, latched: bool = False) -> Any:
-        """Return ROS 2's default quality of service, reliable; late subscribers get what is latched."""
-        from cyclonedds.core import Policy, Qos
-
-        return Qos(
-            Policy.Reliability.Reliable(int((_HARDLY_S if queue else _HELD_UP_S) * NS_PER_S)),
-            Policy.Durability.TransientLocal if latched else Policy.Durability.Volatile,
-            Policy.History.KeepLast(1 if latched else queue) if latched or queue else Policy.History.KeepAll,
-            Policy.IgnoreLocal.Participant,
-            Policy.DataRepresentation(use_cdrv0_representation=True),
-            Policy.Userdata(f"typehash={self.codec.hash(name)};".encode()),
-        )
+        with _refusing(topic):
+            self._listeners[topic] = _Listener(
+                self._node, self._types.message(name), self._namespace + topic, arrived
+            )
 
     def serve(self, service: str, request: str, response: str, answer: Answer) -> None:
+        from rclpy.serialization import deserialize_message, serialize_message
+
         self._require_open()
-        if self._services is None:
-            self._services = Services(RtpsParticipant(service_sockets(self._number)))
-        self._services.serve(service, request, response, answer)
+        kind = self._types.service(request, response)
+
+        def called(asked: Any, _empty: Any) -> Any:
+            coming = answer(serialize_message(asked))
+            self.inbox.wake()
+            try:
+                return deserialize_message(bytes(coming.result(PATIENCE_S)), kind.Response)
+            except Exception as error:  # ROS 2 has no place for the reason; the loop has reported it
+                coming.cancel()
+                raise _NoAnswerError from error
+
+        with _refusing(service):
+            self._node.create_service(kind, service, called)
 
     def keep(self, name: str, text: str) -> None:
         self.publisher(name, String, latched=True).publish(String(text))
 
     # -- discovery
 
-    def _ends(self) -> dict[str, Callable[[], int]]:
-        """Return the objects that count the nodes on each topic."""
-        writers = {topic: writer.peers for topic, writer in self._writers.items()}
-        return self._mail.ends() | writers
+    def _ends(self) -> dict[str, _End]:
+        """Return the publishers and subscriptions by topic."""
+        return {**self._listeners, **self._publishers}
 
     def peers(self, topic: str) -> int:
-        return self._ends()[topic]()
+        return self._ends()[topic].peers()
 
     def met(self) -> list[str]:
-        return [topic for topic, peers in self._ends().items() if peers()]
+        return [topic for topic, end in self._ends().items() if end.peers()]
 
     def sees(self, topic: str, other: str) -> bool:
-        if topic in self._writers:
-            return other in self._writers[topic].listeners()
-        return topic not in self._mail or other in self._mail.senders(topic)
+        end = self._ends().get(topic)
+        return end is None or end.sees(other)
 
     def settle(self, timeout_s: float) -> set[str]:
         self._require_open()
         end_s = time.monotonic() + timeout_s
         while True:
-            self._mail.adapt()
-            counts, now_s = {topic: peers() for topic, peers in self._ends().items()}, time.monotonic()
+            for listener in self._listeners.values():
+                listener.adapt()
+            counts, now_s = {topic: end.peers() for topic, end in self._ends().items()}, time.monotonic()
             if counts != self._matched[0]:
                 self._matched = (counts, now_s)
             alone = {topic for topic, count in counts.items() if not count}
@@ -171,47 +257,179 @@ class Ros2Node(Node):
 
     def check(self) -> None:
         self._require_open()
-        self._mail.check()
+        if self._error is not None:
+            raise SimulationError(f"ROS 2 has stopped delivering messages: {self._error}") from self._error
 
     def _require_open(self) -> None:
-        if self._participant is None:
+        if not self._open:
             raise SimulationError("this node has left ROS 2")
 
     def close(self) -> None:
-        if self._participant is not None:
+        if self._open:
+            self._open = False
+            self._executor.shutdown()
+            self._thread.join()
             self._leave_topics()
-            self._mail.close()
-            if self._services is not None:
-                self._services.close()
-            self._participant = self._presence = None
-            del self._topics  # the domain ends with its last node
+            self._node.destroy_node()
+            self._rclpy.try_shutdown(context=self._context)
 
 
-class _Ros2Publisher(Closing):
-    """Publishes on one topic; if it is lossy, a message that one subscriber does not take is lost for all."""
+class _NoAnswerError(Exception):
+    """A call of a service that gets no answer."""
 
-    def __init__(self, topic: str, writer: Any, codec: Codec, *, lossy: bool) -> None:
-        self._topic, self._writer, self._codec, self._lossy = topic, writer, codec, lossy
-        self._known: dict[int, str] = {}
 
-    def listeners(self) -> set[str]:
-        """Return the subscribed participants."""
-        handles = self._writer.get_matched_subscriptions()
-        return participants(handles, self._known, self._writer.get_matched_subscription_data)
+class _End:
+    """A publisher or a subscription, and the nodes on the other side."""
+
+    def __init__(self, node: Any, topic: str) -> None:
+        self._node, self._topic = node, topic
+        self._known: set[str] = set()
 
     def peers(self) -> int:
-        return int(self._writer.get_publication_matched_status().current_count)
+        """Return the number of nodes on the other side that are connected."""
+        raise NotImplementedError
+
+    def _others(self) -> list[str]:
+        """Return the processes on the other side that can be connected."""
+        raise NotImplementedError
+
+    def sees(self, other: str) -> bool:
+        """Return whether a process is connected."""
+        if not self.peers():
+            self._known.clear()
+        elif other not in self._known:
+            others = self._others()
+            if len(others) <= self.peers():  # a node is listed some time before it is connected
+                self._known = set(others)
+        return other in self._known
+
+
+class _Ros2Publisher(_End):
+    """Publishes on one topic."""
+
+    def __init__(self, topic: str, node: Any, publisher: Any, codec: Codec) -> None:
+        super().__init__(node, publisher.topic_name)
+        self._name, self._publisher, self._codec = topic, publisher, codec
+
+    def peers(self) -> int:
+        return int(self._publisher.get_subscription_count())
+
+    def _others(self) -> list[str]:
+        mine = self._publisher.qos_profile
+        infos = self._node.get_subscriptions_info_by_topic(self._topic)
+        return [_process(info.endpoint_gid) for info in infos if _suffices(mine, info.qos_profile)]
 
     def publish(self, message: Any) -> None:
-        from cyclonedds.core import DDSException
-
-        data = self._codec.encode(message)
+        data = bytes(self._codec.encode(message))
         try:
-            self._writer.write(self._writer.data_type(data))
-        except DDSException as error:
-            if not (self._lossy and error.code == DDSException.DDS_RETCODE_TIMEOUT):
-                raise SimulationError(f"a message on {self._topic} was not accepted: {error}") from error
+            self._publisher.publish(data)
+        except Exception as error:
+            raise SimulationError(f"a message on {self._name} was not accepted: {error}") from error
 
     def close(self) -> None:
         """Leave the topic."""
-        self._writer = None
+        self._node.destroy_publisher(self._publisher)
+
+
+class _Listener(_End):
+    """Receives the messages of one topic as bytes; it asks for reliability if somebody offers it."""
+
+    def __init__(self, node: Any, kind: Any, topic: str, arrived: Callable[..., None]) -> None:
+        super().__init__(node, topic)
+        self._kind, self._arrived = kind, arrived
+        self._subscribe(_qos(0))
+
+    def _subscribe(self, qos: Any) -> None:
+        from rclpy.event_handler import SubscriptionEventCallbacks
+
+        silent = SubscriptionEventCallbacks(use_default_callbacks=False)  # see adapt()
+        self._subscription = self._node.create_subscription(
+            self._kind, self._topic, self._arrived, qos, event_callbacks=silent, raw=True
+        )
+
+    def peers(self) -> int:
+        return int(self._subscription.get_publisher_count())
+
+    def _others(self) -> list[str]:
+        mine = self._subscription.qos_profile
+        infos = self._node.get_publishers_info_by_topic(self._topic)
+        return [_process(info.endpoint_gid) for info in infos if _suffices(info.qos_profile, mine)]
+
+    def adapt(self) -> None:
+        """Request only best effort from publishers that offer less, as drivers of sensors do."""
+        from rclpy.qos import ReliabilityPolicy
+
+        if self.peers() or self._subscription.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT:
+            return
+        infos = self._node.get_publishers_info_by_topic(self._topic)
+        if infos and all(info.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT for info in infos):
+            self.close()
+            modest = _qos(0)
+            modest.reliability = ReliabilityPolicy.BEST_EFFORT
+            self._subscribe(modest)
+
+    def close(self) -> None:
+        """Leave the topic."""
+        self._node.destroy_subscription(self._subscription)
+
+
+def _qos(queue: int, *, latched: bool = False) -> Any:
+    """Return ROS 2's default quality of service, reliable; late subscribers get what is latched."""
+    from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+    return QoSProfile(
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        history=HistoryPolicy.KEEP_LAST if queue else HistoryPolicy.KEEP_ALL,
+        depth=queue,
+    )
+
+
+def _suffices(offered: Any, requested: Any) -> bool:
+    """Return whether the quality of service of a publisher is what a subscription requests."""
+    from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+    loses = (offered.reliability, requested.reliability) == (
+        ReliabilityPolicy.BEST_EFFORT,
+        ReliabilityPolicy.RELIABLE,
+    )
+    forgets = (offered.durability, requested.durability) == (
+        DurabilityPolicy.VOLATILE,
+        DurabilityPolicy.TRANSIENT_LOCAL,
+    )
+    return not loses and not forgets
+
+
+def _sender(info: Mapping[str, Any]) -> str:
+    """Return the process that has sent a message; older versions of ROS do not say it."""
+    gid = info.get("publisher_gid")
+    return "" if gid is None else _process(gid["data"])
+
+
+def _process(gid: Any) -> str:
+    return bytes(gid[:_PARTICIPANT]).hex()
+
+
+@contextmanager
+def _refusing(topic: str) -> Iterator[None]:
+    """Report a name that ROS 2 does not permit as ours."""
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, (TopicError, BackendLoadError)):
+            raise
+        raise TopicError(f"{topic} cannot be a topic of ROS 2: {error}") from error
+
+
+@contextmanager
+def _environment(name: str, value: str) -> Iterator[None]:
+    """Set an environment variable for some time."""
+    before = os.environ.get(name)
+    os.environ[name] = value
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before

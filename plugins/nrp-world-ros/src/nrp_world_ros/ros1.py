@@ -4,18 +4,92 @@ from __future__ import annotations
 
 import os
 import socket
+import sysconfig
 import time
 from collections.abc import Callable
 from functools import cache
+from types import ModuleType
 from typing import Any
 from urllib.parse import urlsplit
 
 from nrp_core.errors import BackendLoadError, SimulationError, TopicError
+from nrp_core.world.messages.ros1 import Ros1Codec
 
-from nrp_world_ros.inbox import Letter
-from nrp_world_ros.node import PATIENCE_S, Answer, Node, Publisher
-from nrp_world_ros.ros1.load import load_rospy
-from nrp_world_ros.ros1.wire import CODEC, wire_service, wire_type
+from nrp_world_ros.node import PATIENCE_S, Answer, Letter, Node, Publisher
+
+INSTALL = (
+    "apt-get install --no-install-recommends python3-rospy python3-roslaunch && "
+    f"echo /usr/lib/python3/dist-packages > {sysconfig.get_path('purelib')}/ros.pth"
+)
+"""Path file for Debian's rospy in this Python; added paths come after installed packages."""
+
+
+def load_rospy() -> ModuleType:
+    """Return rospy.
+
+    Raises:
+        BackendLoadError: it or one of its requirements is missing.
+    """
+    try:
+        import rosgraph  # noqa: F401  a part of ROS that rospy is useless without
+        import rospy
+    except ImportError as error:
+        raise BackendLoadError(f"ROS 1 is not in this Python ({error})", remedy=INSTALL) from error
+    module: ModuleType = rospy
+    return module
+
+
+CODEC = Ros1Codec()
+
+
+@cache
+def wire_type(name: str) -> type[Any]:
+    """Return rospy's message class for a type of the codec.
+
+    Args:
+        name: the full name, ``package/msg/Type``.
+    """
+    import genpy
+
+    class Wire(genpy.Message):  # type: ignore[misc]
+        """A message as bytes."""
+
+        __slots__ = ["data"]
+        _slot_types = ["uint8[]"]  # noqa: RUF012  rospy's own name for what it reads
+        _type = name.replace("/msg/", "/")
+        _md5sum = CODEC.md5(name)
+        _full_text = CODEC.definition(name)
+        _has_header = False
+
+        def __init__(self, data: bytes | memoryview = b"") -> None:
+            self.data = data
+
+        def serialize(self, buff: Any) -> None:
+            buff.write(self.data)
+
+        def deserialize(self, data: bytes) -> Wire:
+            self.data = data
+            return self
+
+    return Wire
+
+
+@cache
+def wire_service(request: str, response: str) -> type[Any]:
+    """Return rospy's class of a service.
+
+    Args:
+        request: full name of the request, ``package/msg/NameRequest``.
+        response: full name of the response, ``package/msg/NameResponse``.
+    """
+    content = {
+        "_type": request.replace("/msg/", "/").removesuffix("Request"),
+        "_md5sum": CODEC.service_md5(request, response),
+        "_request_class": wire_type(request),
+        "_response_class": wire_type(response),
+    }
+    return type("WireService", (), content)
+
 
 _LOOPBACK = ("localhost", "127.", "[::1]")
 _CHECK_S = 1.0
