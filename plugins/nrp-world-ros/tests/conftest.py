@@ -40,6 +40,7 @@ def missing() -> dict[str, list[str]]:
     """Return what each ROS lacks on this machine."""
     ros1 = [name for name in ("rosmaster", "rostopic", "rosbag") if shutil.which(name) is None]
     ros1 += ["rospy in this Python"] if find_spec("rospy") is None else []
+    ros1 += ["a Python without ROS 2, whose packages have the same names"] if find_spec("rclpy") else []
     ros2 = ["rclpy in this Python"] if find_spec("rclpy") is None else []
     rviz = [program for program in ("rviz", "Xvfb") if shutil.which(program) is None]
     return {"1": ros1, "2": ros2, "networks": _networks_lack(), "rviz": rviz}
