@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Flag, auto
+from functools import partial
 from math import isfinite
 from typing import Any, Protocol
 
@@ -129,10 +130,15 @@ class Publication:
         topic: the topic, by the name for messages to the user.
         name: its name, never an alias.
         board: delivers the messages.
+
+    Attributes:
+        direct_receiver: returns the part that alone receives the messages, and as numbers; None if there is
+            none.
     """
 
     def __init__(self, topic: TopicInfo, name: str, board: Board) -> None:
         self.topic, self.name, self.board = topic, name, board
+        self.direct_receiver: Callable[[], Any] = partial(board.direct_receiver, name)
 
     def publish(self, message: Any) -> None:
         """Publish a message; it takes effect at once.
@@ -152,13 +158,8 @@ class Publication:
         Raises:
             TopicError: the topic cannot carry the message.
         """
-        direct = self.topic.limits is None and isfinite(sum(numbers))
-        if not (direct and self.board.deliver_numbers(self.name, numbers)):
+        if not (isfinite(sum(numbers)) and self.board.deliver_numbers(self.name, numbers)):
             self.publish(layout_of(self.topic.type).message(numbers))
-
-    def direct_receiver(self) -> Any:
-        """Return the part that alone receives the messages, and as numbers; None if there is none."""
-        return self.board.direct_receiver(self.name) if self.topic.limits is None else None
 
 
 def resolve_name(name: str, namespace: str) -> str:

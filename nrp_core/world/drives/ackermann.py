@@ -125,17 +125,18 @@ class Ackermann(Drive):
 class AckermannPart(WheelDrivePart):
     """Serves one car."""
 
+    steers = True
+
     def __init__(self, drive: Ackermann, model: Model, engine: Engine) -> None:
         super().__init__(drive, model, engine)
         self._car, self._inertias = drive, joint_inertias(bodies_of(model))
 
-    def _commanded(
+    def _body_velocity(
         self, x: float, y: float, z: float, roll: float, pitch: float, turn: float
     ) -> BodyVelocity:
         return ackermann_velocity(self._car, x, turn)
 
-    def on_target_velocity(self, velocity: BodyVelocity) -> None:
-        super().on_target_velocity(velocity)
+    def _steer(self, velocity: BodyVelocity) -> None:
         angles = wheel_angles(self._car, velocity.steer)
         for joint, angle in zip(self._car.steering, angles, strict=True):
             gains = stiff_gains(self._inertias[joint])

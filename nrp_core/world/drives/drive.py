@@ -94,7 +94,12 @@ class DrivePart(Part):
     """Runs a drive that moves on the ground.
 
     A command holds until the next one or until the time-out; speeds are not clamped.
+
+    Attributes:
+        steers: whether joints follow its target velocity, by :meth:`_steer`.
     """
+
+    steers: ClassVar[bool] = False
 
     def __init__(self, drive: GroundDrive, model: Model, engine: Engine) -> None:
         self._drive, self._model, self._engine = drive, model.name, engine
@@ -118,21 +123,16 @@ class DrivePart(Part):
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         numbers = message if topic == self._drive.command_topic else self._body_twist(message)
-        self.set_target_velocity(self.accept(numbers, now_ns))
-
-    def accept(self, numbers: Sequence[float], now_ns: int) -> BodyVelocity:
-        """Return the velocity that the numbers of a twist command, and restart the time-out."""
+        velocity = self._body_velocity(*numbers)
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
-        return self._commanded(*numbers)
+        self.set_target_velocity(velocity)
 
     def set_target_velocity(self, velocity: BodyVelocity) -> None:
         """Set the velocity that the engine gives the robot from now on."""
-        self._engine.set_drive(self._model, self._drive.name, velocity)
-        self.on_target_velocity(velocity)
-
-    def on_target_velocity(self, velocity: BodyVelocity) -> None:
-        """Follow a target velocity that the engine has been given."""
         self._velocity = velocity
+        self._engine.set_drive(self._model, self._drive.name, velocity)
+        if self.steers:
+            self._steer(velocity)
 
     @staticmethod
     def write_copies(parts: Sequence[DrivePart], rows: FloatArray) -> None:
@@ -143,12 +143,13 @@ class DrivePart(Part):
             rows: the finite numbers of a twist for each, shape ``(copies, 6)``.
         """
         model, drive, engines = parts[0]._model, parts[0]._drive.name, [part._engine for part in parts]
-        times = [engine.now_ns for engine in engines]
-        commands = zip(parts, rows.tolist(), times, strict=True)
-        velocities = [part.accept(row, now_ns) for part, row, now_ns in commands]
+        velocities = [part._body_velocity(*row) for part, row in zip(parts, rows.tolist(), strict=True)]
         copies_of(engines).set_drives(model, drive, velocities)
-        for part, velocity in zip(parts, velocities, strict=True):
-            part.on_target_velocity(velocity)
+        for part, velocity, engine in zip(parts, velocities, engines, strict=True):
+            part._velocity = velocity
+            part.deadline_ns = None if part._timeout_ns is None else engine.now_ns + part._timeout_ns
+            if part.steers:
+                part._steer(velocity)
 
     def at_deadline(self, now_ns: int) -> None:
         self.set_target_velocity(BodyVelocity())
@@ -174,7 +175,7 @@ class DrivePart(Part):
     _velocity = BodyVelocity()
     _reported = False
 
-    def _commanded(
+    def _body_velocity(
         self, x: float, y: float, z: float, roll: float, pitch: float, turn: float
     ) -> BodyVelocity:
         """Return the velocity that the numbers of a twist command, m/s and rad/s."""
@@ -191,6 +192,10 @@ class DrivePart(Part):
             self._reported = True
             message = f"the drive '{self._drive.name}' of '{self._model}' {what}"
             self._engine.warnings.add(Code.NRP299, message, subject=self._drive.command_topic)
+
+    def _steer(self, velocity: BodyVelocity) -> None:
+        """Set the joints that follow the target velocity; for drives that steer."""
+        raise NotImplementedError
 
     def _odometry(self, now_ns: int) -> Odometry:
         motion = self._engine.model_motion(self._model)

@@ -54,7 +54,7 @@ class PlanarMove(Drive):
 class PlanarMovePart(DrivePart):
     """Runs one such base."""
 
-    def _commanded(
+    def _body_velocity(
         self, x: float, y: float, z: float, roll: float, pitch: float, turn: float
     ) -> BodyVelocity:
         return BodyVelocity(x, y, turn)
