@@ -32,7 +32,7 @@ from nrp_core.errors import NrpError
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid import Pose
-from nrp_core.world.robot_setup import Fitting, JointControl, commandable, fitted
+from nrp_core.world.robot_setup import JointControl, RobotSetup, commandable, set_up_robot
 from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_core.world.scene.posture import closing, start_positions
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -101,7 +101,7 @@ def called(path: Path) -> str:
 def _held(model: Model) -> Model:
     control = ((".*", JointControl("position")),)
     bare = replace(model, drives=(), controllers=(), trajectory_controllers=(), pair_controllers=())
-    return replace(fitted(bare, Fitting(True, control=control)), pose=Pose((0.0, 0.0, 3.0)))
+    return replace(set_up_robot(bare, RobotSetup(True, control=control)), pose=Pose((0.0, 0.0, 3.0)))
 
 
 def written(path: Path) -> float:

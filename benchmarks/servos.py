@@ -32,8 +32,8 @@ from nrp_core.world.backends import worlds
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, firm_joints
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.world.render.cameras import optics_of
-from nrp_core.world.rigid import JointAim, JointTargets, Pose
-from nrp_core.world.robot_setup import Fitting, JointControl, commandable, fitted
+from nrp_core.world.rigid import JointTargets, Pose, ServoTarget
+from nrp_core.world.robot_setup import JointControl, RobotSetup, commandable, set_up_robot
 from nrp_core.world.scene.devices import GroupController
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.posture import start_positions
@@ -48,8 +48,8 @@ def held(path: Path) -> Model:
     """Return a robot that is held by its base, with a position servo for every joint."""
     model = read_model(path, name="robot")
     bare = replace(model, drives=(), controllers=(), trajectory_controllers=(), pair_controllers=())
-    fitting = Fitting(True, control=((".*", JointControl("position")),))
-    return replace(fitted(bare, fitting), pose=Pose((0.0, 0.0, 3.0)))
+    fitting = RobotSetup(True, control=((".*", JointControl("position")),))
+    return replace(set_up_robot(bare, fitting), pose=Pose((0.0, 0.0, 3.0)))
 
 
 def grouped(model: Model) -> Model:
@@ -92,7 +92,7 @@ def led(firm: FirmJoints, model: Model, goals: Sequence[float]) -> tuple[str, ..
     """Give each joint its first target; return the names of the joints."""
     names = tuple(joint.name for joint in commandable(model))
     for name, goal in zip(names, goals, strict=True):
-        firm.aim((model.name, name), JointAim(stiffness=1.0, position=goal, firm=True))
+        firm.aim((model.name, name), ServoTarget(stiffness=1.0, position=goal, firm=True))
     return names
 
 

@@ -41,11 +41,11 @@ if TYPE_CHECKING:
     from nrp_core.world.render.cameras import drawn as drawn
     from nrp_core.world.rigid import BodyPath as BodyPath
     from nrp_core.world.rigid import BodyVelocity as BodyVelocity
-    from nrp_core.world.rigid import JointAim as JointAim
     from nrp_core.world.rigid import JointStates as JointStates
     from nrp_core.world.rigid import ModelMotion as ModelMotion
     from nrp_core.world.rigid import Pose as Pose
     from nrp_core.world.rigid import Quaternion as Quaternion
+    from nrp_core.world.rigid import ServoTarget as ServoTarget
     from nrp_core.world.rigid import Touch as Touch
     from nrp_core.world.rigid import Vector as Vector
     from nrp_core.world.rigid import Wrench as Wrench
@@ -127,7 +127,7 @@ else:
             "nrp_core.world.part": "Part PartProxy",
             "nrp_core.world.render.cameras": "DepthArray ImageArray drawn",
             "nrp_core.world.rigid": (
-                "matrix_of BodyPath BodyVelocity JointAim JointStates ModelMotion Touch Wrench Pose "
+                "matrix_of BodyPath BodyVelocity ServoTarget JointStates ModelMotion Touch Wrench Pose "
                 "Quaternion Vector"
             ),
             "nrp_core.world.scene.devices": "JointController PairController Pid TrajectoryController Noise",

@@ -19,7 +19,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.simulation import State
-from nrp_core.world.copies import copies_of
+from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.drives.drive import DrivePart
 from nrp_core.world.messages.base import find_layout, type_name
 from nrp_core.world.render.cameras import SHARED
@@ -112,7 +112,7 @@ class WorldBatch(Closing):
             angular velocity (rad/s).
         """
         rows = np.empty((len(self), 13))
-        copies_of([world.engine for world in self.worlds]).read_motions(model, rows)
+        batch_engine_of([world.engine for world in self.worlds]).read_motions(model, rows)
         return rows
 
     def joint_states(self, model: str) -> JointStates:

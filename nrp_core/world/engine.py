@@ -14,8 +14,8 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
+from nrp_core.world.batch_engine import BatchEngine
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
-from nrp_core.world.copies import Copies
 from nrp_core.world.part import Part
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import (
@@ -28,17 +28,17 @@ from nrp_core.world.render.cameras import (
     SegmentArray,
     optics_of,
 )
-from nrp_core.world.render.renderers import Eyes, open_shared
+from nrp_core.world.render.renderers import SceneRenderers, open_shared
 from nrp_core.world.rigid import (
     BodyPath,
     BodyVelocity,
-    JointAim,
     JointStates,
     JointTargets,
     ModelMotion,
     Pose,
     Quaternion,
     ReadFrames,
+    ServoTarget,
     Touch,
     Wrench,
     rotation_matrix,
@@ -59,19 +59,19 @@ class JointCommands(ABC):
         return refusal(self, what)
 
     @final
-    def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+    def set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo; only joints with a controller have one."""
-        self._do_set_joint_aim(model, joint, aim)
+        self._do_set_servo_target(model, joint, aim)
 
     @final
-    def set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+    def set_ball_target(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint with a controller to an orientation of its child, or release it."""
-        self._do_set_ball_aim(model, joint, orientation)
+        self._do_set_ball_target(model, joint, orientation)
 
     def retarget(self, model: str, targets: JointTargets) -> bool:
         """Change the targets of firm joints at once, if the engine can, and return whether it did.
 
-        It is faster than as many calls of :meth:`set_joint_aim`, which gave the joints their present targets.
+        It is faster than a call of :meth:`set_servo_target` for each, which gave them their present targets.
 
         Args:
             model: the model.
@@ -90,11 +90,11 @@ class JointCommands(ABC):
 
     # -- for backends
 
-    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+    def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of the servo of a joint with a controller."""
         raise self.lacks(JOINT_CONTROL)
 
-    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+    def _do_set_ball_target(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint with a controller to an orientation, or release it."""
         raise self.lacks("cannot lead ball joints to orientations")
 
@@ -103,7 +103,7 @@ class JointCommands(ABC):
         raise self.lacks(JOINT_CONTROL)
 
 
-class Pulls:
+class ExternalWrenches:
     """The wrenches on the bodies of a scene, each kept until its owner replaces it."""
 
     def __init__(self) -> None:
@@ -160,7 +160,7 @@ class Engine(JointCommands):
         CapabilityError: the scene needs a capability that the engine does not have.
     """
 
-    copies: ClassVar[type[Copies]] = Copies
+    batch_engine: ClassVar[type[BatchEngine]] = BatchEngine
 
     def __init__(self, scene: Scene, capabilities: WorldCapabilities, *, seed: int, identity: str) -> None:
         self.scene = scene
@@ -172,9 +172,9 @@ class Engine(JointCommands):
         self.warnings = Findings(scene.warnings)
         check_scene(scene, self.capabilities, self, self.warnings)
         self._bodies: dict[str, tuple[Body, ...]] = {}
-        self._pulls = Pulls()
+        self._external_wrenches = ExternalWrenches()
         self._space: CollisionSpace | None = None
-        self._eyes = Eyes(self._open_renderer, "".join(self.capabilities.renderers[:1]))
+        self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
 
     @property
     def step_ns(self) -> int:
@@ -228,7 +228,7 @@ class Engine(JointCommands):
     @final
     def close(self) -> None:
         """Release the engine and its cameras."""
-        self._eyes.close()
+        self._renderers.close()
         self._do_close()
 
     # -- for sensors
@@ -256,7 +256,7 @@ class Engine(JointCommands):
     @property
     def visual_colors(self) -> Mapping[str, Rgba]:
         """The colours of visuals that were set, by path, ``model/link/visual``."""
-        return self._eyes.colors
+        return self._renderers.colors
 
     def model_pose(self, model: str) -> Pose:
         """Return the pose of a model's frame."""
@@ -295,7 +295,7 @@ class Engine(JointCommands):
     @final
     def segments(self, model: str, link: str, camera: str) -> SegmentArray:
         """Return label and instance of the visual at each pixel, shape ``(height, width, 2)``."""
-        return self._eyes.depths.segments((model, link, camera))
+        return self._renderers.depths.segments((model, link, camera))
 
     @final
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
@@ -319,14 +319,14 @@ class Engine(JointCommands):
     @final
     def set_color(self, visual: str, rgba: Rgba) -> None:
         """Set the colour of a visual (``model/link/visual``)."""
-        if self._eyes.colors.get(visual) != rgba:  # a reset sets all of them, and painting takes time
-            self._eyes.colors[visual] = rgba
+        if self._renderers.colors.get(visual) != rgba:  # a reset sets all of them, and painting takes time
+            self._renderers.colors[visual] = rgba
             self._do_set_color(visual, rgba)
 
     @final
     def set_glow(self, visual: str, glows: bool) -> None:
         """Set whether a visual glows: it has its colour in any light."""
-        self._eyes.glows[visual] = glows
+        self._renderers.glows[visual] = glows
         self._do_set_glow(visual, glows)
 
     @final
@@ -352,7 +352,7 @@ class Engine(JointCommands):
         if bodies[index].inertial is None:
             return False  # a fixed body cannot be pushed
         pose = self.link_motion(model, link).pose
-        total, turns = self._pulls.add((model, index), bodies[index], link, pose, wrench, of)
+        total, turns = self._external_wrenches.add((model, index), bodies[index], link, pose, wrench, of)
         self._do_set_wrench((model, index), total)
         return turns
 
@@ -371,10 +371,10 @@ class Engine(JointCommands):
         check_scene(scene, self.capabilities, self, self.warnings)
         self._do_load(scene)
         self.scene = scene
-        self._bodies, self._pulls = {}, Pulls()
+        self._bodies, self._external_wrenches = {}, ExternalWrenches()
         self._space = None
-        self._eyes.close()
-        self._eyes = Eyes(self._open_renderer, "".join(self.capabilities.renderers[:1]))
+        self._renderers.close()
+        self._renderers = SceneRenderers(self._open_renderer, "".join(self.capabilities.renderers[:1]))
 
     @final
     def set_lights(self, lights: tuple[Light, ...]) -> None:
@@ -467,21 +467,21 @@ class Engine(JointCommands):
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
         """Set the colour of a visual, named by its path ``model/link/visual``, from the next image on."""
-        for cameras in self._eyes.opened:
+        for cameras in self._renderers.opened:
             cameras.set_color(visual, rgba)
 
     def _do_set_glow(self, visual: str, glows: bool) -> None:
         """Set whether a visual glows, from the next image on."""
-        for cameras in self._eyes.opened:
+        for cameras in self._renderers.opened:
             cameras.set_glow(visual, glows)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         """Return the current image of a camera, shape ``(height, width, 3)``, RGB, a new array."""
-        return self._eyes.images.image((model, link, camera))
+        return self._renderers.images.image((model, link, camera))
 
     def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
         """Return the current depth image of a camera, m, shape ``(height, width)``, a new array."""
-        return self._eyes.depths.depth((model, link, camera))
+        return self._renderers.depths.depth((model, link, camera))
 
     def _do_scan(self, model: str, link: str, beams: Beams) -> FloatArray:
         """Return the distance along each ray of a scanner; an engine may use shapes and rays of its own."""
@@ -493,7 +493,7 @@ class Engine(JointCommands):
 
     def _do_set_lights(self, lights: Sequence[Light]) -> None:
         """Set the lights, from the next image on."""
-        for cameras in self._eyes.opened:
+        for cameras in self._renderers.opened:
             cameras.set_lights(lights)
 
     def _do_joint_states(self, model: str) -> JointStates:

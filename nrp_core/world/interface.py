@@ -73,12 +73,12 @@ class WorldBackend(ABC):
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
         """Return a world around an engine with a scene in it, at time 0."""
         require_kind(f"{type(self).__name__}.open", "options", self.options, options)
-        return _around(self.engine(scene, seed=seed, options=options))
+        return _open_world(self.engine(scene, seed=seed, options=options))
 
     @final
     def open_another(self, first: World, *, seed: int, options: WorldOptions) -> World:
         """Return another world with the scene of a first one, at time 0; they may share constant parts."""
-        return _around(self.another(first.engine, seed=seed, options=options))
+        return _open_world(self.another(first.engine, seed=seed, options=options))
 
     @final
     def open_batch(
@@ -106,7 +106,7 @@ class WorldBackend(ABC):
         return WorldBatch.open(copies(), threads)
 
 
-def _around(engine: Engine) -> World:
+def _open_world(engine: Engine) -> World:
     """Return the world around an engine; if that fails, as when topics collide, close the engine."""
     try:
         return World(engine)

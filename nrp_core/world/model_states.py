@@ -85,7 +85,7 @@ def vector_of(message: Vector3 | Point) -> Vector:
     return float(message.x), float(message.y), float(message.z)
 
 
-def seen_from(reference: ModelMotion, motion: ModelMotion) -> ModelMotion:
+def relative_motion(reference: ModelMotion, motion: ModelMotion) -> ModelMotion:
     """Return a motion relative to a moving frame, along the axes of that frame."""
     back = reference.pose.inverse()
     carried = reference.at(back @ motion.pose)  # the velocity of a point fixed in the frame
@@ -95,7 +95,7 @@ def seen_from(reference: ModelMotion, motion: ModelMotion) -> ModelMotion:
     return ModelMotion(back @ motion.pose, *turned)
 
 
-def seen_in_world(reference: ModelMotion, motion: ModelMotion) -> ModelMotion:
+def world_motion(reference: ModelMotion, motion: ModelMotion) -> ModelMotion:
     """Return the motion in the world for one given relative to a moving frame."""
     carried = reference.at(motion.pose)
     linear = reference.pose.rotate(motion.linear)

@@ -25,20 +25,20 @@ def parts_of(model: Model, engine: Engine) -> Iterator[Part]:
     for link in model.links:
         for sensor in link.sensors:
             if not isinstance(sensor, Sensor):
-                raise _unserved(f"sensor '{sensor.name}' of '{model.name}/{link.name}'", sensor, Sensor)
+                raise _type_error(f"sensor '{sensor.name}' of '{model.name}/{link.name}'", sensor, Sensor)
             yield sensor.part(model, link.name, engine)
         for visual in link.visuals:
             yield ColorPart(f"{model.name}/{link.name}/{visual.name}", visual.rgba, visual.glows, engine)
     for drive in model.drives:
         if not isinstance(drive, Drive):
-            raise _unserved(f"drive '{drive.name}' of '{model.name}'", drive, Drive)
+            raise _type_error(f"drive '{drive.name}' of '{model.name}'", drive, Drive)
         yield drive.part(model, engine)
     yield from _controllers_of(model, engine)
     if model.joint_states_topic is not None:
         yield JointStatesPart(model, engine)
 
 
-def _unserved(owner: str, data: object, base: type) -> SceneError:
+def _type_error(owner: str, data: object, base: type) -> SceneError:
     kind = type(data).__name__
     return SceneError(f"the {owner} is a {kind}, which is not a subclass of {base.__name__}")
 

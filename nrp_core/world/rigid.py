@@ -90,12 +90,12 @@ class Pose:
     def rotate(self, vector: Vector) -> Vector:
         """Rotate a vector by the orientation."""
         x, y, z, w = self.orientation
-        return rotated(x, y, z, w, vector)
+        return rotate_vector(x, y, z, w, vector)
 
     def rotate_back(self, vector: Vector) -> Vector:
         """Rotate a vector by the inverse orientation."""
         x, y, z, w = self.orientation
-        return rotated(-x, -y, -z, w, vector)
+        return rotate_vector(-x, -y, -z, w, vector)
 
 
 def rotation_vector(orientation: Quaternion) -> Vector:
@@ -116,7 +116,7 @@ def rotation_by(vector: Vector) -> Quaternion:
     return x * times, y * times, z * times, cos(angle / 2)
 
 
-def rotated(x: float, y: float, z: float, w: float, vector: Vector) -> Vector:
+def rotate_vector(x: float, y: float, z: float, w: float, vector: Vector) -> Vector:
     """Return a vector rotated by a unit quaternion."""
     vx, vy, vz = vector
     tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
@@ -203,7 +203,7 @@ class JointTargets(NamedTuple):
         joints: the joints.
         values: positions or velocities, as before.
         rates: the rates of change of positions; none for 0.
-        smooth: whether the targets are approached smoothly, see :class:`JointAim`.
+        smooth: whether the targets are approached smoothly, see :class:`ServoTarget`.
     """
 
     joints: tuple[str, ...]
@@ -213,7 +213,7 @@ class JointTargets(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class JointAim:
+class ServoTarget:
     """The target of a joint's servo.
 
     Its effort is ``stiffness * (position - q) + damping * (velocity - dq/dt) + effort``, taken at the end of

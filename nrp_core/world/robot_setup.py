@@ -179,7 +179,7 @@ class JointControl:
 
 
 @dataclass(frozen=True, slots=True)
-class Fitting:
+class RobotSetup:
     """What is added to a robot.
 
     Args:
@@ -208,41 +208,41 @@ def without_commands(model: Model) -> list[Joint]:
     return [joint for joint in commandable(model) if joint.name not in led]
 
 
-def fitted(model: Model, fitting: Fitting) -> Model:
+def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
     """Return a robot with what an experiment adds to it.
 
     Raises:
         SceneError: a joint does not exist, cannot be commanded or cannot start where it is told to, or a
             pattern matches no joint.
     """
-    if fitting == Fitting():
+    if fitting == RobotSetup():
         return model
     if model.static:
         raise SceneError(f"the robot '{model.name}' never moves (<static>), so nothing can be fitted to it")
     model = _held(model, fitting.fixed)
     starts = {**dict(model.starts), **dict(_start(model, *start) for start in fitting.starts)}
     model = replace(model, starts=tuple(starts.items()))
-    told: dict[tuple[str, str], JointControl] = {}
+    controls: dict[tuple[str, str], JointControl] = {}
     for pattern, control in fitting.control:
         for joint in _chosen(model, pattern, control):
-            if (joint, control.mode) in told:
+            if (joint, control.mode) in controls:
                 raise SceneError(f"two patterns give the joint '{joint}' of '{model.name}' a {control.mode}")
-            told[joint, control.mode] = control
+            controls[joint, control.mode] = control
     single = [
         _controller(model, joint, each)
-        for (joint, mode), each in told.items()
+        for (joint, mode), each in controls.items()
         if mode != "trajectory" and not each.group
     ]
     groups = (
         *(
             each
             for each in model.group_controllers
-            if not told.keys() & {(j, each.kind) for j in each.joints}
+            if not controls.keys() & {(j, each.kind) for j in each.joints}
         ),
-        *_groups(model, told),
+        *_groups(model, controls),
     )
-    led = {joint: each for (joint, mode), each in told.items() if mode == "trajectory"}
-    kept = [each for each in model.controllers if (each.joint, each.kind) not in told]
+    led = {joint: each for (joint, mode), each in controls.items() if mode == "trajectory"}
+    kept = [each for each in model.controllers if (each.joint, each.kind) not in controls]
     leaders = model.trajectory_controllers
     if led:
         leaders = (*(each for each in leaders if not led.keys() & {*each.joints}), _leader(model, led))
@@ -313,11 +313,11 @@ def _controller(model: Model, joint: str, control: JointControl) -> JointControl
     return JointController(joint, control.mode, topic, gains)
 
 
-def _groups(model: Model, told: Mapping[tuple[str, str], JointControl]) -> Iterator[GroupController]:
+def _groups(model: Model, controls: Mapping[tuple[str, str], JointControl]) -> Iterator[GroupController]:
     """Yield the controllers of groups; the numbers of each are in the order of the joints in the file."""
     groups: dict[str, dict[str, JointControl]] = {}
     for joint in model.joints:
-        for (name, _), control in told.items():
+        for (name, _), control in controls.items():
             if name == joint.name and control.group:
                 groups.setdefault(control.group, {})[name] = control
                 modes = {each.mode for each in groups[control.group].values()}

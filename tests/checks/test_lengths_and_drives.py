@@ -14,7 +14,7 @@ from nrp_core.checks.checks.drives import wrong_drives
 from nrp_core.checks.checks.lengths import unlikely_lengths
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code
-from nrp_core.world.robot_setup import Fitting, JointControl, fitted
+from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
 
 BODIES = Path(nrp_experiments.bodies.__path__[0])
 HUSKY = Path(nrp_experiments.braitenberg_husky.__path__[0]) / "husky.sdf"
@@ -84,7 +84,7 @@ def test_a_robot_that_rests_on_its_body_is_reported(tmp_path: Path, low_m: float
 def test_wheels_that_a_controller_moves_too_are_reported(
     pattern: str, mode: Literal["velocity", "trajectory"]
 ) -> None:
-    model = fitted(read_model(HUSKY), Fitting(control=((pattern, JointControl(mode)),)))
+    model = set_up_robot(read_model(HUSKY), RobotSetup(control=((pattern, JointControl(mode)),)))
     assert codes(model) == [Code.NRP376]
 
 

@@ -17,7 +17,7 @@ from nrp_core.conformance.run import run_tests
 from nrp_core.world.engine import Engine
 from nrp_core.world.interface import WorldOptions
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.rigid import BodyVelocity, JointAim, JointStates, ModelMotion, Pose, Touch
+from nrp_core.world.rigid import BodyVelocity, JointStates, ModelMotion, Pose, ServoTarget, Touch
 from nrp_core.world.scene.model import Box, Collision, Inertial, Link, Scene
 from nrp_core.world.sensors.camera import Camera
 
@@ -83,10 +83,10 @@ def driven(fault: str, found_by: str, change: Callable[[BodyVelocity], BodyVeloc
 def aimed(fault: str, found_by: str, name: str, factor: float) -> None:
     """Add an engine with a factor on one number of every servo's target."""
 
-    def aim(self: E, model: str, joint: str, aim: JointAim) -> None:
-        E._do_set_joint_aim(self, model, joint, replace(aim, **{name: factor * getattr(aim, name)}))
+    def aim(self: E, model: str, joint: str, aim: ServoTarget) -> None:
+        E._do_set_servo_target(self, model, joint, replace(aim, **{name: factor * getattr(aim, name)}))
 
-    wrong(fault, found_by, _do_set_joint_aim=aim)
+    wrong(fault, found_by, _do_set_servo_target=aim)
 
 
 def touched(fault: str, found_by: str, change: Callable[[Touch], Touch]) -> None:

@@ -21,7 +21,7 @@ from nrp_core.world.robot_setup import HELD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
-from nrp_world_mujoco.library import compiled, mujoco
+from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.native import NativeElements, holders, let_weigh_nothing
 from nrp_world_mujoco.shapes import (
@@ -31,7 +31,7 @@ from nrp_world_mujoco.shapes import (
     Shapes,
     add_joint,
     close_loops,
-    placed,
+    pos_quat,
     scalar_first,
     shortest,
     tie_models,
@@ -150,7 +150,7 @@ class _Builder:
         if len(self._spec.geoms) < FEW_GEOMS:
             self._spec.option.disableflags |= SAME_CONTACTS
         self._check_friction()
-        model = compiled(self._spec)
+        model = compile_spec(self._spec)
         if self._firm and model.nv <= FEW_FREEDOMS:  # firm joints are constrained in each step
             _solve_at_once(model.opt)
         bodies = {name: [(body, part.id) for body, part in each] for name, each in self._bodies.items()}
@@ -228,7 +228,10 @@ class _Builder:
             element, frame = self._spec.worldbody, body.pose  # geoms of the world body are the cheapest
         else:
             parent = self._spec.worldbody if body.parent is None else elements[body.parent]
-            element, frame = parent.add_body(name=f"{model}/{body.name}", **placed(body.pose)), Pose()
+            element, frame = (
+                parent.add_body(name=f"{model}/{body.name}", **pos_quat(body.pose)),
+                Pose(),
+            )
         if body.inertial is not None:
             element.explicitinertial = True
             element.mass = body.inertial.mass
@@ -258,7 +261,7 @@ class _Builder:
             for name, view in sensor.views.items():
                 camera = (model, link.name, name)
                 fovy = degrees(self._optics[camera].vertical_fov)
-                self._cameras[camera] = element.add_camera(fovy=fovy, **placed(looking(place @ view.pose)))
+                self._cameras[camera] = element.add_camera(fovy=fovy, **pos_quat(looking(place @ view.pose)))
 
     def _add_servo(self, path: str, servo: PlanarServo, body: Any, joints: Mapping[str, Any]) -> list[Any]:
         kinds = mujoco.mjtTrn

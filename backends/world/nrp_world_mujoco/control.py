@@ -11,7 +11,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import COMPILED
 from nrp_core.world.engine_kit.firm_joints import RETURN_S, FirmJoints
 from nrp_core.world.engine_kit.firm_kinds import FREE
-from nrp_core.world.rigid import BodyPath, JointAim, Quaternion, Touch, Wrench
+from nrp_core.world.rigid import BodyPath, Quaternion, ServoTarget, Touch, Wrench
 from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S, Body
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.library import halves_of_step, mujoco
@@ -114,14 +114,14 @@ class Control:
         self.firm = MujocoFirmJoints(built, data, step_s)
         self.release()
 
-    def aim(self, model: str, joint: str, aim: JointAim) -> None:
+    def aim(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo."""
         actuator = self._built.servos[model, joint]
         if (model, joint) in self._built.firm:
             if self.firm.aim((model, joint), aim):
                 return
             if aim.firm is not None:
-                aim = JointAim()
+                aim = ServoTarget()
         damping = aim.damping
         if self._built.declared.get((model, joint)) != (aim.stiffness, aim.damping):
             # MuJoCo integrates velocities implicitly: with it the stiffness also acts at the step's end
@@ -138,7 +138,7 @@ class Control:
         for model, firm in ((model, firm) for (model, _), firm in self._built.firm.items() if firm.axis == 0):
             self.orient(model, firm.joint.name, None)
         for model, joint in self._built.servos:
-            self.aim(model, joint, JointAim())
+            self.aim(model, joint, ServoTarget())
 
     def restore(self, firm: object) -> None:
         """Restore the firm joints from a state of theirs.

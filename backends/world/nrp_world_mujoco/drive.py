@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.copies import Copies
+from nrp_core.world.batch_engine import BatchEngine
 from nrp_core.world.engine_kit.planar_servo import PlanarServo
 from nrp_core.world.engine_kit.simulated import Decay
 from nrp_core.world.rigid import BodyVelocity, Pose
@@ -64,7 +64,7 @@ class Drive:
         self.command = None
 
 
-def aim_all(drives: Sequence[Drive], velocities: Sequence[BodyVelocity]) -> None:
+def set_target_velocities(drives: Sequence[Drive], velocities: Sequence[BodyVelocity]) -> None:
     """Set the target velocities of the same drive in copies of a scene, as :meth:`Drive.aim` does of one."""
     servo, step_s = drives[0].servo, drives[0].step_s
     new = [(drive, v) for drive, v in zip(drives, velocities, strict=True) if drive.command != v]
@@ -85,7 +85,7 @@ def _together(velocities: Sequence[Any]) -> Any:
     return BodyVelocity(*np.array([(v.forward, v.left, v.turn) for v in velocities]).T)
 
 
-class MujocoCopies(Copies):
+class MujocoBatchEngine(BatchEngine):
     """Copies of a scene in MuJoCo."""
 
     def read_motions(self, model: str, rows: FloatArray) -> None:
@@ -99,7 +99,7 @@ class MujocoCopies(Copies):
         drives = [engine.drives[model, drive] for engine in self._engines]
         servo = drives[0].servo
         if all(one.servo == servo for one in drives):
-            aim_all(drives, velocities)
+            set_target_velocities(drives, velocities)
         else:  # an event replaced the robot in a copy by another one
             super().set_drives(model, drive, velocities)
 

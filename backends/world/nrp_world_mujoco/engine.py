@@ -24,7 +24,7 @@ from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
-from nrp_world_mujoco.drive import Decays, Drive, MujocoCopies
+from nrp_world_mujoco.drive import Decays, Drive, MujocoBatchEngine
 from nrp_world_mujoco.library import SAID, mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.options import MujocoOptions
@@ -34,7 +34,7 @@ from nrp_world_mujoco.shapes import scalar_first
 class MujocoEngine(JointedEngine):
     """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoBackend` for the options."""
 
-    copies = MujocoCopies
+    copies = MujocoBatchEngine
     _built: Built
     _control: Control
     _drives: dict[tuple[str, str], Drive]

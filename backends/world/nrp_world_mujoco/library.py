@@ -42,7 +42,7 @@ def note(message: str) -> None:
     SAID[" ".join(message.split())] = None
 
 
-def compiled(spec: Any) -> Any:
+def compile_spec(spec: Any) -> Any:
     """Compile a specification; what MuJoCo warns of is noted.
 
     Raises:

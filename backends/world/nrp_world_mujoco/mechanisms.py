@@ -19,7 +19,7 @@ from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.origin import Native
 from nrp_world_mujoco.library import mujoco
-from nrp_world_mujoco.shapes import placed
+from nrp_world_mujoco.shapes import pos_quat
 
 SECTIONS = ("site", "wrap", "tendon", "equality", "contact", "actuator")
 """The elements that are read here, in the order in which they are added."""
@@ -133,7 +133,7 @@ class Mechanisms:
         body, place = self._holder(of, element)
         where = _compiled(element, "site")
         pose = place @ _pose(where.site_pos[0], where.site_quat[0])
-        body.add_site(name=self._new_name(of, element, "site"), **placed(pose))
+        body.add_site(name=self._new_name(of, element, "site"), **pos_quat(pose))
 
     def _add_wrap(self, of: str, element: Native) -> None:
         """Add the shape that a tendon wraps around; nothing touches it."""
@@ -142,7 +142,7 @@ class Mechanisms:
         pose = place @ _pose(where.geom_pos[0], where.geom_quat[0])
         shape = {"type": mujoco.mjtGeom(where.geom_type[0]), "size": where.geom_size[0]}
         name = self._new_name(of, element, "wrap")
-        body.add_geom(name=name, mass=0, group=_HIDDEN, contype=0, conaffinity=0, **shape, **placed(pose))
+        body.add_geom(name=name, mass=0, group=_HIDDEN, contype=0, conaffinity=0, **shape, **pos_quat(pose))
 
     def _holder(self, of: str, element: Native) -> tuple[Any, Pose]:
         self._names.require(element, "link", "link", of)
@@ -166,7 +166,7 @@ class Mechanisms:
             given = {name: value for name, value in element.attributes if name != "name"}
             ET.SubElement(alone, element.tag, given)
             tendon = self._spec.add_tendon(name=self._new_name(of, element, "tendon"))
-            copy_all(parsed(element, alone).tendons[0], tendon)
+            copy_all(parse_element(element, alone).tendons[0], tendon)
             for part in element.children:
                 self._wrap(of, tendon, part)
 
@@ -284,7 +284,7 @@ class Mechanisms:
 
     def _renamed(self, of: str, element: Native, ends: Mapping[str, str]) -> ET.Element:
         """Return an element with the names of the specification."""
-        part = written(element)
+        part = write_element(element)
         part.attrib.pop("name", None)
         for end, kind in ends.items():
             part.set(end, self._names.require(element, end, kind, of))
@@ -294,7 +294,7 @@ class Mechanisms:
     def _parsed_in(section: str, element: Native, part: ET.Element) -> Any:
         alone = ET.Element(section)
         alone.append(part)
-        return parsed(element, alone)
+        return parse_element(element, alone)
 
 
 def touches_itself(model: Model) -> bool:
@@ -303,7 +303,7 @@ def touches_itself(model: Model) -> bool:
     return any(each.attribute("self") == "true" for each in contacts)
 
 
-def parsed(element: Native, part: ET.Element, *, compiles: bool = False) -> Any:
+def parse_element(element: Native, part: ET.Element, *, compiles: bool = False) -> Any:
     """Parse a part of an MJCF file in a separate model, and return its specification.
 
     Args:
@@ -328,10 +328,10 @@ def parsed(element: Native, part: ET.Element, *, compiles: bool = False) -> Any:
     return spec
 
 
-def written(element: Native) -> ET.Element:
+def write_element(element: Native) -> ET.Element:
     """Return an element as MJCF, with its children."""
     result = ET.Element(element.tag, dict(element.attributes))
-    result.extend(map(written, element.children))
+    result.extend(map(write_element, element.children))
     return result
 
 
@@ -366,7 +366,7 @@ def _compiled(element: Native, tag: str) -> Any:
     given = {name: value for name, value in element.attributes if name not in ("link", "name")}
     world = ET.Element("worldbody")
     ET.SubElement(ET.SubElement(world, "body"), tag, given)
-    return parsed(element, world, compiles=True).compile()
+    return parse_element(element, world, compiles=True).compile()
 
 
 def _pose(position: Any, turn: Any) -> Pose:

@@ -29,7 +29,7 @@ from nrp_core.world.scene.model import Inertial
 from nrp_core.world.scene.reading.context import read_xml
 from nrp_core.world.scene.reading.repairs import LEAST_MASS
 from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
-from nrp_world_mujoco.library import compiled, mujoco
+from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
 from nrp_world_mujoco.mjcf_native import Names, NativeElements
 from nrp_world_mujoco.native import files_of
@@ -93,11 +93,11 @@ def _read(path: Path, warnings: Findings) -> tuple[Any, Any]:
     """Return the specification in a file and its model; files that MuJoCo misses are replaced."""
     spec = mujoco.MjSpec.from_file(str(path))
     try:
-        return spec, compiled(spec)
+        return spec, compile_spec(spec)
     except ValueError:  # files of attached models are in folders that the specification does not say
         spec = mujoco.MjSpec.from_file(str(path))
         replace_missing(spec, path, warnings)
-        return spec, compiled(spec)
+        return spec, compile_spec(spec)
 
 
 class _Writer:

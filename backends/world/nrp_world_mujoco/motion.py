@@ -9,7 +9,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.jointed import MotionOf
-from nrp_core.world.rigid import JointStates, ModelMotion, Pose, Vector, rotated, rotation_vector
+from nrp_core.world.rigid import JointStates, ModelMotion, Pose, Vector, rotate_vector, rotation_vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.library import mujoco
 
@@ -60,7 +60,7 @@ class Floating:
         """Write the same as numbers, shape ``(13,)``, without a :class:`ModelMotion`."""
         x, y, z, qw, qx, qy, qz = self.position.tolist()
         vx, vy, vz, wx, wy, wz = self.velocity.tolist()
-        row[:] = (x, y, z, qx, qy, qz, qw, vx, vy, vz, *rotated(qx, qy, qz, qw, (wx, wy, wz)))
+        row[:] = (x, y, z, qx, qy, qz, qw, vx, vy, vz, *rotate_vector(qx, qy, qz, qw, (wx, wy, wz)))
 
     def put(self, motion: ModelMotion) -> None:
         """Set pose and velocity of the base."""
@@ -79,8 +79,8 @@ class Floating:
         """
         _, _, _, qw, qx, qy, qz = self.position.tolist()
         vx, vy, vz, wx, wy, wz = self.velocity.tolist()
-        forward, left, turn = by(rotated(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
-        x, y, z = rotated(qx, qy, qz, qw, (forward, left, 0.0))
+        forward, left, turn = by(rotate_vector(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
+        x, y, z = rotate_vector(qx, qy, qz, qw, (forward, left, 0.0))
         self.velocity[:] = vx + x, vy + y, vz + z, wx, wy, wz + turn
 
 
@@ -88,15 +88,15 @@ def read_all(bases: Sequence[Floating], rows: FloatArray) -> None:
     """Write the motions of bases as numbers, shape ``(bases, 13)``, as :meth:`Floating.read` does of one."""
     x, y, z, qw, qx, qy, qz = np.array([base.position for base in bases]).T
     vx, vy, vz, wx, wy, wz = np.array([base.velocity for base in bases]).T
-    rows.T[:] = x, y, z, qx, qy, qz, qw, vx, vy, vz, *rotated(qx, qy, qz, qw, (wx, wy, wz))
+    rows.T[:] = x, y, z, qx, qy, qz, qw, vx, vy, vz, *rotate_vector(qx, qy, qz, qw, (wx, wy, wz))
 
 
 def change_velocities(bases: Sequence[Floating], by: Callable[[Any, Any], Any]) -> None:
     """Change the velocities of bases, as :meth:`Floating.change_velocity` does of one, by arrays."""
     _, _, _, qw, qx, qy, qz = np.array([base.position for base in bases]).T
     vx, vy, vz, wx, wy, wz = np.array([base.velocity for base in bases]).T
-    forward, left, turn = by(rotated(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
-    x, y, z = rotated(qx, qy, qz, qw, (forward, left, 0.0))
+    forward, left, turn = by(rotate_vector(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
+    x, y, z = rotate_vector(qx, qy, qz, qw, (forward, left, 0.0))
     for base, row in zip(bases, np.array([vx + x, vy + y, vz + z, wx, wy, wz + turn]).T, strict=True):
         base.velocity[:] = row
 

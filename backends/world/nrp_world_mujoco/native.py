@@ -25,11 +25,11 @@ from nrp_world_mujoco.mechanisms import (
     BuiltParts,
     Mechanisms,
     copy_all,
-    parsed,
+    parse_element,
     pose_of,
-    written,
+    write_element,
 )
-from nrp_world_mujoco.shapes import placed
+from nrp_world_mujoco.shapes import pos_quat
 
 
 def is_between(body: Body) -> bool:
@@ -119,12 +119,12 @@ class FileMeshes:
         if not name or not (file or element.attribute("vertex")):
             raise element.error('it needs name="...", and file="..." or vertex="..."')
         section = ET.Element("asset")
-        part = written(element)
+        part = write_element(element)
         if file:
             part.set("file", str((element.path or Path()).parent.resolve() / file))
         section.append(part)
         mesh = self._spec.add_mesh(name=f"{model}/{name}/mesh")
-        copy_all(parsed(element, section).meshes[0], mesh)
+        copy_all(parse_element(element, section).meshes[0], mesh)
         self._names[f"{model}/{name}"] = mesh.name
 
     def use(self, element: Native, geoms: Iterable[Any], parts: BuiltParts) -> None:
@@ -141,7 +141,7 @@ class FileMeshes:
         _, place = parts.links[element.attribute("link") or ""]
         for geom in geoms:
             geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, mesh
-            for field, value in placed(place @ pose_of(element)).items():
+            for field, value in pos_quat(place @ pose_of(element)).items():
                 setattr(geom, field, value)
 
     def finish(self) -> None:
@@ -239,7 +239,7 @@ class NativeElements:
             case "mesh":
                 self._meshes.add(parts.model.name, element)
             case "compiler" | "size":
-                parsed(element, written(element), compiles=True)
+                parse_element(element, write_element(element), compiles=True)
                 self._warn(element, _ACTING)
             case tag if tag in SECTIONS:
                 self._mechanisms.add(parts.model.name, element)
@@ -249,7 +249,7 @@ class NativeElements:
 
     def _set_options(self, element: Native) -> None:
         """Set options of the whole scene, on which all models must agree."""
-        read = parsed(element, written(element), compiles=True).option
+        read = parse_element(element, write_element(element), compiles=True).option
         self._warn(element, _KEPT)
         for name, value in element.attributes:
             if name in _KEPT:
@@ -288,7 +288,7 @@ def _values(element: Native, valid: Sequence[str], *owner: str) -> dict[str, Any
     if element.tag in ("joint", "freejoint"):
         kind = {"type": "free"} if element.tag == "freejoint" else {}
         ET.SubElement(body, "joint", given | kind)
-    spec = parsed(element, world, compiles=True)
+    spec = parse_element(element, world, compiles=True)
     (part,) = spec.joints or spec.geoms
     fields = {name: _SOLVER.get(name, name) for name in given}
     return {field: getattr(part, field) for field in fields.values()}

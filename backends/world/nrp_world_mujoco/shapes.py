@@ -105,20 +105,28 @@ class Shapes:
         kinds = mujoco.mjtGeom
         match geometry:
             case Box((x, y, z)):
-                return {"type": kinds.mjGEOM_BOX, "size": [x / 2, y / 2, z / 2], **placed(pose)}
+                return {"type": kinds.mjGEOM_BOX, "size": [x / 2, y / 2, z / 2], **pos_quat(pose)}
             case Sphere(radius):
-                return {"type": kinds.mjGEOM_SPHERE, "size": [radius, 0, 0], **placed(pose)}
+                return {"type": kinds.mjGEOM_SPHERE, "size": [radius, 0, 0], **pos_quat(pose)}
             case Cylinder(radius, length):
-                return {"type": kinds.mjGEOM_CYLINDER, "size": [radius, length / 2, 0], **placed(pose)}
+                return {
+                    "type": kinds.mjGEOM_CYLINDER,
+                    "size": [radius, length / 2, 0],
+                    **pos_quat(pose),
+                }
             case Capsule(radius, length):
-                return {"type": kinds.mjGEOM_CAPSULE, "size": [radius, length / 2, 0], **placed(pose)}
+                return {
+                    "type": kinds.mjGEOM_CAPSULE,
+                    "size": [radius, length / 2, 0],
+                    **pos_quat(pose),
+                }
             case Plane():
-                return {"type": kinds.mjGEOM_PLANE, "size": [0, 0, 1], **placed(pose)}
+                return {"type": kinds.mjGEOM_PLANE, "size": [0, 0, 1], **pos_quat(pose)}
             case Heightmap():
                 name, bottom = self._ground(geometry)
-                return {"type": kinds.mjGEOM_HFIELD, "hfieldname": name, **placed(pose @ bottom)}
+                return {"type": kinds.mjGEOM_HFIELD, "hfieldname": name, **pos_quat(pose @ bottom)}
             case Mesh():
-                return {"type": kinds.mjGEOM_MESH, "meshname": self._mesh(geometry), **placed(pose)}
+                return {"type": kinds.mjGEOM_MESH, "meshname": self._mesh(geometry), **pos_quat(pose)}
 
     def _ground(self, ground: Heightmap) -> tuple[str, Pose]:
         """Load a height map; return its name, and the height of its lowest point."""
@@ -144,7 +152,7 @@ class Shapes:
         return self._meshes[mesh]
 
 
-def placed(pose: Pose) -> dict[str, Any]:
+def pos_quat(pose: Pose) -> dict[str, Any]:
     """Return a pose as MuJoCo's arguments."""
     return {"pos": pose.position, "quat": scalar_first(pose.orientation)}
 
@@ -200,7 +208,7 @@ def _carry(tie: Tie, model: Model, links: Links, held: Any, spec: Any) -> None:
     carrier = holder
     for number, freedom in enumerate(tie.freedoms):
         path = f"{tie.name}/{number}/tie"
-        carrier = carrier.add_body(name=path, **placed(Pose() if number else frame))
+        carrier = carrier.add_body(name=path, **pos_quat(Pose() if number else frame))
         carrier.explicitinertial, carrier.mass, carrier.inertia = True, mass, [moment] * 3
         carrier.gravcomp = 1.0
         add_joint(carrier, path, freedom, shortest(spec))

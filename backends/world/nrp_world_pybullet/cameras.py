@@ -8,7 +8,16 @@ from math import degrees
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.render.cameras import SKY, CameraPath, Cameras, ImageArray, Optics, bytes_of, eye_of, flat
+from nrp_core.world.render.cameras import (
+    SKY,
+    CameraPath,
+    Cameras,
+    ImageArray,
+    Optics,
+    bytes_of,
+    camera_pose,
+    flat,
+)
 from nrp_core.world.rigid import BodyPath, Pose, ReadFrames, matrix_of
 from nrp_core.world.scene.model import Rgba
 from nrp_world_pybullet.build import Built
@@ -64,7 +73,7 @@ class TinyCameras(Cameras):
     def _eye(built: Built, path: CameraPath, client: int) -> PlaceOf:
         """Return the reader of the pose of a camera."""
         bodies = built.bodies[path[0]]
-        index, eye = eye_of([body for body, _ in bodies], path)
+        index, eye = camera_pose([body for body, _ in bodies], path)
         return place_of(*bodies[index], eye, client)
 
 

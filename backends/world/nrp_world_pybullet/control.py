@@ -15,11 +15,11 @@ from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
 from nrp_core.world.engine_kit.simulated import Decay
 from nrp_core.world.rigid import (
     BodyPath,
-    JointAim,
     JointStates,
     JointTargets,
     Pose,
     Quaternion,
+    ServoTarget,
     Touch,
     Vector,
     Wrench,
@@ -232,14 +232,14 @@ class Control:
         for firm in self._firm:
             firm.add_efforts(model, states)
 
-    def aim(self, model: str, joint: str, aim: JointAim) -> None:
+    def aim(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo."""
         path = model, joint
         if path in self._firm_by_path and self._firm_by_path[path].aim(path, aim):
             return
         tree, number = self._numbers[path]
         tree.damp(number, aim.firm is None)
-        tree.servos.aim(number, JointAim() if aim.firm is not None else aim)
+        tree.servos.aim(number, ServoTarget() if aim.firm is not None else aim)
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint to an orientation, or release it."""

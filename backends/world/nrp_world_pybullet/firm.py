@@ -65,9 +65,9 @@ class BulletFirmJoints(FirmJoints):
         self._now, self._wanted = np.zeros((2, len(joints))), self.servos.paths["wanted"]
         self._times_s = np.array([step_s, STIFF_TIME_CONSTANT_S, RETURN_S, LEARNT_S])
         from nrp_core.world.engine_kit.firm_paths import turn_from  # compiled code takes time to load
-        from nrp_world_pybullet.firm_steps import aim_motors
+        from nrp_world_pybullet.firm_steps import set_motor_targets
 
-        self._aim_motors, self._turn_from = aim_motors, turn_from
+        self._aim_motors, self._turn_from = set_motor_targets, turn_from
 
     def _do_step(self, steps: int) -> None:
         servos, (positions, velocities) = self.servos, self._now

@@ -11,7 +11,7 @@ from nrp_core.world.engine_kit.firm_paths import advance, velocities_to
 
 
 @jit
-def aim_motors(
+def set_motor_targets(
     moving: bool,
     times_s: FloatArray,
     largest: float,

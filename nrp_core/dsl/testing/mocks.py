@@ -19,10 +19,10 @@ from nrp_core.world.part import Part
 from nrp_core.world.rigid import (
     BodyPath,
     BodyVelocity,
-    JointAim,
     JointStates,
     ModelMotion,
     Quaternion,
+    ServoTarget,
     Touch,
     Wrench,
 )
@@ -158,9 +158,9 @@ class MockEngine(Engine):
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None: ...
 
-    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None: ...
+    def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None: ...
 
-    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None: ...
+    def _do_set_ball_target(self, model: str, joint: str, orientation: Quaternion | None) -> None: ...
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None: ...
 

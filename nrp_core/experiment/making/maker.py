@@ -22,7 +22,7 @@ from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
 from nrp_core.findings import Code, Level
 from nrp_core.parameters import FUNCTIONS, read_parameters
 from nrp_core.registry import Registry
-from nrp_core.world.robot_setup import fitted
+from nrp_core.world.robot_setup import set_up_robot
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.context import read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -74,7 +74,7 @@ class Maker(PartMaker):
 
     def _fitted(self, experiment: Experiment, name: str, model: Model) -> Model:
         """Return a robot with what the experiment adds to it; findings about that stand in the experiment."""
-        result = fitted(model, experiment.world.robots[name].fitting)
+        result = set_up_robot(model, experiment.world.robots[name].fitting)
         place = experiment.place("world", "robots", name)
         warnings = [
             one if one.path else replace(place.finding(one.code, one.message, one.level), subject=one.subject)

@@ -45,7 +45,7 @@ from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
 from nrp_core.seeds import require_seed
 from nrp_core.world.rigid import Pose
-from nrp_core.world.robot_setup import Fitting, JointControl
+from nrp_core.world.robot_setup import JointControl, RobotSetup
 from nrp_core.world.scene.devices import Pid
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.world import World
@@ -203,11 +203,11 @@ class RobotSection(Section):
     """Further sensors on its links: ``[{type: camera, link: head}]``."""
 
     @property
-    def fitting(self) -> Fitting:
+    def fitting(self) -> RobotSetup:
         """What is added to its file."""
         control = tuple((pattern, section.control) for pattern, section in self.control.items())
         sensors = tuple(section.sensor for section in self.add_sensors)
-        return Fitting(self.fixed, tuple(self.joints.items()), control, sensors)
+        return RobotSetup(self.fixed, tuple(self.joints.items()), control, sensors)
 
     @property
     def start(self) -> Pose | None:

@@ -28,7 +28,7 @@ from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.part import Part, PartProxy
-from nrp_core.world.rigid import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Pose, Wrench
+from nrp_core.world.rigid import BodyPath, BodyVelocity, JointStates, ModelMotion, Pose, ServoTarget, Wrench
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.topics import TopicInfo
 
@@ -228,7 +228,7 @@ class RecordedEngine(Engine):
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
         """Do nothing: changes of colours have no effect."""
 
-    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+    def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Do nothing: joint commands have no effect."""
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:

@@ -145,7 +145,7 @@ class PairPart(Part):
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         controller = self._controller
-        first, second = (part.aimed(controller.kind) for part in self._parts)
+        first, second = (part.target_now(controller.kind) for part in self._parts)
         values = controller.apart(float(message.data), first, second)
         for part, value in zip(self._parts, values, strict=True):
             part.lead(topic, Target(value), now_ns)

@@ -13,8 +13,8 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import Quaternion
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import JointAim
 from nrp_core.world.rigid import Quaternion as Orientation
+from nrp_core.world.rigid import ServoTarget
 from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.merged_bodies import stiff_gains
 from nrp_core.world.scene.model import Model
@@ -58,7 +58,7 @@ class OrientationPart(Part):
 
     def _aim(self, orientation: Orientation | None) -> None:
         self._wanted = orientation
-        self._engine.set_ball_aim(self._model, self._joint, orientation)
+        self._engine.set_ball_target(self._model, self._joint, orientation)
 
 
 _LINEAR = {"position": "m", "velocity": "m/s", "effort": "N"}
@@ -187,11 +187,11 @@ class ControllerPart(Part):
         assert self._command is not None
         return self._command[1]
 
-    def aimed(self, kind: str) -> float:
+    def target_now(self, kind: str) -> float:
         """Return the position or velocity that is commanded now, or else the one that the joint has."""
         topic, target = self._command or ("", Target(0.0))
-        is_told = bool(topic) and self._laws[topic].controller.kind == kind
-        return target.value if is_told else self._now(kind)
+        is_commanded = bool(topic) and self._laws[topic].controller.kind == kind
+        return target.value if is_commanded else self._now(kind)
 
     def lead(self, topic: str, target: Target, now_ns: int) -> None:
         """Make a topic the source of the command from now on."""
@@ -241,14 +241,14 @@ class ControllerPart(Part):
         self.deadline_ns = deadline_ns
 
     def _aim(self, now_ns: int) -> None:
-        self.deadline_ns, aim = None, JointAim()
+        self.deadline_ns, aim = None, ServoTarget()
         if self._command is not None:
             topic, target = self._command
             law = self._laws[topic]
             aim = law.aim(target, self._integral)
             if law.integrates:
                 self.deadline_ns = now_ns + self._engine.step_ns
-        self._engine.set_joint_aim(self._model, self._joint, aim)
+        self._engine.set_servo_target(self._model, self._joint, aim)
 
     def _now(self, kind: str) -> float:
         """Return the position or the velocity of the joint."""
@@ -280,14 +280,14 @@ class _Law:
         value = min(max(target.value, self.lower), self.upper)
         return target if value == target.value else Target(value, 0.0, target.smooth)
 
-    def aim(self, target: Target, integral: float) -> JointAim:
+    def aim(self, target: Target, integral: float) -> ServoTarget:
         """Return the target of the servo."""
         gains, value = self.gains, target.value
         firm = target.smooth if self.controller.is_firm else None
         if self.controller.kind == "position":
             effort = integral + self._braking * target.rate
-            return JointAim(gains.p, gains.d, value, target.rate, effort, firm)
+            return ServoTarget(gains.p, gains.d, value, target.rate, effort, firm)
         if self.controller.kind == "velocity":
             effort = integral + self._braking * value
-            return JointAim(damping=gains.p, velocity=value, effort=effort, firm=firm)
-        return JointAim(effort=value)
+            return ServoTarget(damping=gains.p, velocity=value, effort=effort, firm=firm)
+        return ServoTarget(effort=value)

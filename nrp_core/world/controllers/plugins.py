@@ -178,14 +178,14 @@ def _topic(plugin: Element, joint: str, name: str, reading: Reading) -> str:
     """
     space = f"/model/{reading.robot}"
     own, below = f"{space}/joint/{joint}/{name}", plugin.word("sub_topic")
-    told = plugin.word("topic", f"{space}/{below}" if below else own)
+    found = plugin.word("topic", f"{space}/{below}" if below else own)
     if plugin.flag("use_actuator_msg", False):
         message = (
             f"messages for several actuators are not supported: the joint '{joint}' takes numbers on {own}"
         )
         reading.notes.warn(plugin, Code.NRP265, message, subject=joint)
         return own
-    return told
+    return found
 
 
 def _warn_of_gains(plugin: Element, joint: str, reading: Reading) -> None:

@@ -27,7 +27,7 @@ from nrp_core.world.scene.devices import (
 )
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import Actuators, ModelParts, remapped, ros_namespace
+from nrp_core.world.scene.reading.plugins import Actuators, ModelParts, remapped_topic, ros_namespace
 from nrp_core.world.topics import resolve_name
 
 _LEVELS = ("ros__parameters", "controller_manager", "/**")
@@ -236,7 +236,7 @@ class _File:
         """Return the topic of a controller; the file may have the robot's namespace as a level."""
         space, robot = self._namespace, self._reading.robot
         inner = name[1:] if name[0] in (space, robot) and name[1:] else name
-        return resolve_name(join(space, remapped(self._plugin, "/".join((*inner, end)))), robot)
+        return resolve_name(join(space, remapped_topic(self._plugin, "/".join((*inner, end)))), robot)
 
     def _gains(self, name: tuple[str, ...]) -> Pid | None:
         if name not in self.entries:

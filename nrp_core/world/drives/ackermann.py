@@ -9,7 +9,7 @@ from typing import ClassVar
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.wheels import WheelDrivePart, wheels_in
 from nrp_core.world.engine import Engine
-from nrp_core.world.rigid import BodyVelocity, JointAim, Vector
+from nrp_core.world.rigid import BodyVelocity, ServoTarget, Vector
 from nrp_core.world.scene.devices import Rename
 from nrp_core.world.scene.merged_bodies import bodies_of, joint_inertias, stiff_gains
 from nrp_core.world.scene.model import Cylinder, Model, Sphere
@@ -64,7 +64,7 @@ class Ackermann(Drive):
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Ackermann:
         if plugin_name(plugin) == "gazebo_ros_ackermann_drive":
-            return cls._of_ros(plugin, model, reading)
+            return cls._read_ros(plugin, model, reading)
         usual = f"/model/{reading.robot}/{plugin.word('sub_topic', 'cmd_vel')}"
         # files may name the front wheels first
         steering = [wheels_in(plugin, (f"{side}_steering_joint",), model)[0] for side in ("left", "right")]
@@ -86,7 +86,7 @@ class Ackermann(Drive):
         )
 
     @classmethod
-    def _of_ros(cls, plugin: Element, model: ModelParts, reading: Reading) -> Ackermann:
+    def _read_ros(cls, plugin: Element, model: ModelParts, reading: Reading) -> Ackermann:
         """The car of Gazebo's plugin for ROS 2, which measures the collisions of its wheels."""
 
         def named(tag: str) -> str:
@@ -140,7 +140,7 @@ class AckermannPart(WheelDrivePart):
         angles = wheel_angles(self._car, velocity.steer)
         for joint, angle in zip(self._car.steering, angles, strict=True):
             gains = stiff_gains(self._inertias[joint])
-            self._engine.set_joint_aim(self._model, joint, JointAim(gains.p, gains.d, position=angle))
+            self._engine.set_servo_target(self._model, joint, ServoTarget(gains.p, gains.d, position=angle))
 
 
 def ackermann_velocity(drive: Ackermann, forward: float, turn: float) -> BodyVelocity:

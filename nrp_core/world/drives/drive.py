@@ -15,7 +15,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import from_seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.copies import copies_of
+from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
@@ -144,7 +144,7 @@ class DrivePart(Part):
         """
         model, drive, engines = parts[0]._model, parts[0]._drive.name, [part._engine for part in parts]
         velocities = [part._body_velocity(*row) for part, row in zip(parts, rows.tolist(), strict=True)]
-        copies_of(engines).set_drives(model, drive, velocities)
+        batch_engine_of(engines).set_drives(model, drive, velocities)
         for part, velocity, engine in zip(parts, velocities, engines, strict=True):
             part._velocity = velocity
             part.deadline_ns = None if part._timeout_ns is None else engine.now_ns + part._timeout_ns

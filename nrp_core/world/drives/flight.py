@@ -18,7 +18,7 @@ from nrp_core.world.model_states import vector_of
 from nrp_core.world.part import Part
 from nrp_core.world.rigid import Vector, Wrench, rotation_matrix
 from nrp_core.world.scene.devices import Rename
-from nrp_core.world.scene.inertia import combined, turned
+from nrp_core.world.scene.inertia import inertia_tensor, sum_inertials
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Element, Reading
@@ -89,7 +89,7 @@ class FlightPart(Part):
         self._drive, self._model, self._engine = drive, model.name, engine
         bodies = bodies_of(model)
         root = driven_root(model, drive, bodies)
-        whole = combined(masses_in(root, bodies))
+        whole = sum_inertials(masses_in(root, bodies))
         assert whole is not None  # a floating body has mass
         base = model.links[0]
         self._link, self._mass = base.name, whole.mass
@@ -98,7 +98,7 @@ class FlightPart(Part):
         own = base.inertial.pose.position if base.inertial else (0.0, 0.0, 0.0)
         self._lever = self._centre - own  # the engine applies wrenches at the link's own centre
         turn = rotation_matrix(in_link.orientation)
-        self._inertia = turn @ turned(whole) @ turn.T
+        self._inertia = turn @ inertia_tensor(whole) @ turn.T
         what = f"velocity command of {model.name}"
         self.topics = (TopicInfo(drive.command_topic, Twist, Direction.IN, what=what),)
         self._command = drive.initial

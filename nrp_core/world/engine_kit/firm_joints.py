@@ -19,7 +19,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.firm_kinds import FREE, PATHS, POSITION, VELOCITY
-from nrp_core.world.rigid import JointAim, JointStates, JointTargets, Quaternion
+from nrp_core.world.rigid import JointStates, JointTargets, Quaternion, ServoTarget
 from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S, Body, joint_inertias
 from nrp_core.world.scene.model import Joint, Model
 
@@ -120,7 +120,7 @@ class FirmServos:
         self.paths["highest"] = [each.joint.upper for each in firm]
         self.moving = False
 
-    def aim(self, number: int, aim: JointAim) -> None:
+    def aim(self, number: int, aim: ServoTarget) -> None:
         """Set the target of a joint, or release it."""
         kind = FREE if aim.firm is None else POSITION if aim.stiffness else VELOCITY
         target = aim.position if kind == POSITION else aim.velocity
@@ -208,7 +208,7 @@ class FirmJoints(ABC):
         self._columns: dict[str, tuple[Span, Span]] = {}
         self._restored: FloatArray | None = None
 
-    def aim(self, path: JointPath, aim: JointAim) -> bool:
+    def aim(self, path: JointPath, aim: ServoTarget) -> bool:
         """Set the target of a joint, or release it; return whether it was led before and after."""
         number = self._numbers[path]
         before = self.servos.kinds[number]
@@ -224,7 +224,7 @@ class FirmJoints(ABC):
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint to an orientation of its child, or release it."""
         numbers = [self._numbers[model, f"{joint}_{axis}"] for axis in "xyz"]
-        aim = JointAim() if orientation is None else JointAim(stiffness=1.0, firm=True)
+        aim = ServoTarget() if orientation is None else ServoTarget(stiffness=1.0, firm=True)
         for number in numbers:
             self.aim(self.paths[number], aim)
         if orientation is not None and (self.orientations[numbers] != orientation).any():

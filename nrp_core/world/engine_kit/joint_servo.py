@@ -15,7 +15,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.drives.ackermann import Ackermann
-from nrp_core.world.rigid import JointAim
+from nrp_core.world.rigid import ServoTarget
 from nrp_core.world.scene.model import Model
 
 
@@ -49,7 +49,7 @@ class ExplicitServos:
         self._limits, self._step_s = np.array(limits), step_s
         self._dampers = np.zeros(len(limits)) if dampers is None else dampers.copy()
         self.braking = np.zeros(len(limits))
-        self._aims = np.zeros((len(limits), 5))  # the columns are the fields of JointAim
+        self._aims = np.zeros((len(limits), 5))  # the columns are the fields of ServoTarget
         self._efforts = np.zeros(len(limits))
         self._velocities: FloatArray | None = None
 
@@ -62,7 +62,7 @@ class ExplicitServos:
         """Set the damper of one joint."""
         self._dampers[number] = damping
 
-    def aim(self, number: int, aim: JointAim) -> None:
+    def aim(self, number: int, aim: ServoTarget) -> None:
         """Set the target of one joint."""
         idle = self.idle
         self._aims[number] = aim.stiffness, aim.damping, aim.position, aim.velocity, aim.effort

@@ -20,11 +20,11 @@ from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED
 from nrp_core.world.rigid import (
     BodyPath,
     BodyVelocity,
-    JointAim,
     JointStates,
     ModelMotion,
     Pose,
     Quaternion,
+    ServoTarget,
     Touch,
     Wrench,
     rotation_by,
@@ -97,7 +97,7 @@ class Base(Protocol):
 class Control(Protocol):
     """Forces on bodies and joints besides drives, and measurements of forces."""
 
-    def aim(self, model: str, joint: str, aim: JointAim) -> None:
+    def aim(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo."""
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
@@ -171,7 +171,7 @@ class JointedEngine(Engine):
     def _warm_up(self) -> None:
         """Render an image with each camera, because the first one is slow."""
         for path in self._optics:
-            self._eyes.images.image(path)
+            self._renderers.images.image(path)
 
     def _motion_of(self, model: Model, link: Link | None) -> MotionOf:
         """Return the reader of the motion of a link, or of the model's frame, fixed to the base's body."""
@@ -210,10 +210,10 @@ class JointedEngine(Engine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
         self._drives[model, drive].aim(velocity)
 
-    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+    def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         self._control.aim(model, joint, aim)
 
-    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+    def _do_set_ball_target(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         self._control.orient(model, joint, orientation)
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:

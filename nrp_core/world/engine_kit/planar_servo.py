@@ -35,7 +35,7 @@ from nrp_core.world.drives.drive import driven_root, masses_in
 from nrp_core.world.drives.mecanum import MecanumDrive, PlanarMove
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose, Vector
-from nrp_core.world.scene.inertia import combined, turned
+from nrp_core.world.scene.inertia import inertia_tensor, sum_inertials
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Model
 
@@ -88,7 +88,7 @@ def servoed_wheel(
     sign = 1.0 if axis[1] >= 0 else -1.0
     radius = drive.wheel_diameter / 2
     spin_axis = np.array(wheel.joint.axis)
-    inertia = float(spin_axis @ turned(wheel.inertial) @ spin_axis) + carried * radius**2
+    inertia = float(spin_axis @ inertia_tensor(wheel.inertial) @ spin_axis) + carried * radius**2
     time_constant_s = DRIVING_TIME_CONSTANT_S if carried else ROLLING_TIME_CONSTANT_S
     return ServoedWheel(
         wheel.joint.name,
@@ -170,7 +170,7 @@ class PlanarServo:
             velocity: the command.
             step_s: the physics step.
         """
-        forward, side, turn = self._of_centre(velocity)
+        forward, side, turn = self._centre_velocity(velocity)
         bend = (TIME_CONSTANT_S + step_s / 2) * turn
         forward, side = forward - bend * side, side + bend * forward
         swing = turn * self.lever
@@ -216,7 +216,7 @@ class PlanarServo:
         wx, wy, wz = angular
         x, y, z = self.centre
         now = (vx + wy * z - wz * y, vy + wz * x - wx * z, wz)
-        forward, side, turn = map(towards, now, self._of_centre(before), self._of_centre(after))
+        forward, side, turn = map(towards, now, self._centre_velocity(before), self._centre_velocity(after))
         return forward + turn * y, side - turn * x, turn
 
     def spins(self, velocity: BodyVelocity) -> tuple[float, ...]:
@@ -233,7 +233,7 @@ class PlanarServo:
         """Return the gain with which a force held for a step has the effect of an implicit integrator."""
         return self.gain * TIME_CONSTANT_S / (TIME_CONSTANT_S + step_s)
 
-    def _of_centre(self, velocity: BodyVelocity) -> Vector:
+    def _centre_velocity(self, velocity: BodyVelocity) -> Vector:
         """Return the forward, sideways and turning velocity of the centre of mass for one of the drive."""
         ahead, aside = self.to_centre
         turn = velocity.turn
@@ -275,9 +275,9 @@ def servo_of(
     sides = () if isinstance(drive, PlanarMove) else ((-1.0, drive.left), (1.0, drive.right))
     wheels = [(side, _wheel(model, drive, bodies, name)) for side, names in sides for name in names]
     base = driven_root(model, drive, bodies, [wheel for _, wheel in wheels])
-    whole = combined(masses_in(base, bodies))
+    whole = sum_inertials(masses_in(base, bodies))
     assert whole is not None  # a movable body has mass
-    lever = sqrt(float(turned(whole)[2, 2]) / whole.mass / 2)
+    lever = sqrt(float(inertia_tensor(whole)[2, 2]) / whole.mass / 2)
     x, y, _ = whole.pose.position
     middle = _middle(drive, [wheel for _, wheel in wheels])
     physical = physical and _has_tyres(drive)

@@ -71,7 +71,7 @@ def optics_of(scene: Scene, scale: float) -> Mapping[CameraPath, Optics]:
     }
 
 
-def eye_of(bodies: Sequence[Body], path: CameraPath) -> tuple[int, Pose]:
+def camera_pose(bodies: Sequence[Body], path: CameraPath) -> tuple[int, Pose]:
     """Return the index of the body that holds a camera, and the pose of the camera's graphics frame in it."""
     _, link_name, view_name = path
     index = body_of(bodies, link_name)

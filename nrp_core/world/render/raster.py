@@ -18,7 +18,7 @@ from nrp_core.world.render.cameras import (
     ImageArray,
     Optics,
     SegmentArray,
-    eye_of,
+    camera_pose,
     segments_of,
 )
 from nrp_core.world.render.pixels import NOTHING, NearnessArray, draw, paint, to_camera
@@ -180,7 +180,7 @@ class RasterCameras(Cameras):
         bodies: Sequence[Body], path: CameraPath, numbers: Mapping[BodyPath, int]
     ) -> tuple[int, FloatArray]:
         """Return the frame that a camera moves with and its pose there."""
-        index, pose = eye_of(bodies, path)
+        index, pose = camera_pose(bodies, path)
         frame = numbers.get((path[0], index), WORLD_FRAME)
         return frame, matrix_of(place_in_frame(bodies[index]) @ pose)
 

@@ -10,7 +10,7 @@ from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Light, Rgba
 
 
-class Eyes:
+class SceneRenderers:
     """All cameras of a scene, drawn by the preferred renderer, and by another one if that draws no depth.
 
     Args:

@@ -17,7 +17,7 @@ from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geomet
 Matrix = npt.NDArray[np.float64]
 
 
-def combined(inertials: Iterable[Inertial]) -> Inertial | None:
+def sum_inertials(inertials: Iterable[Inertial]) -> Inertial | None:
     """Return the inertial of rigidly joined masses, all given in one frame.
 
     Returns:
@@ -33,13 +33,13 @@ def combined(inertials: Iterable[Inertial]) -> Inertial | None:
     centre = masses @ centres / mass
     tensor = np.zeros((3, 3))
     for part, at in zip(parts, centres, strict=True):
-        tensor += turned(part) + part.mass * _point_inertia(at - centre)
+        tensor += inertia_tensor(part) + part.mass * _point_inertia(at - centre)
     moments, axes = _principal_axes(tensor)
     pose = Pose((float(centre[0]), float(centre[1]), float(centre[2])), axes)
     return Inertial(float(mass), pose, (*moments, 0.0, 0.0, 0.0))
 
 
-def turned(inertial: Inertial) -> Matrix:
+def inertia_tensor(inertial: Inertial) -> Matrix:
     """Return the inertia about the centre of mass along the axes of the frame the pose is given in."""
     xx, yy, zz, xy, xz, yz = inertial.inertia
     rotation = rotation_matrix(inertial.pose.orientation)
@@ -145,7 +145,7 @@ def of_shape(geometry: Geometry, density: float = WATER) -> Inertial | None:
 def of_collisions(collisions: Iterable[tuple[Collision, float]]) -> Inertial | None:
     """Return the mass properties of collision shapes with their densities; None where none is solid."""
     solids = [(collision.pose, of_shape(collision.geometry, density)) for collision, density in collisions]
-    return combined(replace(solid, pose=pose @ solid.pose) for pose, solid in solids if solid)
+    return sum_inertials(replace(solid, pose=pose @ solid.pose) for pose, solid in solids if solid)
 
 
 def like_shape(solid: Inertial, given: Inertial) -> Inertial:
@@ -164,7 +164,7 @@ def equivalent_box(inertial: Inertial) -> tuple[Box, Pose]:
     return Box((x, y, z)), principal.pose
 
 
-def repaired(inertial: Inertial) -> tuple[Inertial, str]:
+def repair_inertia(inertial: Inertial) -> tuple[Inertial, str]:
     """Make an inertia physically possible: positive, and each moment at most the sum of the other two.
 
     Returns:
@@ -193,6 +193,6 @@ def _balanced(moments: tuple[float, ...]) -> Vector:
 
 
 def _principal(inertial: Inertial) -> Inertial:
-    principal = combined([inertial])
+    principal = sum_inertials([inertial])
     assert principal is not None, "only bodies with mass have an inertia"
     return principal

@@ -15,7 +15,7 @@ from nrp_core.errors import SceneError
 from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.devices import Pid
-from nrp_core.world.scene.inertia import combined, turned
+from nrp_core.world.scene.inertia import inertia_tensor, sum_inertials
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model
 
 WORLD_FRAME = 0
@@ -152,7 +152,7 @@ class _Merger:
             replace(link, pose=to_body @ link.pose) for link in self._model.links if link.name in members
         ]
         fixed = first == WORLD
-        inertial = None if fixed else combined(_masses(links))
+        inertial = None if fixed else sum_inertials(_masses(links))
         if inertial is None and not fixed:
             raise SceneError(f"the link '{first}' of the model '{self._model.name}' can move but has no mass")
         index = len(bodies)
@@ -193,17 +193,17 @@ def _inertia(index: int, bodies: Sequence[Body]) -> float:
         for part in (bodies[each] for each in tree_of(index, bodies))
         if part.inertial is not None
     ]
-    whole = combined(masses)
+    whole = sum_inertials(masses)
     assert whole is not None  # movable bodies have mass
     if body.joint.kind == "prismatic":
         return whole.mass
     if body.joint.kind == "ball":
         to_centre = np.array(whole.pose.position)
         outer = to_centre @ to_centre * np.eye(3) - np.outer(to_centre, to_centre)
-        return float(np.linalg.eigvalsh(turned(whole) + whole.mass * outer)[-1])
+        return float(np.linalg.eigvalsh(inertia_tensor(whole) + whole.mass * outer)[-1])
     axis = np.array(body.joint.axis)
     lever = np.cross(axis, whole.pose.position)
-    return float(axis @ turned(whole) @ axis + whole.mass * lever @ lever)
+    return float(axis @ inertia_tensor(whole) @ axis + whole.mass * lever @ lever)
 
 
 def stiff_gains(inertia: float, *, velocity: bool = False) -> Pid:

@@ -12,7 +12,14 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
-from nrp_core.world.scene.meshes.triangles import Coordinates, Faces, arc, mapped_triangles, turned, welded
+from nrp_core.world.scene.meshes.triangles import (
+    Coordinates,
+    Faces,
+    arc,
+    mapped_triangles,
+    revolve,
+    weld_vertices,
+)
 from nrp_core.world.scene.meshes.triangles import Points as Vertices
 from nrp_core.world.scene.model import (
     Box,
@@ -44,21 +51,21 @@ def triangles_of(geometry: Geometry) -> tuple[Vertices, Faces]:
             corners = np.array(list(product((-0.5, 0.5), repeat=3)))
             return corners * size, _BOX_FACES
         case Sphere(radius):
-            return turned(arc(radius, -pi / 2, 0.0) + arc(radius, 0.0, pi / 2)[1:])
+            return revolve(arc(radius, -pi / 2, 0.0) + arc(radius, 0.0, pi / 2)[1:])
         case Cylinder(radius, length):
-            return turned(
+            return revolve(
                 [(0.0, -length / 2), (radius, -length / 2), (radius, length / 2), (0.0, length / 2)]
             )
         case Capsule(radius, length):
             below, above = arc(radius, -pi / 2, 0.0), arc(radius, 0.0, pi / 2)
-            return turned([(r, z - length / 2) for r, z in below] + [(r, z + length / 2) for r, z in above])
+            return revolve([(r, z - length / 2) for r, z in below] + [(r, z + length / 2) for r, z in above])
         case Plane((width, depth)):
             x, y = width / 2, depth / 2
             return np.array([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)]), np.array(
                 [(0, 1, 2), (0, 2, 3)], np.int32
             )
         case Mesh(path, scale):
-            vertices, faces = welded(read_stl(path))
+            vertices, faces = weld_vertices(read_stl(path))
             mirrored = scale[0] * scale[1] * scale[2] < 0
             return vertices * scale, faces[:, ::-1] if mirrored else faces
 
@@ -80,7 +87,7 @@ def mapped_shape(geometry: Geometry) -> tuple[Vertices, Faces, Coordinates] | No
         mirrored = geometry.scale[0] * geometry.scale[1] * geometry.scale[2] < 0
         return vertices, faces, places[:, ::-1] if mirrored else places
     mapped = mapped_triangles(geometry)
-    return None if mapped is None else (*welded(mapped[0]), mapped[1])
+    return None if mapped is None else (*weld_vertices(mapped[0]), mapped[1])
 
 
 def shapes_of(link: Link) -> tuple[Collision | Visual, ...]:

@@ -290,7 +290,7 @@ def _topics(sensor: Element, mount: Mount, reading: Reading) -> _Topics:
 
 
 @dataclass(frozen=True, slots=True)
-class Eye(Sensor):
+class ImageSensor(Sensor):
     """A sensor behind a lens.
 
     Args:
@@ -324,7 +324,7 @@ _PANOPTIC = ("panoptic", "instance")
 
 
 @dataclass(frozen=True, slots=True)
-class SegmentationCamera(Eye):
+class SegmentationCamera(ImageSensor):
     """A camera of labels, which gz-sim's ``Label`` plugin gives to visuals and models.
 
     Args:

@@ -25,7 +25,7 @@ from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.sensors import Mount
-from nrp_core.world.sensors.camera import Camera, Eye, topic_of
+from nrp_core.world.sensors.camera import Camera, ImageSensor, topic_of
 from nrp_core.world.sensors.sensor import SensorPart
 
 LUMA = np.array([0.299, 0.587, 0.114]) / 255
@@ -43,7 +43,7 @@ def log_intensity(image: ImageArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True)
-class Retina(Eye):
+class Retina(ImageSensor):
     """Ganglion cells behind a lens, an ON and an OFF cell for each pixel.
 
     Args:
@@ -138,7 +138,7 @@ LOWEST_THRESHOLD = 0.01
 
 
 @dataclass(frozen=True, slots=True)
-class EventCamera(Eye):
+class EventCamera(ImageSensor):
     """A camera that reports changes of brightness, sampled ``rate_hz`` times a second.
 
     Args:

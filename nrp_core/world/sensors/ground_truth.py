@@ -24,7 +24,7 @@ from nrp_core.world.messages.vision_msgs import (
     ObjectHypothesis,
     ObjectHypothesisWithPose,
 )
-from nrp_core.world.model_states import pose_message, seen_from, twist_message
+from nrp_core.world.model_states import pose_message, relative_motion, twist_message
 from nrp_core.world.part import Part
 from nrp_core.world.rigid import ModelMotion, Pose, Vector
 from nrp_core.world.scene.model import Model
@@ -195,7 +195,7 @@ class GroundTruthPart(SensorPart):
     def read(self, topic: str, now_ns: int) -> Odometry:
         motion = self._engine.link_motion(*self._place).at(self._sensor.pose)
         if self._sensor.reference != "world":
-            motion = seen_from(self._engine.model_motion(self._sensor.reference), motion)
+            motion = relative_motion(self._engine.model_motion(self._sensor.reference), motion)
         velocities = motion.linear, motion.angular
         if self._sensor.along_link:
             velocities = motion.pose.rotate_back(motion.linear), motion.pose.rotate_back(motion.angular)

@@ -21,7 +21,7 @@ from nrp_core.world.scene.devices import View
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.sensors import Mount, field_of_view
-from nrp_core.world.sensors.camera import Camera, CameraPart, Eye
+from nrp_core.world.sensors.camera import Camera, CameraPart, ImageSensor
 
 _FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {"sin": sin, "tan": tan, "id": float}
 _INVERSES: Final[Mapping[str, Callable[[FloatArray], FloatArray]]] = {
@@ -112,7 +112,7 @@ _COEFFICIENTS = 4  # of the equidistant model of ROS
 
 
 @dataclass(frozen=True, slots=True)
-class WideAngleCamera(Eye):
+class WideAngleCamera(ImageSensor):
     """A camera with a fisheye lens; what its lens does not show is black.
 
     Args:

@@ -13,7 +13,7 @@ from nrp_core.world.messages import gazebo_srvs as srv
 from nrp_core.world.messages.base import Time, ns_of
 from nrp_core.world.messages.gazebo_msgs import LinkState
 from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.model_states import pose_of, seen_from, seen_in_world, state_messages, vector_of
+from nrp_core.world.model_states import pose_of, relative_motion, state_messages, vector_of, world_motion
 from nrp_core.world.rigid import ModelMotion, Pose, Wrench
 from nrp_core.world.scene.model import Model
 from nrp_core.world.services.part import PREFIX, Service
@@ -180,14 +180,14 @@ class BodyRequests:
         return self._motion(self._live.scene.model(name)) if name in names else self._named(name)
 
     def _seen(self, motion: ModelMotion, reference: str) -> ModelMotion:
-        return motion if reference in _WORLD else seen_from(self._reference(reference), motion)
+        return motion if reference in _WORLD else relative_motion(self._reference(reference), motion)
 
     def _given(self, state: Any) -> ModelMotion:
         """Return the motion in the world for a model's or link's state."""
         twist = state.twist
         motion = ModelMotion(pose_of(state.pose), vector_of(twist.linear), vector_of(twist.angular))
         reference = state.reference_frame
-        return motion if reference in _WORLD else seen_in_world(self._reference(reference), motion)
+        return motion if reference in _WORLD else world_motion(self._reference(reference), motion)
 
     def _push(self, model: str, name: str, load: Wrench | float, request: Any) -> None:
         now_ns = self._live.now_ns

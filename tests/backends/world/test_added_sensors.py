@@ -7,7 +7,7 @@ from jointed import axis, joint, limit, link
 
 from nrp_core.errors import SceneError
 from nrp_core.world.rigid import Pose
-from nrp_core.world.robot_setup import AddedSensor, Fitting, JointControl, fitted, with_added_sensors
+from nrp_core.world.robot_setup import AddedSensor, JointControl, RobotSetup, set_up_robot, with_added_sensors
 
 ARM = (
     link("base", at=(0, 0, 1))
@@ -26,7 +26,7 @@ SENSORS = (
 
 def test_sensors_of_every_kind_are_mounted_and_measure(open_world, read, advance):
     control = ((".*", JointControl("position")),)
-    world = open_world(fitted(read(ARM), Fitting(True, control=control, sensors=SENSORS)))
+    world = open_world(set_up_robot(read(ARM), RobotSetup(True, control=control, sensors=SENSORS)))
     topics = ("bob/eye/image", "bob/imu/imu", "bob/touch/contact", "base/lidar/scan")
     heard = {topic: world.subscribe(f"/robot/{topic}") for topic in topics}
     wrench = world.subscribe(next(topic for topic in world.topics if "force_torque" in topic))

@@ -29,7 +29,7 @@ from nrp_core.errors import SceneError, TopicError
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Quaternion, Twist, Vector3
 from nrp_core.world.rigid import Pose, multiply, rotation_by, rotation_vector
-from nrp_core.world.robot_setup import Fitting, JointControl, fitted
+from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
 from nrp_core.world.scene.devices import Pid
 
 
@@ -125,7 +125,9 @@ def led(read):
     rubs = (
         "<axis><xyz>0 0 1</xyz><dynamics><damping>0.05</damping><friction>0.01</friction></dynamics></axis>"
     )
-    return fitted(read(HANGING + joint("ball", rubs)), Fitting(control=((".*", JointControl("position")),)))
+    return set_up_robot(
+        read(HANGING + joint("ball", rubs)), RobotSetup(control=((".*", JointControl("position")),))
+    )
 
 
 def lead(world, turn):
@@ -186,7 +188,7 @@ def test_a_ball_takes_nothing_but_unit_quaternions(open_world, read):
 @pytest.mark.parametrize("control", [JointControl("velocity"), JointControl("position", Pid(100.0))])
 def test_a_ball_takes_no_other_mode_and_no_gains(read, control):
     with pytest.raises(SceneError, match=r"the ball joint 'j' of 'robot' takes only \{mode: position\}"):
-        fitted(read(HANGING + joint("ball")), Fitting(control=(("j", control),)))
+        set_up_robot(read(HANGING + joint("ball")), RobotSetup(control=(("j", control),)))
 
 
 def test_a_servo_beside_a_ball_gets_what_its_stiffness_gives(open_world, read, advance):

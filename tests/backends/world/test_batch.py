@@ -11,7 +11,7 @@ import pytest
 from nrp_core.errors import DivergedError, LifecycleError, SimulationError, TopicError
 from nrp_core.simulation import State
 from nrp_core.world.batch import publish_rows
-from nrp_core.world.copies import copies_of
+from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose
 from nrp_core.world.scene.devices import Noise
@@ -64,7 +64,7 @@ def test_copies_of_other_robots_are_driven_as_they_are_alone(backend, parts):
             engines = [stack.enter_context(world).engine for world in opened]
             drive = light.drives[0].name
             if together:
-                copies_of(engines).set_drives("husky", drive, [command, command])
+                batch_engine_of(engines).set_drives("husky", drive, [command, command])
             else:
                 for engine in engines:
                     engine.set_drive("husky", drive, command)

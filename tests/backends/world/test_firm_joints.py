@@ -160,9 +160,9 @@ def test_a_firm_joint_goes_on_from_a_snapshot_and_after_a_reset(
 
 def test_a_trajectory_is_followed_within_two_milliradians(open_world, advance, monkeypatch):
     single = []
-    plain = JointedEngine._do_set_joint_aim
+    plain = JointedEngine._do_set_servo_target
     monkeypatch.setattr(
-        JointedEngine, "_do_set_joint_aim", lambda *given: single.append(given[2]) or plain(*given)
+        JointedEngine, "_do_set_servo_target", lambda *given: single.append(given[2]) or plain(*given)
     )
     led = TrajectoryController("lead", "/chain/lead", tuple(f"j{i}" for i in range(LINKS)))
     world = open_world(replace(chain(), controllers=(), trajectory_controllers=(led,)))

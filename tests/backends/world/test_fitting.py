@@ -7,7 +7,7 @@ from jointed import MOMENT, axis, command, joint, limit, link
 
 from nrp_core.world import parts
 from nrp_core.world.messages.std_msgs import Float64MultiArray
-from nrp_core.world.robot_setup import Fitting, JointControl, fitted
+from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
 from nrp_core.world.scene.merged_bodies import joint_inertias
 
 ARM = (
@@ -23,7 +23,7 @@ def test_a_robot_without_controllers_is_held_starts_and_obeys_as_the_experiment_
     open_world, read, advance
 ):
     control = (("j", JointControl("position")), ("spin", JointControl("velocity")))
-    world = open_world(fitted(read(ARM), Fitting(True, (("j", 0.5),), control)))
+    world = open_world(set_up_robot(read(ARM), RobotSetup(True, (("j", 0.5),), control)))
     assert world.joint_states("robot").positions.tolist() == pytest.approx([0.5, 0.0])
     command(world, "j", "pos", 1.2)
     command(world, "spin", "vel", 3.0)
@@ -38,7 +38,7 @@ def test_a_robot_without_controllers_is_held_starts_and_obeys_as_the_experiment_
 def test_a_group_of_joints_obeys_one_message(open_world, read, advance, mode, expected) -> None:
     """Positions are reached; velocities turn the joints from 0.5 and 0 for 0.6 s."""
     control = ((".*", JointControl(mode, group="all")),)
-    world = open_world(fitted(read(ARM), Fitting(True, (("j", 0.5),), control)))
+    world = open_world(set_up_robot(read(ARM), RobotSetup(True, (("j", 0.5),), control)))
     together = world.advertise("/robot/all/commands")
     together.publish(Float64MultiArray(data=[0.9, 1.5] if mode == "position" else [0.4 / 0.6, 1.5]))
     advance(world, 0.6)
@@ -54,7 +54,7 @@ def test_the_inertias_of_a_robot_are_computed_once_for_all_its_joints(open_world
     computed = []
     monkeypatch.setattr(parts, "joint_inertias", lambda bodies: computed.append(1) or joint_inertias(bodies))
     control = ((".*", JointControl("position")), ("spin", JointControl("velocity")))
-    open_world(fitted(read(ARM), Fitting(True, control=control)))
+    open_world(set_up_robot(read(ARM), RobotSetup(True, control=control)))
     assert len(computed) == 1
 
 
@@ -69,7 +69,7 @@ WRIST = (
 
 def test_a_light_wrist_obeys_beneath_a_heavy_hand(open_world, read, advance) -> None:
     """Commands of velocity come within 1 % after 0.2 s: an exponential of 40 ms leaves 0.7 %."""
-    world = open_world(fitted(read(WRIST), Fitting(None, (), ((".*", JointControl("velocity")),))))
+    world = open_world(set_up_robot(read(WRIST), RobotSetup(None, (), ((".*", JointControl("velocity")),))))
     command(world, "first", "vel", 0.5)
     command(world, "second", "vel", 0.5)
     for _ in range(4):

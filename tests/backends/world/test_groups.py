@@ -100,13 +100,13 @@ def test_an_incomplete_group_is_left_out_with_the_reason(robot, parameters, why)
 def group_of_three(robot, monkeypatch):
     """Return a firm group of three joints, and a counter of the calls for a single joint."""
     calls = []
-    plain = JointedEngine._do_set_joint_aim
+    plain = JointedEngine._do_set_servo_target
 
     def counted(engine, model, joint, aim):
         calls.append(joint)
         plain(engine, model, joint, aim)
 
-    monkeypatch.setattr(JointedEngine, "_do_set_joint_aim", counted)
+    monkeypatch.setattr(JointedEngine, "_do_set_servo_target", counted)
     return robot(FORWARD, "joints: [j1, j2, j3], interface_name: position"), calls
 
 

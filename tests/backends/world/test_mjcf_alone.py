@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from nrp_core import worlds
-from nrp_core.world.robot_setup import Fitting, fitted
+from nrp_core.world.robot_setup import RobotSetup, set_up_robot
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sdf import read_scene
 
@@ -160,7 +160,7 @@ def touching(
     backend = worlds().load("mujoco")
     theirs = mujoco.MjModel.from_xml_path(str(folder / "cluster.xml"))
     (read,) = read_scene(folder / "cluster.xml").models
-    scene = Scene((fitted(read, Fitting(fixed)),), gravity=(0.0, 0.0, 0.0))
+    scene = Scene((set_up_robot(read, RobotSetup(fixed)),), gravity=(0.0, 0.0, 0.0))
     with backend.open(scene, seed=1, options=backend.options()) as world:
         found = []
         for model in (world.engine._model, theirs):

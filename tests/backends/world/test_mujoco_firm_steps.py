@@ -23,7 +23,7 @@ from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Quaternion
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid import rotation_by
-from nrp_core.world.robot_setup import Fitting, JointControl, fitted
+from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
 from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model
@@ -68,7 +68,7 @@ def places(state: IntArray) -> tuple[int, int, list[int]]:
 
 
 def led(model: Model) -> Model:
-    return fitted(model, Fitting(control=((".*", JointControl("position")),)))
+    return set_up_robot(model, RobotSetup(control=((".*", JointControl("position")),)))
 
 
 def option(flag: str) -> str:
@@ -188,7 +188,7 @@ def test_a_lack_of_memory_is_an_error_and_does_not_end_the_process(monkeypatch: 
         spec.memory = 1250
         return spec.compile()
 
-    monkeypatch.setattr(building, "compiled", small)
+    monkeypatch.setattr(building, "compile_spec", small)
     with opened() as world:
         command(world, 0.1)
         with pytest.raises(SimulationError, match="mj_stackAlloc: out of memory"):

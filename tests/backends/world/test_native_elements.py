@@ -17,7 +17,7 @@ from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.robot_setup import Fitting, JointControl, fitted
+from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
 
 Open = Callable[..., World]
 
@@ -84,7 +84,7 @@ def test_a_joint_without_gains_stops_a_heavy_rotor_at_its_target(tmp_path: Path,
     text = text.replace("</xyz></axis>", f"</xyz>{limit}</axis>")
     path = tmp_path / "rotor.sdf"
     path.write_text(f'<sdf version="1.9">{text}</sdf>')
-    model = fitted(read_model(path), Fitting(control=((".*", JointControl("position")),)))
+    model = set_up_robot(read_model(path), RobotSetup(control=((".*", JointControl("position")),)))
     backend, largest = worlds().load("mujoco"), 0.0
     with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
         world.advertise(model.controllers[0].topic).publish(Float64(0.2))

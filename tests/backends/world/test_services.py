@@ -365,7 +365,7 @@ def test_motions_seen_from_a_moving_frame_come_back_as_they_were():
     from hypothesis import given
     from hypothesis import strategies as st
 
-    from nrp_core.world.model_states import seen_from, seen_in_world
+    from nrp_core.world.model_states import relative_motion, world_motion
 
     numbers = st.tuples(*[st.floats(-3, 3)] * 3)
     poses = st.builds(lambda p, a: ScenePose.from_rpy(p, *a), numbers, numbers)
@@ -373,7 +373,7 @@ def test_motions_seen_from_a_moving_frame_come_back_as_they_were():
 
     @given(motions, motions)
     def comes_back(frame, motion):
-        again = seen_in_world(frame, seen_from(frame, motion))
+        again = world_motion(frame, relative_motion(frame, motion))
         assert again.pose.position == pytest.approx(motion.pose.position, abs=1e-6)
         assert again.linear == pytest.approx(motion.linear, abs=1e-6)
         assert again.angular == pytest.approx(motion.angular, abs=1e-6)

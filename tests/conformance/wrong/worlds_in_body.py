@@ -281,9 +281,9 @@ class GivesEveryLinkSomeWeight(ChangesTheScene):
 
 @found_by("a_ball_joint_follows_orientations")
 class LeadsBallJointsBackwards(MujocoEngine):
-    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+    def _do_set_ball_target(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         x, y, z, w = orientation or (0.0, 0.0, 0.0, 1.0)
-        super()._do_set_ball_aim(model, joint, (-x, -y, -z, w))
+        super()._do_set_ball_target(model, joint, (-x, -y, -z, w))
 
 
 @found_by(

@@ -12,7 +12,7 @@ from registry import Found, register
 
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.interface import WorldOptions
-from nrp_core.world.rigid import BodyPath, JointAim, ModelMotion, ReadFrames, Touch, Wrench
+from nrp_core.world.rigid import BodyPath, ModelMotion, ReadFrames, ServoTarget, Touch, Wrench
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, Opens, "world")
@@ -112,8 +112,8 @@ class PullsInsteadOfPushing(MujocoEngine):
     "an_effort_accelerates_a_joint",
 )
 class TurnsJointsBackwards(MujocoEngine):
-    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        super()._do_set_joint_aim(model, joint, replace(aim, position=-aim.position, effort=-aim.effort))
+    def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
+        super()._do_set_servo_target(model, joint, replace(aim, position=-aim.position, effort=-aim.effort))
 
 
 @found_by(
@@ -125,7 +125,7 @@ class IgnoresJointsSilently(Opens):
         return replace(super().capabilities(options), joint_control=False)
 
     class world(MujocoEngine):  # noqa: N801 - what a wrong backend opens
-        def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+        def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
             pass
 
         def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:

@@ -13,7 +13,7 @@ from nrp_core.world.scene.meshes.convex import convex_pieces, whole_hull
 from nrp_core.world.scene.meshes.gltf import parse_gltf
 from nrp_core.world.scene.meshes.obj import ReadBeside, parse_obj
 from nrp_core.world.scene.meshes.stl import parse_stl
-from nrp_core.world.scene.meshes.triangles import Surface, Triangles, joined, merged
+from nrp_core.world.scene.meshes.triangles import Surface, Triangles, concatenate, merge_surfaces
 from nrp_core.world.scene.model import Rgba
 
 MAX_COLORS = 16
@@ -76,11 +76,11 @@ def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:
     if wanted.centered:
         surfaces = _centered(surfaces)
     if wanted.form == "whole":
-        return [replace(merged(surfaces), rgba=None, image=None, held=None)]
+        return [replace(merge_surfaces(surfaces), rgba=None, image=None, held=None)]
     if wanted.form == "convex":
-        return [Surface(frozenset(), piece) for piece in convex_pieces(joined(surfaces))]
+        return [Surface(frozenset(), piece) for piece in convex_pieces(concatenate(surfaces))]
     if wanted.form == "hull":
-        return [Surface(frozenset(), whole_hull(joined(surfaces)))]
+        return [Surface(frozenset(), whole_hull(concatenate(surfaces)))]
     return _by_color(surfaces)
 
 
@@ -117,7 +117,7 @@ def _named(surfaces: Sequence[Surface], name: str) -> list[Surface]:
 
 
 def _centered(surfaces: Sequence[Surface]) -> list[Surface]:
-    points = joined(surfaces).reshape(-1, 3)
+    points = concatenate(surfaces).reshape(-1, 3)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     return [replace(surface, triangles=surface.triangles - middle) for surface in surfaces]
 
@@ -126,9 +126,9 @@ def _by_color(surfaces: Sequence[Surface]) -> list[Surface]:
     alike: dict[tuple[Rgba | None, str | None], list[Surface]] = {}
     for surface in surfaces:
         alike.setdefault((surface.rgba, surface.image), []).append(surface)
-    pieces = sorted(map(merged, alike.values()), key=lambda piece: -_area(piece.triangles))
+    pieces = sorted(map(merge_surfaces, alike.values()), key=lambda piece: -_area(piece.triangles))
     shown, rest = pieces[:MAX_COLORS], pieces[MAX_COLORS:]
-    return [*shown[:-1], merged([shown[-1], *rest])] if rest else shown
+    return [*shown[:-1], merge_surfaces([shown[-1], *rest])] if rest else shown
 
 
 def _area(triangles: Triangles) -> float:

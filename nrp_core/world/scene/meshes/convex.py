@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.scene.meshes.triangles import Points, Triangles, welded
+from nrp_core.world.scene.meshes.triangles import Points, Triangles, weld_vertices
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
@@ -46,7 +46,7 @@ def whole_hull(triangles: Triangles) -> Triangles:
     """Return the convex hull of a mesh with all its corners."""
     from scipy.spatial import ConvexHull
 
-    points, _ = welded(triangles)
+    points, _ = weld_vertices(triangles)
     return _outward(ConvexHull(_thick(points)))
 
 
@@ -55,7 +55,7 @@ def _connected(triangles: Triangles) -> Iterator[Points]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    points, faces = welded(triangles)
+    points, faces = weld_vertices(triangles)
     ends = np.concatenate([faces[:, :2], faces[:, 1:]]).T
     links = coo_array((np.ones(ends.shape[1], bool), tuple(ends)), shape=(len(points), len(points)))
     count, labels = connected_components(links, directed=False)

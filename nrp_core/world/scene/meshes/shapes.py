@@ -13,7 +13,7 @@ import numpy.typing as npt
 from nrp_core._support.disk_cache import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
-from nrp_core.world.scene.meshes.triangles import Profile, Triangles, arc, turned
+from nrp_core.world.scene.meshes.triangles import Profile, Triangles, arc, revolve
 from nrp_core.world.scene.model import Heightmap
 
 Ring = npt.NDArray[np.float64]
@@ -22,7 +22,7 @@ Ring = npt.NDArray[np.float64]
 _CLOSE = 1e-4  # m; as Gazebo, corners nearer than this are one
 
 
-def extruded(rings: Sequence[Ring], height: float, *, convex: bool) -> list[Triangles]:
+def extrude(rings: Sequence[Ring], height: float, *, convex: bool) -> list[Triangles]:
     """Return the solid within closed lines, from z = 0 upwards; a line within another is a hole.
 
     Args:
@@ -205,7 +205,7 @@ _PROFILES: dict[str, Profile] = {
 _VERSION = 1
 
 
-def kept_meshes(key: str, make: Callable[[], Sequence[Triangles]]) -> list[Path]:
+def cached_meshes(key: str, make: Callable[[], Sequence[Triangles]]) -> list[Path]:
     """Return the files of meshes, which are created at the first request.
 
     Args:
@@ -225,8 +225,8 @@ def unit_solid(kind: str) -> Path:
     """Return the file of an ``ellipsoid`` or a ``cone`` about its centre, of radius 1; a cone is 1 m high."""
 
     def make() -> list[Triangles]:
-        vertices, faces = turned(_PROFILES[kind])
+        vertices, faces = revolve(_PROFILES[kind])
         return [vertices[faces]]
 
-    (path,) = kept_meshes(f"unit-{kind}-{_VERSION}", make)
+    (path,) = cached_meshes(f"unit-{kind}-{_VERSION}", make)
     return path

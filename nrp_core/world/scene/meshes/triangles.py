@@ -48,17 +48,17 @@ class Surface:
     held: bytes | None = None
 
 
-def joined(surfaces: Sequence[Surface]) -> Triangles:
+def concatenate(surfaces: Sequence[Surface]) -> Triangles:
     """Return the triangles of several surfaces."""
     return np.concatenate([surface.triangles for surface in surfaces])
 
 
-def merged(surfaces: Sequence[Surface]) -> Surface:
+def merge_surfaces(surfaces: Sequence[Surface]) -> Surface:
     """Return several surfaces as one with the look of the first."""
     coordinates = None
     if any(surface.coordinates is not None for surface in surfaces):
         coordinates = np.concatenate([_coordinates(surface) for surface in surfaces])
-    return replace(surfaces[0], triangles=joined(surfaces), coordinates=coordinates)
+    return replace(surfaces[0], triangles=concatenate(surfaces), coordinates=coordinates)
 
 
 def _coordinates(surface: Surface) -> Coordinates:
@@ -67,7 +67,7 @@ def _coordinates(surface: Surface) -> Coordinates:
     return surface.coordinates
 
 
-def welded(triangles: Triangles) -> tuple[Points, Faces]:
+def weld_vertices(triangles: Triangles) -> tuple[Points, Faces]:
     """Return the distinct corners of triangles, and the indices of the triangles' corners."""
     points = triangles.reshape(-1, 3) + 0.0  # turns -0 into 0
     # numbers sort many times faster than rows; in the rare case that two rows are one number, rows are sorted
@@ -96,7 +96,7 @@ def arc(radius: float, start: float, end: float) -> list[tuple[float, float]]:
     return [(radius * cos(angle), radius * sin(angle)) for angle in angles]
 
 
-def turned(profile: Profile) -> tuple[Points, Faces]:
+def revolve(profile: Profile) -> tuple[Points, Faces]:
     """Return the surface of a profile rotated about z, counter-clockwise as seen from outside."""
     around = np.arange(SLICES) * 2 * pi / SLICES
     rings = [

@@ -19,7 +19,14 @@ from nrp_core.world.scene.checks import rigid_groups
 from nrp_core.world.scene.devices import MountedSensor
 from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE, Piece, digest, mesh_pieces
 from nrp_core.world.scene.meshes.convert import Form, Wanted
-from nrp_core.world.scene.meshes.shapes import Heights, extruded, heights_in, kept_meshes, terrain, unit_solid
+from nrp_core.world.scene.meshes.shapes import (
+    Heights,
+    cached_meshes,
+    extrude,
+    heights_in,
+    terrain,
+    unit_solid,
+)
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -41,7 +48,7 @@ _ADDED: Final = re.compile(r"(_collision)?(_\d+)?$")
 """What it adds at the end of such a name."""
 
 
-def with_felt_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
+def with_contact_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
     """Return links whose contact sensors name collisions as they are here.
 
     A sensor has them in a field ``collisions``. One of another link is ``link::collision``, and the name of
@@ -51,7 +58,7 @@ def with_felt_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> tupl
     groups = rigid_groups({each for ends in fixed for each in ends} | {link.name for link in links}, fixed)
     owned = {link.name: [each.name for each in link.collisions] for link in links}
 
-    def felt(sensor: MountedSensor, link: str) -> MountedSensor:
+    def resolve(sensor: MountedSensor, link: str) -> MountedSensor:
         names: Sequence[str] = getattr(sensor, "collisions", ())
         kept: dict[str, Any] = {
             "collisions": tuple(_found(name, link, groups[link], owned) or name for name in names)
@@ -59,7 +66,7 @@ def with_felt_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> tupl
         return replace(sensor, **kept) if names and kept["collisions"] != names else sensor
 
     return tuple(
-        replace(link, sensors=tuple(felt(each, link.name) for each in link.sensors)) for link in links
+        replace(link, sensors=tuple(resolve(each, link.name) for each in link.sensors)) for link in links
     )
 
 
@@ -249,7 +256,7 @@ def _polyline(lines: Sequence[Element], form: Form, reading: Reading) -> list[Sh
     convex = form == "convex"
     key = digest("polyline", [ring.tolist() for ring in rings], height, convex)
     try:
-        paths = kept_meshes(key, lambda: extruded(rings, height, convex=convex))
+        paths = cached_meshes(key, lambda: extrude(rings, height, convex=convex))
     except ValueError as error:
         reading.notes.warn(
             lines[0], Code.NRP258, f"the polyline is not usable, {error}: replaced by a simple shape"
@@ -275,7 +282,7 @@ def _heightmap(shape: Element, form: Form, reading: Reading, static: bool) -> li
             subject=uri.text,
         )
         return []
-    (path,) = kept_meshes(digest("heightmap", heights.shape, heights.tobytes()), lambda: [terrain(heights)])
+    (path,) = cached_meshes(digest("heightmap", heights.shape, heights.tobytes()), lambda: [terrain(heights)])
     ground = Heightmap(path, (x, y, z), *heights.shape) if form == "convex" else Mesh(path, (x, y, z))
     return [Shape(ground, Pose((across, along, up)))]
 

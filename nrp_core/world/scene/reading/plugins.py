@@ -104,10 +104,10 @@ def ros_namespace(plugin: Element) -> str:
 
 def ros_topic(plugin: Element, name: str, reading: Reading) -> str:
     """Return the topic of a plugin for ROS after the ``<remapping>`` rules of ROS 2."""
-    return resolve_name(join(ros_namespace(plugin), remapped(plugin, name)), reading.robot)
+    return resolve_name(join(ros_namespace(plugin), remapped_topic(plugin, name)), reading.robot)
 
 
-def remapped(plugin: Element, name: str) -> str:
+def remapped_topic(plugin: Element, name: str) -> str:
     """Return a name after the ``<remapping>`` rules of ROS 2, which give it as it is or in full."""
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
@@ -245,7 +245,7 @@ class ModelParts:
         return part_named(named, named.text if name is None else name, self.joints, "joint")
 
 
-def registered(registry: Registry[Plugin], name: str, element: Element) -> Plugin | None:
+def find_registered(registry: Registry[Plugin], name: str, element: Element) -> Plugin | None:
     """Return the plugin with a name, imported at its first use; None if there is none.
 
     Raises:
@@ -332,10 +332,10 @@ CONTROLLERS: Registry[ControllerReader] = Registry("nrp_core.controllers", "read
 
 def read_actuators(plugin: Element, model: ModelParts, reading: Reading) -> Actuators | None:
     """Return the drives and controllers that a ``<plugin>`` declares; None if it declares neither."""
-    drive = registered(DRIVES, plugin_name(plugin), plugin)
+    drive = find_registered(DRIVES, plugin_name(plugin), plugin)
     if drive is not None:
         return Actuators((drive.read_plugin(plugin, model, reading),))
-    controllers = registered(CONTROLLERS, plugin_name(plugin), plugin)
+    controllers = find_registered(CONTROLLERS, plugin_name(plugin), plugin)
     return None if controllers is None else controllers(plugin, model, reading)
 
 
@@ -364,7 +364,7 @@ def label_of(visual: Element) -> int:
     return label_in(plugins[0]) if plugins else 0
 
 
-def labelled(links: Iterable[Link], label: int) -> list[Link]:
+def with_label(links: Iterable[Link], label: int) -> list[Link]:
     """Return links; visuals without a label get one."""
     return [
         replace(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from nrp_core.findings import Code
 from nrp_core.world.scene.checks import WORLD, rigid_groups
-from nrp_core.world.scene.inertia import like_shape, repaired
+from nrp_core.world.scene.inertia import like_shape, repair_inertia
 from nrp_core.world.scene.model import Inertial, Joint, Link
 from nrp_core.world.scene.reading.context import Element, Notes
 
@@ -87,7 +87,7 @@ def usable_inertial(
             subject=link,
         )
         return like_shape(of_shapes or _BALL, given)
-    inertial, wrong = repaired(given)
+    inertial, wrong = repair_inertia(given)
     if wrong:
         now = ", ".join(f"{value:.3g}" for value in inertial.inertia[:3])
         notes.warn(

@@ -21,8 +21,8 @@ from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.plugins import (
     ModelParts,
     check_parameters,
+    find_registered,
     plugin_name,
-    registered,
     ros_namespace,
     vector_in,
     warn_of_plugin,
@@ -281,7 +281,7 @@ def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> 
     for sensor in chain.from_iterable(map(_apart, sensors)):
         sensor = _with_free_name(sensor, seen, mount, reading)
         seen.add(sensor.attribute("name"))
-        found = registered(SENSORS, sensor.attribute("type"), sensor)
+        found = find_registered(SENSORS, sensor.attribute("type"), sensor)
         if found is None:
             _warn_of_type(sensor, reading)
         elif found.on_joint:
@@ -322,7 +322,7 @@ def _with_free_name(sensor: Element, taken: Collection[str], mount: Mount, readi
 def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:
     """Read the sensors of a joint in the same way."""
     for sensor in sensors:
-        found = registered(SENSORS, sensor.attribute("type"), sensor)
+        found = find_registered(SENSORS, sensor.attribute("type"), sensor)
         if found is None:
             _warn_of_type(sensor, reading)
         elif not found.on_joint:
@@ -345,7 +345,7 @@ def _warn_of_unread(sensor: Element, reading: Reading) -> None:
 
 def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> list[Link] | None:
     """Return the links with the sensor of a ``<plugin>`` of a model; None if the plugin is not a sensor."""
-    found = registered(SENSORS, PLUGIN + plugin_name(plugin), plugin)
+    found = find_registered(SENSORS, PLUGIN + plugin_name(plugin), plugin)
     if found is None:
         return None
     return with_sensors(model.links, *found.read_plugin(plugin, model, reading))

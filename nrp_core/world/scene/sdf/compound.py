@@ -79,10 +79,10 @@ def with_axis(joint: Joint, element: Element, tag: str, frames: Frames, version:
         stiffness=max(0.0, dynamics.number("spring_stiffness", 0.0)),
         rest=dynamics.number("spring_reference", 0.0),
     )
-    return slowed(joint if kind == "continuous" else replace(joint, lower=lower, upper=upper), axis)
+    return with_dynamics(joint if kind == "continuous" else replace(joint, lower=lower, upper=upper), axis)
 
 
-def slowed(joint: Joint, axis: Element) -> Joint:
+def with_dynamics(joint: Joint, axis: Element) -> Joint:
     """Return a joint with the damping and the friction of its ``<axis>``."""
     dynamics = axis.section("dynamics")
     damping, friction = dynamics.number("damping", 0.0), max(0.0, dynamics.number("friction", 0.0))
@@ -158,7 +158,7 @@ def ball(joint: Joint, element: Element, _: Frames, __: tuple[int, int], reading
     axis = element.section("axis")
     if axis.section("dynamics").number("spring_stiffness", 0.0):
         reading.notes.warn(axis, Code.NRP263, "a <spring_stiffness> of a ball joint is not simulated")
-    return (slowed(replace(joint, kind="ball"), axis),)
+    return (with_dynamics(replace(joint, kind="ball"), axis),)
 
 
 def two_axes(

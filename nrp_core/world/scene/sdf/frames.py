@@ -264,7 +264,7 @@ def read_placed(parent: Element, source: Source, reading: Reading, *tags: str) -
             placed += found if holder is included.root else without_surroundings(found, reading)
         else:
             placed.append(Placed(child, source, child))
-    return _told_apart(placed, reading)
+    return _with_unique_names(placed, reading)
 
 
 def without_surroundings(placed: Sequence[Placed], reading: Reading) -> Sequence[Placed]:
@@ -281,7 +281,7 @@ def without_surroundings(placed: Sequence[Placed], reading: Reading) -> Sequence
     return moving
 
 
-def _told_apart(placed: list[Placed], reading: Reading) -> list[Placed]:
+def _with_unique_names(placed: list[Placed], reading: Reading) -> list[Placed]:
     """Return models or lights with unique names: includes are numbered as in Gazebo.
 
     Elements written in place keep their names: duplicates among them are mistakes of the file.

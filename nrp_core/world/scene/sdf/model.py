@@ -17,17 +17,17 @@ from nrp_core.world.scene.devices import MountedDrive, MountedSensor
 from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.origin import Native, Source
 from nrp_core.world.scene.reading.context import Element, Notes, Reading
-from nrp_core.world.scene.reading.geometry import with_felt_collisions
+from nrp_core.world.scene.reading.geometry import with_contact_collisions
 from nrp_core.world.scene.reading.plugins import (
     LABEL,
     Actuators,
     ModelParts,
     check_parameters,
     label_in,
-    labelled,
     plugin_name,
     read_actuators,
     warn_of_plugin,
+    with_label,
 )
 from nrp_core.world.scene.reading.repairs import with_default_masses
 from nrp_core.world.scene.reading.sensors import (
@@ -243,7 +243,7 @@ def _read_plugin(
         check_parameters(plugin, reading)
         return Actuators(), links
     if plugin_name(plugin) == LABEL:
-        labels = labelled(links, label_in(plugin))
+        labels = with_label(links, label_in(plugin))
         check_parameters(plugin, reading)
         return Actuators(), labels
     model = ModelParts(links, joints)
@@ -286,7 +286,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     rows = [in_a_row(row) for row in tree]
     links = (*links, *chain.from_iterable(carriers for _, carriers in rows))
     joints = tuple(with_leaders(chain.from_iterable(row for row, _ in rows), element, reading))
-    links = with_felt_collisions(links, joints)
+    links = with_contact_collisions(links, joints)
     topic = _joint_states_topic(placed, joints, name)
     model = Model(
         name,

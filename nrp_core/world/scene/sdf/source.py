@@ -23,7 +23,7 @@ from nrp_core.world.scene.reading.context import (
 )
 from nrp_core.world.scene.sdf.vocabulary import check_names, check_vocabulary
 from nrp_core.world.scene.urdf import to_sdf
-from nrp_core.world.scene.urdf.expand import expanded, is_xacro
+from nrp_core.world.scene.urdf.expand import expand_xacro, is_xacro
 
 PARAMS: Final = "experimental:params"
 _ID, _ACTION = "element_id", "action"
@@ -248,7 +248,7 @@ class Source:
         if reading.args and not trail and not expands:
             raise root.error("this is not a xacro file, so it has no arguments")
         if expands:
-            root = expanded(path, partial(reading.resources.package, user=path), reading.args)
+            root = expand_xacro(path, partial(reading.resources.package, user=path), reading.args)
         check_repeated(root, reading.notes)
         if root.tag == "robot":
             root = to_sdf(root, reading.notes)

@@ -326,7 +326,7 @@ def _value(element: Element, rule: Rule) -> Iterator[str]:
     if rule.value == "b" and text.lower() not in _TRUTH:
         yield without_truth_value(element)
     elif rule.value == "c" or rule.value == "p" or rule.value.isdigit():
-        counts, wanted = _COUNTS.get(rule.value) or _of_count(int(rule.value))
+        counts, wanted = _COUNTS.get(rule.value) or _number_kind(int(rule.value))
         if not _are_numbers(text) or len(text.split()) not in counts:
             yield f"<{element.tag}> must hold {wanted}, not '{text}': ignored"
     elif not rule.value and not rule.free and text:
@@ -347,7 +347,7 @@ def _tags(element: Element) -> set[str]:
     return {child.tag for child in element.children}
 
 
-def _of_count(count: int) -> tuple[tuple[int, ...], str]:
+def _number_kind(count: int) -> tuple[tuple[int, ...], str]:
     return (count,), "a number" if count == 1 else f"{count} numbers"
 
 

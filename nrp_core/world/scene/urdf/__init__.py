@@ -26,7 +26,13 @@ from nrp_core.world.scene.urdf.elements import (
     pose,
     read_commas_as_spaces,
 )
-from nrp_core.world.scene.urdf.transmissions import START, controlled, give_parameters, led, transmitted
+from nrp_core.world.scene.urdf.transmissions import (
+    START,
+    give_parameters,
+    led,
+    read_ros2_control,
+    read_transmission,
+)
 from nrp_core.world.scene.urdf.vocabulary import check_vocabulary
 
 # for Gazebo's solver, or for its conversion to SDF
@@ -207,9 +213,9 @@ def to_sdf(element: Element, notes: Notes) -> Element:
         elif child.tag == "joint" and child.attribute("type") != "floating":
             model.children.append(_joint(child, robot))
         elif child.tag == "transmission":
-            model.children += transmitted(child, joints, notes)
+            model.children += read_transmission(child, joints, notes)
         elif child.tag == "ros2_control":
-            model.children += controlled(child, notes)
+            model.children += read_ros2_control(child, notes)
         elif child.tag not in (*_READ, *_OF_ENGINES) and ":" not in child.tag:
             known = child.tag in _ELSEWHERE
             reason = "is not supported" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"

@@ -31,7 +31,7 @@ def is_xacro(robot: Element) -> bool:
     )
 
 
-def expanded(
+def expand_xacro(
     path: Path, package: Callable[[str], Path], args: Mapping[str, object] = MappingProxyType({})
 ) -> Element:
     """Return the expanded ``<robot>`` of a xacro file.

@@ -25,7 +25,7 @@ _KINDS = {
 }
 
 
-def transmitted(transmission: Element, joints: Collection[str], notes: Notes) -> Iterator[Element]:
+def read_transmission(transmission: Element, joints: Collection[str], notes: Notes) -> Iterator[Element]:
     """Yield a plugin with a controller for each interface of each joint of a ``<transmission>``.
 
     Args:
@@ -63,7 +63,7 @@ def transmitted(transmission: Element, joints: Collection[str], notes: Notes) ->
                 yield _controller(joint, interface, kind)
 
 
-def controlled(system: Element, notes: Notes) -> Iterator[Element]:
+def read_ros2_control(system: Element, notes: Notes) -> Iterator[Element]:
     """Yield a plugin with a controller for each command interface of a ``<ros2_control>``."""
     for joint in system.all("joint"):
         for interface in joint.all("command_interface"):

@@ -8,7 +8,7 @@ from math import atan, tan
 import numpy as np
 
 from nrp_core.world import Capsule, Light, Model, Pose, Rgba, Visual
-from nrp_core.world.render.cameras import CameraPath, Cameras, ImageArray, Optics, eye_of, looking
+from nrp_core.world.render.cameras import CameraPath, Cameras, ImageArray, Optics, camera_pose, looking
 from nrp_world_gazebo.build import Built
 from nrp_world_gazebo.elements import link_name
 from nrp_world_gazebo.lights import direction_of, range_of
@@ -68,7 +68,7 @@ class GazeboCameras(Cameras):
     def _camera(self, built: Built, path: CameraPath, offset: int) -> bytes:
         """Return the operation that adds a camera, which looks along x in Gazebo."""
         bodies, optics = built.bodies[path[0]], self._optics[path]
-        index, eye = eye_of([body for body, _ in bodies], path)
+        index, eye = camera_pose([body for body, _ in bodies], path)
         place = bodies[index][1]
         pose = place.held @ eye @ looking(Pose()).inverse()
         across = 2 * atan(tan(optics.vertical_fov / 2) * optics.width / optics.height)

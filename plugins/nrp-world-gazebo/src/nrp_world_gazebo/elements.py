@@ -22,7 +22,7 @@ from nrp_core.world import (
     Pose,
     Sphere,
 )
-from nrp_core.world.scene.inertia import turned
+from nrp_core.world.scene.inertia import inertia_tensor
 from nrp_core.world.scene.merged_bodies import Body
 
 FIXED = "nrp_fixed"
@@ -95,7 +95,7 @@ def _link(body: Body, number: int, step_s: float) -> Xml:
 
 
 def _inertial(inertial: Inertial) -> Xml:
-    tensor = turned(inertial)
+    tensor = inertia_tensor(inertial)
     names = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
     moments = [numbers(name, float(tensor[place])) for name, place in names.items()]
     return element(

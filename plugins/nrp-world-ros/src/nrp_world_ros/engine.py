@@ -15,7 +15,6 @@ from nrp_core.world import (
     Code,
     Direction,
     Engine,
-    JointAim,
     Model,
     ModelMotion,
     Part,
@@ -23,6 +22,7 @@ from nrp_core.world import (
     Pose,
     Rgba,
     Scene,
+    ServoTarget,
     Stamped,
     TopicInfo,
     WorldCapabilities,
@@ -348,7 +348,7 @@ class RosEngine(Engine):
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
         """The room does this."""
 
-    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
+    def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Joints do this."""
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:

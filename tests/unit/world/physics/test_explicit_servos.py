@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos
-from nrp_core.world.rigid import JointAim
+from nrp_core.world.rigid import ServoTarget
 from nrp_core.world.scene.merged_bodies import stiff_gains
 
 DT = 0.002
 GAINS = st.floats(0.0, 1e6)
 
 
-def run(aim: JointAim, inertia: np.ndarray, load: np.ndarray, steps: int, limit: float = np.inf):
+def run(aim: ServoTarget, inertia: np.ndarray, load: np.ndarray, steps: int, limit: float = np.inf):
     """Integrate joints as an engine with semi-implicit Euler does; return positions, velocities, efforts."""
     n = len(load)
     servos = ExplicitServos([limit] * n, DT)
@@ -33,7 +33,7 @@ def run(aim: JointAim, inertia: np.ndarray, load: np.ndarray, steps: int, limit:
 @settings(max_examples=60, deadline=None)
 @given(GAINS, st.floats(0.0, 1e4), st.floats(0.001, 10.0), st.floats(-50.0, 50.0))
 def test_a_joint_without_load_moves_as_by_backward_euler(stiffness, damping, inertia, target):
-    aim = JointAim(stiffness, damping, position=target)
+    aim = ServoTarget(stiffness, damping, position=target)
     found = run(aim, np.array([[inertia]]), np.zeros(1), 20)[0][0]
     q = v = 0.0
     for _ in range(20):
@@ -46,7 +46,7 @@ def test_a_joint_without_load_moves_as_by_backward_euler(stiffness, damping, ine
 def test_coupled_joints_under_load_come_to_rest_where_spring_and_load_agree(stiffness):
     inertia = np.array([[0.14, 0.074, 0.021], [0.074, 0.042, 0.013], [0.021, 0.013, 0.005]])
     load = np.array([2.0, -1.0, 0.3])
-    aim = JointAim(stiffness, 2 * np.sqrt(stiffness * 0.14), position=0.3)
+    aim = ServoTarget(stiffness, 2 * np.sqrt(stiffness * 0.14), position=0.3)
     positions, velocities, efforts = run(aim, inertia, load, 30_000)
     assert positions == pytest.approx(0.3 - load / stiffness, abs=1e-6)
     assert velocities == pytest.approx(np.zeros(3), abs=1e-6)
@@ -54,7 +54,7 @@ def test_coupled_joints_under_load_come_to_rest_where_spring_and_load_agree(stif
 
 
 def test_efforts_end_at_their_limit():
-    efforts = run(JointAim(1e3, 10.0, position=5.0), np.eye(2), np.zeros(2), 3, limit=0.5)[2]
+    efforts = run(ServoTarget(1e3, 10.0, position=5.0), np.eye(2), np.zeros(2), 3, limit=0.5)[2]
     assert efforts.tolist() == [0.5, 0.5]
 
 
@@ -73,7 +73,7 @@ def test_a_joint_brakes_under_load_as_by_backward_euler_however_strong_its_dampe
 
 def test_a_servo_at_its_limit_drives_a_strong_damper_as_fast_as_it_can():
     servos = ExplicitServos([2.0], DT, np.array([50.0]))
-    servos.aim(0, JointAim(1e6, 1e3, position=1.0))
+    servos.aim(0, ServoTarget(1e6, 1e3, position=1.0))
     position, velocity, inertia = np.zeros(1), np.zeros(1), np.array([[0.001]])
     for _ in range(500):
         effort = servos.push(position, velocity, inertia)

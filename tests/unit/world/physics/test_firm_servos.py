@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrp_core.world.engine_kit.firm_joints import BRAKING, RETURN_S, FirmJoint, FirmServos
-from nrp_core.world.rigid import JointAim, JointTargets
+from nrp_core.world.rigid import JointTargets, ServoTarget
 from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S as LAG
 from nrp_core.world.scene.model import Joint
 
@@ -21,8 +21,8 @@ def servos(speed: float = inf) -> FirmServos:
     return FirmServos([FirmJoint(Joint("j", "revolute", "a", "b", velocity=speed))], STEP_S)
 
 
-def to(position: float) -> JointAim:
-    return JointAim(stiffness=1.0, position=position, firm=True)
+def to(position: float) -> ServoTarget:
+    return ServoTarget(stiffness=1.0, position=position, firm=True)
 
 
 def follow(servo: FirmServos, steps: int, start: float = 0.0) -> np.ndarray:
@@ -46,7 +46,7 @@ def test_a_position_is_approached_as_by_a_critically_damped_spring():
 
 def test_a_velocity_is_approached_with_one_time_constant():
     servo = servos()
-    servo.aim(0, JointAim(damping=1.0, velocity=2.0, firm=True))
+    servo.aim(0, ServoTarget(damping=1.0, velocity=2.0, firm=True))
     assert follow(servo, 50)[-1][1] == pytest.approx(2.0 * (1 - exp(-50 * STEP_S / LAG)))
 
 
@@ -72,7 +72,7 @@ def test_a_path_keeps_its_speed_limit_goes_without_jumps_and_ends_at_its_target(
 
 def test_a_point_of_a_path_is_taken_at_once_with_its_rate():
     servo = servos()
-    servo.aim(0, JointAim(stiffness=1.0, position=0.3, velocity=1.5, firm=False))
+    servo.aim(0, ServoTarget(stiffness=1.0, position=0.3, velocity=1.5, firm=False))
     assert follow(servo, 1)[0] == pytest.approx((0.3, 1.5))
 
 
@@ -97,13 +97,13 @@ def test_a_joint_far_off_its_path_is_taken_back_no_faster_than_it_can_brake():
 def test_a_rate_that_came_between_is_gone_with_the_next_target_at_rest(between: str) -> None:
     servo, whole = servos(), slice(0, 1)
     saved = servos()
-    saved.aim(0, JointAim(stiffness=1.0, position=0.1, velocity=0.3, firm=True))
-    servo.aim(0, JointAim(stiffness=1.0, position=0.1, firm=True))
+    saved.aim(0, ServoTarget(stiffness=1.0, position=0.1, velocity=0.3, firm=True))
+    servo.aim(0, ServoTarget(stiffness=1.0, position=0.1, firm=True))
     servo.retarget(whole, JointTargets(("j",), [0.2], (), smooth=True))
     if between == "rates":
         servo.retarget(whole, JointTargets(("j",), [0.2], [0.3], smooth=False))
     elif between == "aim":
-        servo.aim(0, JointAim(stiffness=1.0, position=0.2, velocity=0.3, firm=True))
+        servo.aim(0, ServoTarget(stiffness=1.0, position=0.2, velocity=0.3, firm=True))
     else:
         servo.restore(saved.save())
     assert servo.paths["rate"][0] == 0.3

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.world.rigid import Pose, rotation_matrix
-from nrp_core.world.scene.inertia import combined, turned
+from nrp_core.world.scene.inertia import inertia_tensor, sum_inertials
 from nrp_core.world.scene.model import Inertial
 
 lengths = st.floats(-3, 3)
@@ -32,13 +32,13 @@ def inertials(draw):
 def energy(inertial: Inertial, spin: np.ndarray, drift: np.ndarray) -> float:
     """Return the kinetic energy of a mass that turns about the origin and drifts."""
     velocity = drift + np.cross(spin, inertial.pose.position)
-    return inertial.mass * velocity @ velocity / 2 + spin @ turned(inertial) @ spin / 2
+    return inertial.mass * velocity @ velocity / 2 + spin @ inertia_tensor(inertial) @ spin / 2
 
 
 @given(st.lists(inertials(), min_size=1, max_size=4), st.integers(0, 2**32 - 1))
 def test_the_whole_has_the_kinetic_energy_of_its_parts(parts, seed):
     spin, drift = np.random.default_rng(seed).normal(size=(2, 3))
-    whole = combined(parts)
+    whole = sum_inertials(parts)
     assert whole is not None
     assert energy(whole, spin, drift) == pytest.approx(sum(energy(p, spin, drift) for p in parts), rel=1e-9)
     assert whole.inertia[3:] == (0, 0, 0)
@@ -52,18 +52,18 @@ def test_a_rotation_matrix_turns_as_its_quaternion(pose):
 
 def test_axes_that_are_principal_already_stay_as_they_are():
     given_one = Inertial(2.0, Pose((1, 2, 3)), (3.0, 1.0, 2.0, 0.0, 0.0, 0.0))
-    assert combined([given_one]) == given_one
+    assert sum_inertials([given_one]) == given_one
 
 
 def test_two_point_masses_turn_about_their_middle():
     angle = 0.4
     ends = [Pose((s * cos(angle), s * sin(angle), 0.0)) for s in (-1.0, 1.0)]
-    whole = combined([Inertial(1.5, end, (1e-9,) * 3 + (0.0,) * 3) for end in ends])
+    whole = sum_inertials([Inertial(1.5, end, (1e-9,) * 3 + (0.0,) * 3) for end in ends])
     assert whole.mass == 3.0
     assert whole.pose.position == pytest.approx((0, 0, 0), abs=1e-12)
     assert sorted(whole.inertia[:3]) == pytest.approx([0, 3, 3], abs=1e-6)
 
 
 def test_nothing_with_mass_is_nothing():
-    assert combined([]) is None
-    assert combined([Inertial(0.0)]) is None
+    assert sum_inertials([]) is None
+    assert sum_inertials([Inertial(0.0)]) is None

@@ -13,7 +13,7 @@ from nrp_core.errors import SceneError
 from nrp_core.world.scene.inertia import solid_of
 from nrp_core.world.scene.meshes import shapes
 from nrp_core.world.scene.meshes.convex import convex_pieces
-from nrp_core.world.scene.meshes.shapes import extruded, heights_of, terrain
+from nrp_core.world.scene.meshes.shapes import extrude, heights_of, terrain
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Heightmap
 
@@ -41,9 +41,9 @@ def test_stars_with_holes_have_the_volume_of_their_area(
     outline, inner = star(radii), star(radii, 0.5)
     rings = [outline[::-1] if backwards else outline, *([inner] if hole else [])]
     expected = 0.7 * (area(outline) - hole * area(inner))
-    (whole,) = extruded(rings, 0.7, convex=False)
+    (whole,) = extrude(rings, 0.7, convex=False)
     assert volumes([whole]) == pytest.approx([expected])
-    pieces = extruded(rings, 0.7, convex=True)
+    pieces = extrude(rings, 0.7, convex=True)
     assert sum(volumes(pieces)) == pytest.approx(expected)
     for piece in pieces:
         (hull,) = convex_pieces(piece)
@@ -51,9 +51,9 @@ def test_stars_with_holes_have_the_volume_of_their_area(
 
 
 def test_a_convex_polygon_is_one_piece_and_an_island_in_a_hole_stands() -> None:
-    assert len(extruded([star([1.0] * 8)], 1.0, convex=True)) == 1
+    assert len(extrude([star([1.0] * 8)], 1.0, convex=True)) == 1
     rings = [star([1.0] * 4, scale) for scale in (1.0, 3.0, 2.0)]
-    (whole,) = extruded(rings, 1.0, convex=False)
+    (whole,) = extrude(rings, 1.0, convex=False)
     assert volumes([whole]) == pytest.approx([2 * (9 - 4 + 1)])
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.inertia import equivalent_box, of_collisions, of_shape, repaired
+from nrp_core.world.scene.inertia import equivalent_box, of_collisions, of_shape, repair_inertia
 from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Plane, Sphere
 
 lengths = st.floats(0.01, 3)
@@ -87,7 +87,7 @@ def test_the_box_with_the_inertia_of_a_box_is_that_box(box: Box, roll: float, ya
 def test_the_inertia_of_a_solid_needs_no_repair(box: Box) -> None:
     solid = of_shape(box)
     assert solid is not None
-    assert repaired(solid) == (solid, "")
+    assert repair_inertia(solid) == (solid, "")
 
 
 moments = st.floats(-2, 10)
@@ -98,7 +98,7 @@ def test_a_repaired_inertia_is_positive_and_obeys_the_triangle_inequality(
     diagonal: tuple[float, float, float], products: tuple[float, float, float]
 ) -> None:
     given_ = Inertial(2.0, Pose((1.0, 0.0, 0.0)), (*diagonal, *products))
-    inertial, wrong = repaired(given_)
+    inertial, wrong = repair_inertia(given_)
     assert (inertial is given_) == (wrong == "")
     assert inertial.mass == 2
     assert inertial.pose.position == pytest.approx((1, 0, 0))
@@ -110,7 +110,7 @@ def test_a_repaired_inertia_is_positive_and_obeys_the_triangle_inequality(
 
 
 def test_only_the_smaller_moments_are_raised() -> None:
-    inertial, wrong = repaired(Inertial(1.0, inertia=(0.1, 0.2, 1.0, 0.0, 0.0, 0.0)))
+    inertial, wrong = repair_inertia(Inertial(1.0, inertia=(0.1, 0.2, 1.0, 0.0, 0.0, 0.0)))
     assert "0.1, 0.2, 1" in wrong
     assert "triangle" in wrong
     assert inertial.inertia[2] == 1.0

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
+from nrp_core.world.copies import batch_engine_of
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.sinks import PopulationRate
@@ -15,7 +16,6 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.events.ground_positions import require_poses
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.reading.tables import numbers_in
-from nrp_core.world.copies import copies_of
 from nrp_core.world.topics import Direction, TopicInfo
 
 _IMAGE = "sensor_msgs/msg/Image"
@@ -74,7 +74,7 @@ class ObservedMotion(Observed):
 
     @staticmethod
     def read_all(copies: Sequence[ObservedMotion], rows: FloatArray) -> None:
-        copies_of([observed._engine for observed in copies]).read_motions(copies[0]._model, rows)
+        batch_engine_of([observed._engine for observed in copies]).read_motions(copies[0]._model, rows)
 
 
 class ObservedJoints(Observed):

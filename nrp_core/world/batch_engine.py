@@ -9,7 +9,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.world.rigid import BodyVelocity
 
 
-class Copies:
+class BatchEngine:
     """Copies of a scene; each gets and gives, bit for bit, what it would alone.
 
     A backend may override the methods, if there is a faster way than one engine after the other.
@@ -32,7 +32,7 @@ class Copies:
             engine.set_drive(model, drive, velocity)
 
 
-def copies_of(engines: Sequence[Any]) -> Copies:
+def batch_engine_of(engines: Sequence[Any]) -> BatchEngine:
     """Return copies of a scene as their backend does several at once."""
-    copies: Copies = engines[0].copies(engines)
-    return copies
+    batch_engine: BatchEngine = engines[0].batch_engine(engines)
+    return batch_engine
