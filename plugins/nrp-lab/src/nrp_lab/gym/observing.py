@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
-from nrp_core.world.copies import batch_engine_of
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.sinks import PopulationRate
@@ -16,6 +15,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.events.ground_positions import require_poses
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.reading.tables import numbers_in
+from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.topics import Direction, TopicInfo
 
 _IMAGE = "sensor_msgs/msg/Image"
