@@ -34,7 +34,7 @@ from nrp_world_mujoco.shapes import scalar_first
 class MujocoEngine(JointedEngine):
     """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoBackend` for the options."""
 
-    copies = MujocoBatchEngine
+    batch_engine = MujocoBatchEngine
     _built: Built
     _control: Control
     _drives: dict[tuple[str, str], Drive]
