@@ -31,7 +31,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         OPTION,
         default="",
-        choices=("1", "2", "1,2"),
+        choices=("1", "2"),
         help="the ROS that must be here; by default any that is",
     )
 
