@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.named_values import Named
 from nrp_core.brain.network.data import Network
@@ -18,9 +19,85 @@ from nrp_formats.nir.graded import GRADED, currents
 from nrp_formats.nir.graph import Graph, read_graph
 from nrp_formats.nir.linear import NEURONS, Signal, Signals, emitting
 from nrp_formats.nir.neurons import Cells, Method, Step, cells_of, late_of, relays
-from nrp_formats.nir.silent_nodes import never_fires
-from nrp_formats.nir.subtraction import Reset, step_down, subtracting
 from nrp_formats.nir.timing import lags_of, returning
+
+
+def never_fires(cells: Cells, matrices: Iterable[Any], step: Step) -> str:
+    """Return that no cell of a node can fire, with the one that comes nearest; empty if one can.
+
+    Args:
+        cells: the cells.
+        matrices: the weights onto them in the file, sparse, a row for each cell. A cell sends at most one
+            spike in a step, so if all that excite spike in every step, the voltage rises to a limit.
+        step: the step of the network.
+    """
+    threshold = cells.parameters["v_thresh"]
+    if not threshold.size or not np.isfinite(threshold).all():
+        return "its threshold is inf" if threshold.size and np.isinf(threshold).all() else ""
+    tau_ms, cm, offset = (cells.parameters.get(name, np.ones(1)) for name in ("tau_m", "cm", "i_offset"))
+    weight = np.zeros(len(threshold))
+    for matrix in matrices:
+        weight += np.asarray(matrix.maximum(0).sum(axis=1)).ravel() * cells.per_weight
+    driven = offset * tau_ms / cm
+    if cells.cell_type == "IF_curr_delta":
+        driven = driven + weight / -np.expm1(-step.h_ms / tau_ms)
+    else:
+        driven = driven + weight / -np.expm1(-step.h_ms / cells.parameters["tau_syn_E"]) * tau_ms / cm
+    highest = cells.parameters["v_rest"] + driven
+    if (np.maximum(highest, cells.parameters["v_rest"]) >= threshold).any():
+        return ""
+    nearest = int(np.argmin(threshold - highest))
+    return (
+        f"all inputs together, in every step, take it to {highest[nearest]:.3g}, and its threshold is "
+        f"{threshold[nearest]:.3g}"
+    )
+
+
+Reset = Literal["value", "subtract", "subtract_next"]
+DOWN: Final = "step_down"
+_DELTA: Final = "dv/dt = (v_rest - v)/tau_m + i_offset/cm : mV (unless refractory)"
+_EXPONENTIAL: Final = """
+dv/dt = (v_rest - v)/tau_m + (isyn_exc + i_offset)/cm : mV (unless refractory)
+disyn_exc/dt = -isyn_exc/tau_syn_E : nA
+"""
+_EQUATIONS: Final = {"IF_curr_delta": (_DELTA, "v"), "IF_curr_exp": (_EXPONENTIAL, "isyn_exc")}
+_UNITS: Final = {
+    "v_rest": "mV", "v_thresh": "mV", DOWN: "mV", "tau_m": "ms", "tau_refrac": "ms", "tau_syn_E": "ms",
+    "cm": "nF", "i_offset": "nA",
+}  # fmt: skip
+
+
+def step_down(cells: Cells, threshold: FloatArray, h_ms: float, reset: Reset) -> FloatArray:
+    """Return the voltage that cells subtract when they fire.
+
+    Args:
+        cells: the cells.
+        threshold: their thresholds in the file.
+        h_ms: the step of the network.
+        reset: ``subtract_next`` if the threshold is subtracted after the decay of the next step, as in
+            snnTorch, else before it.
+    """
+    if reset == "subtract":
+        return threshold
+    return np.asarray(threshold * np.exp(h_ms / cells.parameters["tau_m"]))
+
+
+def subtracting(sim: Any, cells: Cells, down: FloatArray) -> Any:
+    """Return the cell type of cells that subtract, with their parameters."""
+    equations, target = _EQUATIONS[cells.cell_type]
+    values = {name: value for name, value in cells.parameters.items() if name in _used(equations)}
+    kind = sim.EquationCell(
+        equations, threshold="v >= v_thresh", reset=f"v -= {DOWN}", refractory="tau_refrac",
+        receptors=dict.fromkeys(("excitatory", "inhibitory"), f"{target} += weight"),
+        parameters={name: f"1 {_UNITS[name]}" for name in (*values, DOWN)},
+        name=f"{cells.cell_type} that subtracts",
+    )  # fmt: skip
+    return kind(**{name: value.tolist() for name, value in {**values, DOWN: down}.items()})
+
+
+def _used(equations: str) -> list[str]:
+    return [name for name in _UNITS if name in equations or name in {"v_thresh", "tau_refrac"}]
+
 
 _STEP_MS = 1.0
 

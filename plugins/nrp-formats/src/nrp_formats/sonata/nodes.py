@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,12 +13,50 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import column
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Population
-from nrp_core.brain.network.nest_models import LEAK_NS, CellModel, Parameter
+from nrp_core.brain.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, Parameter
 from nrp_core.errors import CapabilityError, NetworkError
 from nrp_formats.sonata.doubts import require_places
 from nrp_formats.sonata.items import SonataItems
-from nrp_formats.sonata.models import model_of
 from nrp_formats.sonata.spikes import Trains
+
+_PYNN = {name: CellModel(name, {}) for name in CELLS}
+_SCHEMAS: Mapping[str, Mapping[str, CellModel]] = {"pynn": _PYNN, "nest": NEST_CELLS}
+
+
+def model_of(owner: str, model_type: str, template: str) -> CellModel:
+    """Return the model of a type of point neurons.
+
+    Args:
+        owner: the owner of the model, for the message.
+        model_type: SONATA's model type.
+        template: ``schema:resource``.
+
+    Raises:
+        CapabilityError: the model is not supported; the message names the nearest.
+    """
+    schema, _, resource = template.partition(":")
+    if model_type not in ("point_neuron", "point_process"):
+        raise CapabilityError(
+            f"{owner} is of model_type '{model_type}'; supported are point_neuron and virtual, and "
+            "the nearest cell with channels is pynn:HH_cond_exp"
+        )
+    models = _SCHEMAS.get(schema.lower())
+    if models is None:
+        choices = [f"{known}:{name}" for known, names in _SCHEMAS.items() for name in names]
+        nearest = difflib.get_close_matches(template, choices, 1, 0.0)[0]
+        raise CapabilityError(
+            f"{owner} is of model '{template}', which is not supported; "
+            f"the nearest supported model: {nearest}"
+        )
+    if resource not in models:
+        nearest = f"{schema}:{difflib.get_close_matches(resource, list(models), 1, 0.0)[0]}"
+        nearest = "pynn:HH_cond_exp" if resource.startswith(("hh_", "HH_")) else nearest
+        raise CapabilityError(
+            f"{owner} is of model '{template}', which is not supported; "
+            f"the nearest supported model: {nearest}"
+        )
+    return models[resource]
+
 
 VIRTUAL = "virtual"
 _POISSON = CellModel("SpikeSourcePoisson", {})
