@@ -51,17 +51,6 @@ def test_a_wrong_table_is_one_error(tmp_path: Path, nrp: Callable[..., Any]) -> 
     assert str(path) in done.err
 
 
-def test_a_unit_that_is_a_thousand_times_too_large_is_reported(
-    tmp_path: Path, nrp: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("edges.csv").write_text("pre,post,weight\n1,2,5\n2,1,-1\n")
-    done = nrp("import-connectome", "edges.csv", "--unit-mv", "275")
-    assert done.code == 0
-    assert "a weight of the projection 'excitatory' is 1375 mV; is it meant in uV?" in done.err
-    assert "mV" not in nrp("import-connectome", "edges.csv").err
-
-
 @pytest.mark.parametrize(("option", "name"), [("--unit-mv", "unit_mv"), ("--delay-ms", "delay_ms")])
 def test_a_weight_or_delay_of_nothing_is_refused(
     option: str, name: str, tmp_path: Path, nrp: Callable[..., Any]
