@@ -36,14 +36,15 @@ def test_the_patches_of_a_page_fit_the_tree_line_by_line(tmp_path):
     patches = PATCH.findall((ROOT / "docs" / "howto" / PATCHED).read_text())
     assert len(patches) == 2
     for patch in patches:
-        name = re.search(r"^--- a/(.+)$", patch, re.MULTILINE)[1]
-        copy = tmp_path / name
-        copy.parent.mkdir(parents=True)
-        copy.write_text((ROOT / name).read_text())
+        names = re.findall(r"^--- a/(.+)$", patch, re.MULTILINE)
+        for name in names:
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).write_text((ROOT / name).read_text())
         command = ["git", "apply", "--unidiff-zero", "-"]
         subprocess.run(command, input=patch, text=True, cwd=tmp_path, check=True)
-        compile(copy.read_text(), name, "exec")
-        assert ruff(copy) == []
+        for name in names:
+            compile((tmp_path / name).read_text(), name, "exec")
+            assert ruff(tmp_path / name) == []
 
 
 def ruff(path):

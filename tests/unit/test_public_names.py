@@ -107,7 +107,8 @@ def test_the_doors_import_nothing_until_a_name_is_used() -> None:
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     found = set(run.stdout.split())
     assert {name for name in found if name.startswith("nrp_core")} == {
-        "nrp_core", "nrp_core._support", "nrp_core._support.lazy", "nrp_core.brain", "nrp_core.world"
+        "nrp_core", "nrp_core._support", "nrp_core._support.collector", "nrp_core._support.lazy",
+        "nrp_core.brain", "nrp_core.world",
     }  # fmt: skip
     assert len(found) <= 12, found
 
