@@ -19,11 +19,10 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 from conditions import conditions, load
-from nrp_lab.sweep.executors.interface import executor
-from nrp_lab.sweep.journal import JOURNAL
+from nrp_lab.sweep.executor import executor
+from nrp_lab.sweep.model import sweep_of
 from nrp_lab.sweep.plan import Plan
-from nrp_lab.sweep.reading import sweep_of
-from nrp_lab.sweep.record import Record
+from nrp_lab.sweep.record import JOURNAL, Record
 from nrp_lab.sweep.running import SweepRun
 
 from nrp_core.experiment.model.tree import tree_of

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
-from nrp_lab.comparison.metrics.base import all_metrics
+from nrp_lab.comparison.metric import all_metrics
 from nrp_lab.comparison.result import PairDiff
 
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha

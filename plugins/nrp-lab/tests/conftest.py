@@ -23,7 +23,7 @@ FAST = """
 from dataclasses import replace
 
 from experiment_fakes import DiscBackend, DiscEngine
-from nrp_lab.comparison.metrics.base import ScalarMetric
+from nrp_lab.comparison.metric import ScalarMetric
 
 
 class FastEngine(DiscEngine):

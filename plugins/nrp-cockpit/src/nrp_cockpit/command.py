@@ -108,7 +108,7 @@ class Kind(StrEnum):
 
 def kind_of(path: str) -> Kind | None:
     """Return whether a path is the folder of a recording or a sweep; None: it is an experiment."""
-    from nrp_lab.sweep.folder import ABOUT
+    from nrp_lab.sweep.table import ABOUT
 
     from nrp_core.recording.layout import RUN_NAME
 

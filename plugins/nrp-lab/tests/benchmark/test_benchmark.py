@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_lab.benchmark import agreement
-from nrp_lab.benchmark.standings import wilson_interval
+from nrp_lab.benchmark import ladder
+from nrp_lab.benchmark.ladder import wilson_interval
 from nrp_lab.benchmark.tasks import TASKS, BenchmarkTask
 from nrp_lab.commands.benchmark import named_or_all
 from nrp_lab.comparison.grid import GridCell
@@ -86,7 +86,7 @@ def test_wrong_agreements_are_seen(bench: Any, monkeypatch: pytest.MonkeyPatch) 
 
     asked = ("--worlds", "disc,fast", "--seeds", SEEDS, "--json")
     right = json.loads(bench(*asked).out)["standings"][0]["agreement"]
-    monkeypatch.setattr(agreement, "cell_of", of_the_first)
+    monkeypatch.setattr(ladder, "cell_of", of_the_first)
     assert json.loads(bench(*asked).out)["standings"][0]["agreement"] != right
 
 

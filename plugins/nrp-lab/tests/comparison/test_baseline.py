@@ -6,7 +6,7 @@ from math import inf
 from pathlib import Path
 
 import pytest
-from nrp_lab.comparison.engines.baseline import Baseline
+from nrp_lab.comparison.engine_verdict import Baseline
 
 from nrp_core.errors import ExperimentError
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from nrp_lab.comparison.engines.differences import MISSING, difference
-from nrp_lab.comparison.engines.signals import Kind, Signal
+from nrp_lab.comparison.engine_measures import MISSING, Kind, Signal, difference
 
 STEP_S = 0.02
 TIMES = np.arange(0, 8, STEP_S)

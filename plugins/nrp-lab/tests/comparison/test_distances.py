@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nrp_lab.comparison.distances import dtw_distance, filtered_trains
+from nrp_lab.comparison.metric import dtw_distance, filtered_trains
 
 curves = st.integers(0, 10_000).map(
     lambda seed: np.random.Generator(np.random.Philox(seed)).normal(size=(8, 2)).cumsum(axis=0)

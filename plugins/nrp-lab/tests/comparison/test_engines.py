@@ -10,9 +10,8 @@ from typing import Any
 
 import pytest
 import wrong_engines
-from nrp_lab.comparison.engines.measures import EngineMargins
-from nrp_lab.comparison.engines.open_loop import compare_engines
-from nrp_lab.comparison.engines.verdict import Agreement, EngineVerdict
+from nrp_lab.comparison.engine_measures import EngineMargins
+from nrp_lab.comparison.engine_verdict import Agreement, EngineVerdict, compare_engines
 from nrp_lab.comparison.grid import RunGrid
 
 FOLDER = Path(wrong_engines.__file__).parent

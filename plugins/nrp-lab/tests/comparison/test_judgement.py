@@ -10,7 +10,7 @@ import pytest
 from nrp_lab.comparison.grid import ORIGINAL, Condition, GridCell
 from nrp_lab.comparison.judgement import Answer, Judgement, controls_of
 from nrp_lab.comparison.measuring import judge
-from nrp_lab.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
+from nrp_lab.comparison.metric import DistanceMetric, Margin, Margins, Metric, ScalarMetric
 
 from nrp_core.errors import ExperimentError
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 from typing import Any
 
 from nrp_lab.comparison.divergence import Divergence
-from nrp_lab.comparison.metrics.base import all_metrics
-from nrp_lab.comparison.report.text import tell_pair
+from nrp_lab.comparison.metric import all_metrics
+from nrp_lab.comparison.report import tell_pair
 from nrp_lab.comparison.result import Measured, PairDiff
 from rich.console import Console
 

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 from nrp_lab.comparison.divergence import Divergence, divergence_of
-from nrp_lab.comparison.grid import GridCell, RunGrid
+from nrp_lab.comparison.grid import GridCell, RunGrid, run_grid
 from nrp_lab.comparison.judgement import Answer, Factor, JudgedPart, Relation
-from nrp_lab.comparison.metrics.base import Margins, all_metrics
+from nrp_lab.comparison.metric import Margins, all_metrics
 from nrp_lab.comparison.result import GridDiff, PairDiff
-from nrp_lab.comparison.running import run_grid
 
 from nrp_core.experiment.model.ranges import Range
 

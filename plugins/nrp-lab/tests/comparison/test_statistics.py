@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_lab.comparison.statistics import (
+from nrp_lab.comparison.judgement import (
     Estimate,
     excess_of_shift,
     excess_values,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from nrp_lab.comparison.metrics.base import all_metrics
+from nrp_lab.comparison.metric import all_metrics
 from nrp_lab.comparison.result import PairDiff
 
 from nrp_core.cli import app

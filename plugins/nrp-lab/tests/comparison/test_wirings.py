@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from nrp_lab.sweep.agreement import controls
-from nrp_lab.sweep.summary import SweepTable
+from nrp_lab.sweep.report import controls
+from nrp_lab.sweep.table import SweepTable
 
 from nrp_core.cli import app
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from nrp_lab.evolve import evolve
 from nrp_lab.evolve.history import History
-from nrp_lab.evolve.optimisers.cma import CmaOptimiser
-from nrp_lab.sweep.journal import JOURNAL
+from nrp_lab.evolve.optimisers import CmaOptimiser
+from nrp_lab.sweep.record import JOURNAL
 from nrp_lab.sweep.running import Progress
 
 import nrp_core

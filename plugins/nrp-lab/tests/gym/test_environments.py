@@ -14,7 +14,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from nrp_lab.gym import NrpEnv, make_env, make_vec
 from nrp_lab.gym.agent_run import Agent
-from nrp_lab.gym.registered import SHIPPED
+from nrp_lab.gym.env import SHIPPED
 
 import nrp_core
 from nrp_core.errors import ExperimentError

@@ -13,12 +13,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from nrp_lab.sweep.journal import JOURNAL, Journal, read_records
+from nrp_lab.sweep.model import read_sweep
 from nrp_lab.sweep.plan import Plan
-from nrp_lab.sweep.reading import read_sweep
-from nrp_lab.sweep.record import Record
+from nrp_lab.sweep.record import JOURNAL, Journal, Record, read_records
 from nrp_lab.sweep.report import without_effect
-from nrp_lab.sweep.summary import SweepTable
+from nrp_lab.sweep.table import SweepTable
 
 import nrp_core
 from nrp_core.cli import app
@@ -96,7 +95,7 @@ def test_the_same_table_comes_from_any_number_of_workers(sweep: Sweep) -> None:
 KILLED = f"""
 import os, signal
 from nrp_core.cli.app import run_app
-from nrp_lab.sweep.journal import Journal
+from nrp_lab.sweep.record import Journal
 add, added = Journal.add, []
 def add_or_die(journal, record):
     add(journal, record)

@@ -9,11 +9,8 @@ import nrp_lab.sweep
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nrp_lab.sweep.axes import axis_of
-from nrp_lab.sweep.design import combinations, number_of_runs
-from nrp_lab.sweep.model import SweepFile
-from nrp_lab.sweep.plan import Plan
-from nrp_lab.sweep.reading import sweep_of
+from nrp_lab.sweep.model import SweepFile, axis_of, sweep_of
+from nrp_lab.sweep.plan import Plan, combinations, number_of_runs
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.ranges import Range

@@ -15,15 +15,12 @@ from threading import Event, Thread
 from typing import Any
 
 import pytest
-from nrp_lab.sweep.chunk import JOBS
-from nrp_lab.sweep.emit import emit
-from nrp_lab.sweep.executors.interface import executor
-from nrp_lab.sweep.executors.local import LocalExecutor
-from nrp_lab.sweep.measuring import perform
+from nrp_lab.sweep.executor import LocalExecutor, executor
+from nrp_lab.sweep.measuring import KeptRun, perform
+from nrp_lab.sweep.model import read_sweep
 from nrp_lab.sweep.plan import Plan
-from nrp_lab.sweep.reading import read_sweep
-from nrp_lab.sweep.run_cache import KeptRun
 from nrp_lab.sweep.running import SweepRun
+from nrp_lab.sweep.slurm import JOBS, emit
 from nrp_lab.sweep.table import VARYING, Row
 
 import nrp_core
@@ -154,7 +151,7 @@ def test_engines_stay_open_where_only_the_seed_changes(plan: Plan, monkeypatch: 
 
 
 def test_metrics_of_a_recording_are_those_of_a_comparison(plan: Plan, tmp_path: Path) -> None:
-    from nrp_lab.comparison.metrics.trajectories import Distance
+    from nrp_lab.comparison.shipped_metrics import Distance
     from nrp_lab.comparison.signals import RunSignals
 
     measured = planned(tmp_path, seeds=2, measures="distance")
@@ -236,7 +233,7 @@ def test_snakemake_goes_on_where_a_job_was_killed(tmp_path: Path, plan: Plan, sn
         while not journal.exists() or journal.stat().st_size == 0:
             assert jobs.poll() is None
             time.sleep(0.1)
-        subprocess.run(["pkill", "-KILL", "-f", f"nrp_lab.sweep.chunk {JOBS}/0"], check=True)
+        subprocess.run(["pkill", "-KILL", "-f", f"nrp_lab.sweep.slurm {JOBS}/0"], check=True)
     assert jobs.returncode == 1
     kept = journal.read_text()
     assert 0 < len(kept.splitlines()) < len(many.runs)

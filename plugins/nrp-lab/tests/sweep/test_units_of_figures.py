@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from nrp_lab.sweep.figures import draw
-from nrp_lab.sweep.summary import SweepTable
+from nrp_lab.sweep.table import SweepTable
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from nrp_lab.sweep.folder import ABOUT, read_about
-from nrp_lab.sweep.journal import JOURNALS, read_records
 from nrp_lab.sweep.model import SEED
+from nrp_lab.sweep.record import JOURNALS, read_records
 from nrp_lab.sweep.report import remarks, report_data
-from nrp_lab.sweep.summary import SweepTable, read_table, short_key
-from nrp_lab.sweep.table import CSV, Row
+from nrp_lab.sweep.table import ABOUT, CSV, Row, SweepTable, read_about, read_table, short_key
 
 from nrp_core.errors import ExperimentError, did_you_mean
 

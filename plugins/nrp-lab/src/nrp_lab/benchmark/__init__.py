@@ -12,15 +12,14 @@ from nrp_core._support.lazy import lazily
 TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
 if TYPE_CHECKING:
     from nrp_lab.benchmark.ladder import Ladder as Ladder
-    from nrp_lab.benchmark.standings import Standing as Standing
+    from nrp_lab.benchmark.ladder import Standing as Standing
     from nrp_lab.benchmark.tasks import TASKS as TASKS
     from nrp_lab.benchmark.tasks import BenchmarkTask as BenchmarkTask
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
         {
-            "nrp_lab.benchmark.ladder": "Ladder",
-            "nrp_lab.benchmark.standings": "Standing",
-            "nrp_lab.benchmark.tasks": "TASKS BenchmarkTask",
+            "nrp_lab.benchmark.ladder": "Ladder Standing",
+            "nrp_lab.benchmark.tasks": "BenchmarkTask TASKS",
         },
     )

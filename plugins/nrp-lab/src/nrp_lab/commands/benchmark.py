@@ -59,8 +59,7 @@ def benchmark(
     """
     from nrp_core.brain.backends import brains as all_brains
     from nrp_core.world.backends import worlds as all_worlds
-    from nrp_lab.benchmark.ladder import Ladder
-    from nrp_lab.benchmark.report import report, report_data, write_csv
+    from nrp_lab.benchmark.ladder import Ladder, report, report_data, write_csv
     from nrp_lab.benchmark.tasks import tasks_of
 
     chosen = tasks_of(tasks or ())
@@ -103,7 +102,7 @@ def named_or_all(text: str, registry: Registry[Any]) -> list[str]:
 
 def _make(ladder: Ladder, on: str, workers: int | None) -> None:
     from nrp_core.cli.progress import display
-    from nrp_lab.sweep.executors.interface import executor
+    from nrp_lab.sweep.executor import executor
 
     with executor(on, ladder.folder, workers) as where, display() as shown:
         ladder.run(

@@ -27,10 +27,10 @@ from nrp_core.cli.output import document
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from nrp_lab.comparison.engines.measures import EngineMargins
-    from nrp_lab.comparison.engines.verdict import EngineVerdict
+    from nrp_lab.comparison.engine_measures import EngineMargins
+    from nrp_lab.comparison.engine_verdict import EngineVerdict
     from nrp_lab.comparison.grid import RunGrid
-    from nrp_lab.comparison.metrics.base import Margins, Metric
+    from nrp_lab.comparison.metric import Margins, Metric
     from nrp_lab.comparison.result import GridDiff, PairDiff
 
 RESULTS_SUFFIX = ".diff"
@@ -125,8 +125,8 @@ def diff(
     json: Json = False,
 ) -> None:
     """Report whether a result depends on the simulator, or on the wiring; fail if it does or may."""
-    from nrp_lab.comparison.engines.measures import EngineMargins, is_measure
-    from nrp_lab.comparison.metrics.base import Margins, all_metrics
+    from nrp_lab.comparison.engine_measures import EngineMargins, is_measure
+    from nrp_lab.comparison.metric import Margins, all_metrics
 
     if other is not None:
         refuse_given(context, "two recordings are compared without a run; omit this option", _OF_RUNS)
@@ -163,7 +163,7 @@ def diff(
         )
     margins.require_possible(metrics, grid.load(grid.cells[0]))
     if baseline is not None and baseline.exists():
-        from nrp_lab.comparison.engines.baseline import Baseline
+        from nrp_lab.comparison.engine_verdict import Baseline
 
         Baseline.read(baseline)  # before hours of runs
     found = _compared(grid, metrics, margins, engine_margins, results or _folder(experiment), jobs)
@@ -178,7 +178,7 @@ def _refuse_margins(margins: Margins) -> None:
     Raises:
         ValueError: there is such a margin.
     """
-    from nrp_lab.comparison.engines.measures import MEASURES
+    from nrp_lab.comparison.engine_measures import MEASURES
 
     if margins.given:
         measures = ", ".join(measure.name for measure in MEASURES)
@@ -187,7 +187,7 @@ def _refuse_margins(margins: Margins) -> None:
 
 def _with_baseline(verdict: EngineVerdict, experiment: str, path: Path | None) -> EngineVerdict:
     """Mark the differences that the baseline contains; create a missing file with all of them."""
-    from nrp_lab.comparison.engines.baseline import Baseline
+    from nrp_lab.comparison.engine_verdict import Baseline
 
     if path is None:
         return verdict
@@ -230,10 +230,9 @@ def _compared(
 ) -> GridDiff:  # fmt: skip
     from nrp_core._support.machine import cores
     from nrp_core.cli.progress import display
-    from nrp_lab.comparison.engines.open_loop import compare_engines
-    from nrp_lab.comparison.engines.verdict import NOT_COMPARED
+    from nrp_lab.comparison.engine_verdict import NOT_COMPARED, compare_engines
+    from nrp_lab.comparison.grid import run_grid
     from nrp_lab.comparison.result import GridDiff
-    from nrp_lab.comparison.running import run_grid
 
     with display() as shown:
         runs = run_grid(
@@ -275,9 +274,8 @@ def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> 
 def _forms(
     found: GridDiff | PairDiff,
 ) -> tuple[Callable[[Any], Any], Callable[[Any], str], Callable[[Any, Console], None]]:
-    from nrp_lab.comparison.report.data import grid_data, pair_data
-    from nrp_lab.comparison.report.page import grid_page, pair_page
-    from nrp_lab.comparison.report.text import tell_grid, tell_pair
+    from nrp_lab.comparison.report import grid_data, pair_data, tell_grid, tell_pair
+    from nrp_lab.comparison.report_page import grid_page, pair_page
     from nrp_lab.comparison.result import GridDiff
 
     if isinstance(found, GridDiff):

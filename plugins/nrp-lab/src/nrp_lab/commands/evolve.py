@@ -56,8 +56,8 @@ def evolve(
 def _search(file: Path, folder: Path, on: str, workers: int | None) -> tuple[History, str]:
     from nrp_core.cli.progress import display
     from nrp_lab.evolve.evolution import Evolution
-    from nrp_lab.evolve.reading import read_evolve
-    from nrp_lab.sweep.executors.interface import executor
+    from nrp_lab.evolve.model import read_evolve
+    from nrp_lab.sweep.executor import executor
 
     described, source = read_evolve(file)
     made = Evolution(described, source, folder)
@@ -89,7 +89,7 @@ def _status(progress: str, best: str) -> str:
 
 def _show(history: History, folder: Path, plot: Path | None, *, as_json: bool) -> None:
     if plot is not None:
-        from nrp_lab.evolve.figure import draw
+        from nrp_lab.evolve.history import draw
 
         draw(history, plot)
     files = sorted(folder.glob("best*.yaml"))

@@ -23,7 +23,7 @@ from nrp_core.cli.options import (
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
-    from nrp_lab.sweep.executors.interface import Executor
+    from nrp_lab.sweep.executor import Executor
     from nrp_lab.sweep.plan import Plan
     from nrp_lab.sweep.running import SweepRun
 
@@ -99,8 +99,8 @@ def sweep(
 def _opened(
     file: Path, out: Path | None, only: list[str], *, retry_failed: bool, record: bool, confirmed: bool
 ) -> SweepRun:
+    from nrp_lab.sweep.model import read_sweep
     from nrp_lab.sweep.plan import Plan
-    from nrp_lab.sweep.reading import read_sweep
     from nrp_lab.sweep.running import Choice, SweepRun
 
     described, source = read_sweep(file)
@@ -115,7 +115,7 @@ def _opened(
 
 
 def _headline(plan: Plan, made: SweepRun) -> str:
-    from nrp_lab.sweep.axes import Choices, Span
+    from nrp_lab.sweep.model import Choices, Span
 
     def size(axis: object) -> str:
         return str(len(axis) or "any") if isinstance(axis, (Choices, Span)) else "drawn"
@@ -133,7 +133,7 @@ def _make(made: SweepRun, on: str, workers: int | None, *, is_plan: bool) -> int
     If no run has ended yet, the first one is made alone, to estimate the duration of all.
     """
     from nrp_core.cli.progress import display
-    from nrp_lab.sweep.executors.interface import executor
+    from nrp_lab.sweep.executor import executor
     from nrp_lab.sweep.running import Progress
 
     failed = 0
@@ -165,7 +165,7 @@ def _expectation(made: SweepRun, where: Executor) -> str:
 
 
 def _emit(made: SweepRun, kind: str, jobs: int | None) -> None:
-    from nrp_lab.sweep.emit import emit
+    from nrp_lab.sweep.slurm import emit
 
     file, command = emit(kind, made.folder, made.pending, jobs or _JOBS)
     typer.echo(f"{len(made.pending)} runs written to {file}")
@@ -178,7 +178,7 @@ def _show(
     may_be_empty: bool = False,
 ) -> None:  # fmt: skip
     from nrp_lab.sweep.report import report, report_data
-    from nrp_lab.sweep.summary import read_table
+    from nrp_lab.sweep.table import read_table
 
     table = read_table(folder)
     if may_be_empty and not table.rows:

@@ -12,15 +12,15 @@ from nrp_core._support.lazy import lazily
 
 TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
 if TYPE_CHECKING:
-    from nrp_lab.comparison.metrics.base import DistanceMetric as DistanceMetric
-    from nrp_lab.comparison.metrics.base import Margin as Margin
-    from nrp_lab.comparison.metrics.base import ScalarMetric as ScalarMetric
+    from nrp_lab.comparison.metric import DistanceMetric as DistanceMetric
+    from nrp_lab.comparison.metric import Margin as Margin
+    from nrp_lab.comparison.metric import ScalarMetric as ScalarMetric
     from nrp_lab.comparison.signals import RunSignals as RunSignals
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
         {
-            "nrp_lab.comparison.metrics.base": "DistanceMetric Margin ScalarMetric",
+            "nrp_lab.comparison.metric": "DistanceMetric Margin ScalarMetric",
             "nrp_lab.comparison.signals": "RunSignals",
         },
     )

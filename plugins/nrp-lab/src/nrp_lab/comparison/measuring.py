@@ -11,16 +11,21 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_lab.comparison.grid import Condition, GridCell, RunGrid
-from nrp_lab.comparison.judgement import ConditionValues, Contrast, Factor, JudgedPart, Judgement, corrected
-from nrp_lab.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
-from nrp_lab.comparison.signals import RunSignals
-from nrp_lab.comparison.statistics import (
+from nrp_lab.comparison.judgement import (
+    ConditionValues,
+    Contrast,
     Estimate,
+    Factor,
+    JudgedPart,
+    Judgement,
+    corrected,
     excess_of_shift,
     excess_values,
     pooled_sd,
     shift_of_excess,
 )
+from nrp_lab.comparison.metric import DistanceMetric, Margin, Margins, Metric, ScalarMetric
+from nrp_lab.comparison.signals import RunSignals
 
 Runs = Mapping[GridCell, RunSignals]
 

@@ -9,16 +9,14 @@ from pathlib import Path
 
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.reading.recording import Recording
-from nrp_lab.comparison.completeness import incompleteness, missing_from
 from nrp_lab.comparison.divergence import Deviation, Divergence, deviations, divergence_of
-from nrp_lab.comparison.engines.measures import DEFAULT_MARGINS, EngineMargins, measured
-from nrp_lab.comparison.engines.signals import Kind
-from nrp_lab.comparison.engines.verdict import NOT_COMPARED, EngineDifference, EngineVerdict, ranked
+from nrp_lab.comparison.engine_measures import DEFAULT_MARGINS, EngineMargins, Kind, measured
+from nrp_lab.comparison.engine_verdict import NOT_COMPARED, EngineDifference, EngineVerdict, ranked
 from nrp_lab.comparison.grid import GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Judgement, Relation, combined, controls_of
 from nrp_lab.comparison.measuring import judge
-from nrp_lab.comparison.metrics.base import DistanceMetric, Margins, Metric, ScalarMetric
-from nrp_lab.comparison.signals import RunSignals
+from nrp_lab.comparison.metric import DistanceMetric, Margins, Metric, ScalarMetric
+from nrp_lab.comparison.signals import RunSignals, incompleteness, missing_from
 
 
 @dataclass(frozen=True)

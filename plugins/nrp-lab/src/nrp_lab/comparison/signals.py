@@ -10,8 +10,11 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.words import first_of
 from nrp_core.clock import seconds
 from nrp_core.errors import LifecycleError
+from nrp_core.experiment.running.judgement import recorded_judgement
+from nrp_core.findings import Weight
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.recording import Recording
@@ -179,3 +182,26 @@ class RunSignals:
             cuts = np.searchsorted(ids[order], np.arange(1, self.numbers.size_of(label)))
             trains[label] = np.split(times_s[order], cuts)
         return trains
+
+
+_MOST_NAMED = 3
+
+
+def incompleteness(runs: Mapping[str, RunSignals]) -> list[str]:
+    """Return a sentence for each reason why runs are not complete, with the runs that it concerns.
+
+    Args:
+        runs: the runs by their names.
+    """
+    concerned: dict[str, list[str]] = {}
+    for name, run in runs.items():
+        if reason := missing_from(run):
+            concerned.setdefault(reason, []).append(name)
+    return [f"not complete: {first_of(names, _MOST_NAMED)}: {reason}" for reason, names in concerned.items()]
+
+
+def missing_from(run: RunSignals) -> str:
+    """Return the reasons why a recorded run is not complete; an empty text if it is complete."""
+    judgement = recorded_judgement(run.run, run.end_s)
+    groups = judgement.groups if judgement else []
+    return "; ".join(group.headline for group in groups if group.weight is Weight.INCOMPLETE)

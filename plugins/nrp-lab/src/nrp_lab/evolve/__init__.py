@@ -12,15 +12,15 @@ from nrp_core._support.lazy import lazily
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
 if TYPE_CHECKING:
-    from nrp_lab.evolve.optimisers.interface import Optimiser as Optimiser
-    from nrp_lab.evolve.optimisers.interface import Space as Space
-    from nrp_lab.evolve.python import Evolved as Evolved
-    from nrp_lab.evolve.python import evolve as evolve
+    from nrp_lab.evolve.evolution import Evolved as Evolved
+    from nrp_lab.evolve.evolution import evolve as evolve
+    from nrp_lab.evolve.optimisers import Optimiser as Optimiser
+    from nrp_lab.evolve.optimisers import Space as Space
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
         {
-            "nrp_lab.evolve.optimisers.interface": "Optimiser Space",
-            "nrp_lab.evolve.python": "Evolved evolve",
+            "nrp_lab.evolve.evolution": "Evolved evolve",
+            "nrp_lab.evolve.optimisers": "Optimiser Space",
         },
     )

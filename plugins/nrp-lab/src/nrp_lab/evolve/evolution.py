@@ -1,27 +1,96 @@
-"""Search: ask the optimiser for a generation, run it, and tell it the values."""
+"""Search by generations: the optimiser proposes candidates, a sweep runs them, the objective rates them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+import os
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from io import StringIO
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from ruamel.yaml import YAML
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.writing import writing
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.model.tree import Tree
+from nrp_core.experiment.model.tree import Tree, tree_of
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.paths import path_of
 from nrp_core.seeds import Seeds
-from nrp_lab.evolve.best import write_best
-from nrp_lab.evolve.history import History
-from nrp_lab.evolve.model import EvolveFile
-from nrp_lab.evolve.objective import Objective
-from nrp_lab.evolve.optimisers.interface import Space, optimiser
-from nrp_lab.sweep.executors.interface import Executor
-from nrp_lab.sweep.mistakes import Mistakes
-from nrp_lab.sweep.plan import Plan
+from nrp_lab.evolve.history import History, Objective
+from nrp_lab.evolve.model import EvolveFile, evolve_of, read_evolve
+from nrp_lab.evolve.optimisers import Space, optimiser
+from nrp_lab.sweep.executor import Executor, executor
+from nrp_lab.sweep.plan import Mistakes, Plan, PlannedRun
 from nrp_lab.sweep.record import INVALID
-from nrp_lab.sweep.running import Progress, SweepRun
+from nrp_lab.sweep.running import Progress, SweepRun, require_workers
+from nrp_lab.sweep.table import data_frame
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+BEST = "best"
+
+
+def write_best(made: SweepRun, history: History) -> list[Path]:
+    """Write ``best.yaml``, or with several objectives ``best_1.yaml`` and so on; return the files.
+
+    Raises:
+        ExperimentError: a file cannot be written.
+    """
+    best, several = history.best, history.values.shape[1] > 1
+    files = []
+    for place, candidate in enumerate(best, 1):
+        file = made.folder / (f"{BEST}_{place}.yaml" if several else f"{BEST}.yaml")
+        run = made.plan.runs[candidate * history.seeds]
+        with writing(file):
+            file.write_text(_header(history, candidate) + _text(made.plan, run, made.folder), "utf-8")
+        files.append(file)
+    for path in made.folder.glob(f"{BEST}_*.yaml"):  # of an earlier, longer front
+        if path not in files:
+            path.unlink()
+    return files
+
+
+def _header(history: History, candidate: int) -> str:
+    values = ", ".join(f"{value:.6g}" for value in history.values[candidate])
+    number = f"candidate {candidate % history.population} of generation {candidate // history.population}"
+    return f"# Written by nrp evolve: {number}. Objective: {values}, over {history.seeds} seeds.\n"
+
+
+def _text(plan: Plan, run: PlannedRun, folder: Path) -> str:
+    shipped = not Path(plan.experiment).is_absolute()
+    above = plan.experiment if shipped else os.path.relpath(plan.experiment, folder.resolve())
+    content: dict[str, Any] = {"extends": above}
+    tree = load_experiment(run.task.experiment, run.task.overrides).source
+    for key in (*plan.sweep.settings, *plan.sweep.sampled):  # but not those drawn with the seed
+        _set(content, tree, key.split("."))
+    written = StringIO()
+    yaml = YAML()
+    yaml.dump(content, written)
+    return written.getvalue()
+
+
+def _set(content: dict[str, Any], tree: Tree, keys: list[str]) -> None:
+    """Copy the value under keys; a list is copied as a whole, because files replace lists."""
+    key, *rest = keys
+    below = tree.value[key]
+    if rest and isinstance(below.value, Mapping):
+        _set(content.setdefault(key, {}), below, rest)
+    else:
+        content[key] = _plain(below)
+
+
+def _plain(tree: Tree) -> Any:
+    if isinstance(tree.value, dict):
+        return {key: _plain(child) for key, child in tree.value.items()}
+    return [_plain(child) for child in tree.value] if isinstance(tree.value, list) else tree.value
+
 
 Tell = Callable[[Progress], None]
 TellGeneration = Callable[[History], None]
@@ -161,3 +230,75 @@ def _require_measured(file: EvolveFile, plan: Plan, source: Tree) -> None:
                     f"missing: '{name}' is not in the objective{did_you_mean(name, file.names)}"
                 )
     mistakes.raise_errors()
+
+
+@dataclass(frozen=True)
+class Evolved:
+    """The outcome of a search.
+
+    Args:
+        history: all candidates with their values.
+        files: the best candidate as an experiment file, or the best ones of several objectives.
+        ended: why it ended before the last generation, or that its goal is not reached; empty otherwise.
+    """
+
+    history: History
+    files: tuple[Path, ...]
+    ended: str
+
+    @property
+    def best(self) -> dict[str, object]:
+        """The settings of the best candidate."""
+        return self.history.settings(self.history.best[0])
+
+    @property
+    def value(self) -> float:
+        """The first objective of the best candidate."""
+        return float(self.history.values[self.history.best[0], 0])
+
+    @property
+    def runs(self) -> pd.DataFrame:
+        """The table of all runs.
+
+        Raises:
+            BackendLoadError: pandas is not installed.
+        """
+        return data_frame(self.history.rows)
+
+
+@checks_arguments("description", "workers")
+def evolve(
+    description: str | Path | Mapping[str, Any],
+    out: str | Path,
+    *,
+    on: str = "local",
+    workers: int | None = None,
+    tell: Tell = lambda _: None,
+    tell_generation: TellGeneration = lambda _: None,
+) -> Evolved:
+    """Search for the best settings of an experiment.
+
+    What ``nrp validate`` says about it is a Python warning before the first run.
+
+    Args:
+        description: the file of the search, or its contents.
+        out: the folder of the results; a search that it holds is continued.
+        on: ``local``, ``dask``, ``slurm`` or ``tcp://scheduler:8786``.
+        workers: number of runs at once.
+        tell: called after every run with the progress.
+        tell_generation: called after every generation with all generations so far.
+
+    Raises:
+        ExperimentError: the search or the folder is not valid.
+        BackendError: a requirement is not installed or cannot be reached.
+    """
+    require_workers(workers)
+    if isinstance(description, Mapping):
+        file, source = evolve_of(tree_of(description)), None
+    else:
+        file, source = read_evolve(path_of(description))
+    made = Evolution(file, source, path_of(out))
+    made.plan.tell_doubts(partial(warnings.warn, stacklevel=4))
+    with executor(on, made.folder, workers) as where:
+        history = made.run(where, tell, tell_generation)
+    return Evolved(history, tuple(made.files), made.ended)

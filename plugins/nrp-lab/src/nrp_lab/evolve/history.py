@@ -1,21 +1,79 @@
-"""The generations of a search so far, derived from the rows of its runs."""
+"""The generations of a search, derived from the rows of its runs: objectives, best candidates, figure."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.writing import writing
-from nrp_core.errors import ExperimentError
-from nrp_lab.evolve.objective import Objective
-from nrp_lab.sweep.folder import read_about
-from nrp_lab.sweep.summary import read_table
-from nrp_lab.sweep.table import Row
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.recording.figures import UNDATED, check_target
+from nrp_core.recording.figures.style import FAINT, colour, style
+from nrp_lab.sweep.table import Row, read_about, read_table
+
+CRITERIA = "criteria"
+
+
+@dataclass(frozen=True)
+class Objective:
+    """One or several weighted sums of measures; larger is better.
+
+    Args:
+        sums: weights by measure, ``metric.part``.
+        missing: values of measures that a run does not have; an undecided criterion counts as not met.
+        over_seeds: how the values of a candidate's runs become one.
+    """
+
+    sums: tuple[dict[str, float], ...]
+    missing: dict[str, float] = field(default_factory=dict)
+    over_seeds: Literal["mean", "worst"] = "mean"
+
+    def values(self, rows: Sequence[Row], seeds: int) -> FloatArray:
+        """Return the values of candidates.
+
+        Args:
+            rows: their runs, those of a candidate in a row.
+            seeds: number of runs of a candidate.
+
+        Returns:
+            shape ``(candidates, objectives)``; NaN for a candidate with a run that failed.
+
+        Raises:
+            ExperimentError: a measure does not exist, or a run has no value of it.
+        """
+        runs = np.array([[self._value(row, one) for one in self.sums] for row in rows])
+        by_seed = runs.reshape(-1, seeds, len(self.sums))
+        values: FloatArray = by_seed.mean(axis=1) if self.over_seeds == "mean" else by_seed.min(axis=1)
+        return values
+
+    def _value(self, row: Row, weights: dict[str, float]) -> float:
+        if row["error"] is not None:
+            return float("nan")
+        return sum(weight * self._measured(row, name) for name, weight in weights.items())
+
+    def _measured(self, row: Row, name: str) -> float:
+        if name not in row:
+            known = [key for key in row if key.partition(".")[0] == name.partition(".")[0] and "." in key]
+            raise ExperimentError(f"objective: '{name}' was not measured{did_you_mean(name, known)}")
+        if row[name] is not None:
+            return float(row[name])
+        if name in self.missing:
+            return self.missing[name]
+        if name.partition(".")[0] == CRITERIA:
+            return 0.0
+        raise ExperimentError(
+            f"objective: run {row['run']} has no value of '{name}'; "
+            f"say which value it then has, as in 'missing: {{{name}: 0}}'"
+        )
+
 
 CSV = "generations.csv"
 
@@ -116,3 +174,54 @@ class History:
             writer.writerow(["generation", "objective", *course])
             for place in np.ndindex(course["best"].shape):
                 writer.writerow([*place, *(f"{values[place]:.9g}" for values in course.values())])
+
+
+_SIZE = (7.2, 4.2)
+
+
+def draw(history: History, path: Path) -> None:
+    """Draw a search into a file; the suffix chooses between PNG, SVG and PDF.
+
+    Raises:
+        ExperimentError: the file cannot be written.
+    """
+    check_target(path)
+    with style():
+        figure = Figure(_SIZE, layout="constrained")
+        axes = figure.subplots()
+        if history.values.shape[1] == 1:
+            _course(axes, history)
+        else:
+            _front(axes, history)
+        names = axes.get_legend_handles_labels()
+        figure.legend(*names, loc="outside lower center", ncols=3)  # where it covers nothing
+        figure.suptitle(f"{history.name}: {len(history)} generations of {history.population} candidates")
+        with writing(path):
+            figure.savefig(path, dpi=150, metadata=UNDATED.get(path.suffix.lower()))
+
+
+def _course(axes: Axes, history: History) -> None:
+    """Draw all candidates, the mean with one standard deviation, and the best so far."""
+    values = history.generations[:, :, 0]
+    generations = np.arange(len(values))
+    course = {name: numbers[:, 0] for name, numbers in history.course.items()}
+    mean, sd = course["mean"], course["sd"]
+    every = np.repeat(generations, values.shape[1])
+    axes.plot(every, values.ravel(), ".", color=FAINT, markersize=3, label="candidates")
+    axes.fill_between(generations, mean - sd, mean + sd, color=colour(0), alpha=0.15, linewidth=0)
+    axes.plot(generations, mean, color=colour(0), linewidth=1.2, label="mean ± sd")
+    axes.step(
+        generations, course["best_so_far"], where="post", color=colour(1), linewidth=1.6, label="best so far"
+    )
+    axes.set(xlabel="generation", ylabel="objective")
+    axes.grid(axis="y")
+
+
+def _front(axes: Axes, history: History) -> None:
+    """Draw the first two objectives of all candidates, and the front."""
+    x, y = history.values[:, 0], history.values[:, 1]
+    front = history.best
+    axes.plot(x, y, ".", color=FAINT, markersize=3, label="candidates")
+    axes.plot(x[front], y[front], "o-", color=colour(1), markersize=4, linewidth=1.2, label="best")
+    axes.set(xlabel="objective 1", ylabel="objective 2")
+    axes.grid()

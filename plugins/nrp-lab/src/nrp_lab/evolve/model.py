@@ -1,15 +1,17 @@
-"""The file of a search as typed data, with the documentation of its keys."""
+"""The file of a search as typed data, with the documentation of its keys, and its reader."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import inf, isfinite
+from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, PlainValidator, PositiveInt, WithJsonSchema, model_validator
 
-from nrp_lab.sweep.axes import Choices
-from nrp_lab.sweep.model import SEED, Design, ManyRuns, SweepFile
+from nrp_core.experiment.model.tree import Tree
+from nrp_core.experiment.reading.forms import form_of
+from nrp_lab.sweep.model import SEED, Choices, Design, ManyRuns, SweepFile, read_many_runs
 
 _UP_TO_1: Final = ("criteria", "degree")
 _FROM_0: Final = (*_UP_TO_1, "time_to_event", "criterion_distance", "distance", "activity", "rate", "cv")
@@ -111,3 +113,24 @@ class EvolveFile(ManyRuns):
         metrics = dict.fromkeys((*self.measure, *(name.partition(".")[0] for name in self.names)))
         shared = {name: getattr(self, name) for name in ManyRuns.model_fields}
         return SweepFile.model_construct(**{**shared, "measure": tuple(metrics), "design": Design.given(())})
+
+
+def read_evolve(path: Path) -> tuple[EvolveFile, Tree]:
+    """Read a file of a search.
+
+    Returns:
+        the search, and the file with the place of every value.
+
+    Raises:
+        InvalidExperimentError: it cannot be read or is not valid; the error carries all findings.
+    """
+    return read_many_runs(path, EvolveFile, "a search")
+
+
+def evolve_of(tree: Tree) -> EvolveFile:
+    """Return the search of a tree.
+
+    Raises:
+        InvalidExperimentError: it is not valid; the error carries all findings.
+    """
+    return form_of(tree, EvolveFile, "a search")

@@ -15,8 +15,11 @@ from nrp_core._support.extras import require_extra
 require_extra("gymnasium", "nrp-lab[gym]", "nrp_lab.gym")
 
 from nrp_lab.gym.agent_run import Reward, Terminate  # noqa: E402
-from nrp_lab.gym.env import NrpEnv, make_env  # noqa: E402
-from nrp_lab.gym.registered import register_shipped  # noqa: E402
+from nrp_lab.gym.env import (  # noqa: E402
+    NrpEnv,
+    make_env,
+    register_shipped,
+)
 from nrp_lab.gym.vector import NrpVectorEnv  # noqa: E402
 from nrp_lab.gym.vector_processes import NrpProcessesEnv, make_vec  # noqa: E402
 

@@ -19,8 +19,7 @@ from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
-from nrp_lab.gym.acting import SOURCE, act_on
-from nrp_lab.gym.observing import Observed, observe
+from nrp_lab.gym.spaces import SOURCE, Observed, act_on, observe
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float]
 """Returns the reward of the last step, from the run and the observation by name."""

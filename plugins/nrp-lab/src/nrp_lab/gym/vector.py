@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Dict
 from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -16,14 +17,164 @@ from gymnasium.vector.utils import batch_space
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.cle.batched_loops import SideBySide
-from nrp_core.errors import ExperimentError, SimulationError
+from nrp_core.errors import ExperimentError, LifecycleError, SimulationError, did_you_mean
 from nrp_core.experiment.running.run import Run
 from nrp_core.running import open_run
 from nrp_core.world.batch import threads_for
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
 from nrp_lab.gym.env import CLOSED
-from nrp_lab.gym.vector_arguments import masked, mode_of, require_going, require_number, rows_of, seeds_of
-from nrp_lab.gym.vector_infos import final_infos, infos_of, times_of
+
+
+def mode_of(given: str | AutoresetMode) -> AutoresetMode:
+    """Return an autoreset mode by its value.
+
+    Raises:
+        ExperimentError: there is no such mode.
+    """
+    values = [mode.value for mode in AutoresetMode]
+    if isinstance(given, AutoresetMode):
+        return given
+    if given not in values:
+        raise ExperimentError(
+            f"autoreset_mode is one of {', '.join(values)}, not {given!r}{did_you_mean(str(given), values)}"
+        )
+    return AutoresetMode(given)
+
+
+def require_number(name: str, given: Any, least: int) -> None:
+    """Refuse a number of copies or threads that is not a whole number, or too low.
+
+    Raises:
+        ExperimentError: as said.
+    """
+    if not isinstance(given, int | np.integer) or isinstance(given, bool) or given < least:
+        raise ExperimentError(f"{name} is a whole number from {least} on, not {given!r}")
+
+
+def seeds_of(seed: int | Sequence[int | None] | None, copies: int) -> list[int | None]:
+    """Return the seed of each copy; None: the copy continues the sequence of its last seed.
+
+    Raises:
+        ExperimentError: there are more or fewer seeds than copies.
+    """
+    if seed is None:
+        return [None] * copies
+    if isinstance(seed, int | np.integer):
+        return [int(seed) + number for number in range(copies)]
+    if len(seed) != copies:
+        raise ExperimentError(f"{len(seed)} seeds for {copies} copies")
+    return [None if one is None else int(one) for one in seed]
+
+
+def masked(options: dict[str, Any] | None, copies: int) -> list[int]:
+    """Return the numbers of the copies to reset: all, or those in ``options["reset_mask"]``.
+
+    Raises:
+        ExperimentError: the mask is not an array of a truth value for each copy, or all are False.
+    """
+    if options is None or "reset_mask" not in options:
+        return list(range(copies))
+    mask = options["reset_mask"]
+    if (
+        not isinstance(mask, np.ndarray)
+        or mask.shape != (copies,)
+        or mask.dtype != np.bool_
+        or not mask.any()
+    ):
+        raise ExperimentError(
+            f"reset_mask is an array of {copies} truth values, at least one of them True, not {mask!r:.80}"
+        )
+    numbers: list[int] = np.flatnonzero(mask).tolist()
+    return numbers
+
+
+def rows_of(actions: Mapping[str, Any], space: Dict) -> dict[str, FloatArray]:
+    """Return the actions of all copies, a row for each.
+
+    Raises:
+        ExperimentError: one is missing, or has another shape.
+    """
+    found: dict[str, FloatArray] = {}
+    for name, one in space.spaces.items():
+        if name not in actions:
+            raise ExperimentError(f"there is no action for '{name}'; it is {one}")
+        rows = np.asarray(actions[name], np.float64)
+        if rows.shape != one.shape:
+            raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {rows.shape}")
+        found[name] = rows
+    return found
+
+
+def require_going(over: BoolArray, mode: AutoresetMode) -> None:
+    """Refuse a step of copies at their end if they are not reset by it.
+
+    Raises:
+        LifecycleError: as said.
+    """
+    if mode is AutoresetMode.DISABLED and over.any():
+        numbers = ", ".join(map(str, np.flatnonzero(over)))
+        mask = 'options={"reset_mask": ...}'
+        raise LifecycleError(f"the episodes of these copies are over: {numbers}; reset them with {mask}")
+
+
+Infos = dict[str, Any]
+
+
+def infos_of(copies: Sequence[AgentRun], chosen: Sequence[int]) -> Infos:
+    """Return time and criteria of some copies after a step; empty if there are none.
+
+    Whether a criterion is met is True, False or None, so these arrays have the type ``object``.
+    """
+    if not len(chosen):
+        return {}
+    infos = times_of(copies, chosen)
+    criteria: Infos = {}
+    for name in copies[chosen[0]].decided:
+        met = np.full(len(copies), None, object)
+        for number in chosen:
+            met[number] = copies[number].decided[name]
+        criteria |= {name: met, f"_{name}": infos["_t_s"].copy()}
+    return infos | {"criteria": criteria, "_criteria": infos["_t_s"].copy()}
+
+
+def times_of(copies: Sequence[AgentRun], chosen: Sequence[int], infos: Infos | None = None) -> Infos:
+    """Return the times of some copies, s, added to those in ``infos``."""
+    infos = {} if infos is None else infos
+    times = infos.setdefault("t_s", np.zeros(len(copies)))
+    mask = infos.setdefault("_t_s", np.zeros(len(copies), np.bool_))
+    for number in chosen:
+        times[number], mask[number] = copies[number].run.now_s, True
+    return infos
+
+
+def final_infos(copies: Sequence[AgentRun], ended: Sequence[int], seen: dict[str, Any]) -> Infos:
+    """Return the last observations and infos of copies that are reset in the step of their end."""
+    mask = np.zeros(len(copies), np.bool_)
+    mask[ended] = True
+    last = np.full(len(copies), None, object)
+    for number in ended:
+        last[number] = {name: rows[number].copy() for name, rows in seen.items()}
+    found = {"final_obs": last, "final_info": infos_of(copies, ended)}
+    return found | {f"_{name}": mask.copy() for name in found}
+
+
+def joined(parts: Sequence[tuple[int, Infos]]) -> Infos:
+    """Return the infos of several groups of copies as one.
+
+    Args:
+        parts: the number of copies of each group and its infos; what a group does not have is masked there.
+    """
+    found: Infos = {}
+    for name in dict.fromkeys(name for _, infos in parts for name in infos):
+        example = next(infos[name] for _, infos in parts if name in infos)
+        if isinstance(example, dict):
+            found[name] = joined([(size, infos.get(name, {})) for size, infos in parts])
+        else:
+            nothing = None if example.dtype == np.dtype(object) else 0
+            found[name] = np.concatenate(
+                [infos.get(name, np.full(size, nothing, example.dtype)) for size, infos in parts]
+            )
+    return found
 
 
 class NrpVectorEnv(VectorEnv[Any, Any, Any]):

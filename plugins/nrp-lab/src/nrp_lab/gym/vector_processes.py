@@ -17,9 +17,7 @@ from gymnasium.vector.utils import CloudpickleWrapper, batch_space
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core._support.worker_pool import Worker
 from nrp_core.errors import SimulationError
-from nrp_lab.gym.vector import NrpVectorEnv
-from nrp_lab.gym.vector_arguments import masked, require_going, require_number, rows_of, seeds_of
-from nrp_lab.gym.vector_infos import joined
+from nrp_lab.gym.vector import NrpVectorEnv, joined, masked, require_going, require_number, rows_of, seeds_of
 
 
 class NrpProcessesEnv(VectorEnv[Any, Any, Any]):

@@ -11,16 +11,16 @@ from nrp_core._support.lazy import lazily
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
 if TYPE_CHECKING:
-    from nrp_lab.sweep.executors.interface import Executor as Executor
-    from nrp_lab.sweep.python import sweep as sweep
+    from nrp_lab.sweep.executor import Executor as Executor
     from nrp_lab.sweep.record import Record as Record
     from nrp_lab.sweep.record import Task as Task
+    from nrp_lab.sweep.running import sweep as sweep
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
         {
-            "nrp_lab.sweep.executors.interface": "Executor",
-            "nrp_lab.sweep.python": "sweep",
+            "nrp_lab.sweep.executor": "Executor",
             "nrp_lab.sweep.record": "Record Task",
+            "nrp_lab.sweep.running": "sweep",
         },
     )

@@ -16,9 +16,9 @@ from nrp_core._support.writing import writing
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.figures import UNDATED, check_target
 from nrp_core.recording.figures.style import FAINT, colour, style
-from nrp_lab.comparison.metrics.base import METRICS
+from nrp_lab.comparison.metric import METRICS
 from nrp_lab.sweep.plan import Plan
-from nrp_lab.sweep.summary import Group, SweepTable, short_key
+from nrp_lab.sweep.table import Group, SweepTable, short_key
 
 _SIZE = (7.2, 4.6)
 _MOST_LINES = 7  # distinguishable colours

@@ -1,16 +1,23 @@
-"""All runs of a sweep, checked before the first one begins."""
+"""All runs of a sweep, designed from its axes and checked before the first one begins."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cached_property, partial
+from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Any
+from warnings import catch_warnings, filterwarnings
 
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.backends import brains
 from nrp_core.checks.warnings import announcement, experiment_warnings
 from nrp_core.clock import milliseconds, seconds
@@ -20,19 +27,99 @@ from nrp_core.experiment.making.parameters import with_parameters
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.model.tree import Tree
+from nrp_core.experiment.model.tree import Key, Tree
 from nrp_core.experiment.reading.find import SHIPPED, find_file, load_experiment
+from nrp_core.findings import Code, InvalidExperimentError
 from nrp_core.paths import TextFrom
 from nrp_core.quantities import time_ns
 from nrp_core.registry import Registry
+from nrp_core.seeds import Seeds
 from nrp_core.world.backends import worlds
 from nrp_lab.comparison.grid import digest_of_files, require_there
-from nrp_lab.sweep.axes import Axis, Choices, Span, Value, written
-from nrp_lab.sweep.design import combinations, number_of_runs
 from nrp_lab.sweep.measuring import scalar_metric
-from nrp_lab.sweep.mistakes import Mistakes
-from nrp_lab.sweep.model import GIVEN, GRID, SEED, Design, SweepFile
+from nrp_lab.sweep.model import GIVEN, GRID, SEED, Axis, Choices, Design, Span, SweepFile, Value, written
 from nrp_lab.sweep.record import Task
+
+
+def number_of_runs(sweep: SweepFile) -> int:
+    """Return the number of runs without making them."""
+    seeds = _length(sweep.vary[SEED]) if SEED in sweep.vary else 1
+    if sweep.design.kind != GRID:
+        return sweep.design.points * seeds
+    return prod(_length(sweep.vary[key]) for key in sweep.sampled) * seeds
+
+
+def _length(axis: Axis) -> int:
+    return 1 if isinstance(axis, Range) else len(axis)
+
+
+def combinations(sweep: SweepFile, own_seed: int) -> Iterator[dict[str, Value]]:
+    """Yield the values of every run; runs that differ only in the seed follow each other.
+
+    Args:
+        sweep: the sweep.
+        own_seed: the seed of the experiment, for a sweep without seeds.
+    """
+    axes = {key: sweep.vary[key] for key in sweep.sampled}
+    seeds: Sequence[Any] = sweep.vary[SEED].levels if SEED in sweep.vary else [own_seed]  # type: ignore[union-attr]
+    for point in _points(axes, sweep.design):
+        for seed in seeds:
+            drawn = {
+                key: axis.override(key, seed).partition("=")[2]
+                for key, axis in sweep.vary.items()
+                if isinstance(axis, Range)
+            }
+            given = {**point, **drawn, SEED: seed}
+            yield {key: given[key] for key in sweep.vary}
+
+
+def _points(axes: Mapping[str, Axis], design: Design) -> Iterator[dict[str, Value]]:
+    if design.kind == GRID:
+        levels = [axis.levels for axis in axes.values()]  # type: ignore[union-attr]
+        yield from (dict(zip(axes, point, strict=True)) for point in product(*levels))
+        return
+    for shares in _shares(design, len(axes)).tolist():
+        yield {
+            key: axis.at(share)  # type: ignore[union-attr]
+            for (key, axis), share in zip(axes.items(), shares, strict=True)
+        }
+
+
+def _shares(design: Design, dimensions: int) -> FloatArray:
+    """Return points of the unit cube, shape ``(points, dimensions)``; the same for equal designs."""
+    if design.kind == GIVEN:
+        return np.array(design.shares)
+    rng = np.random.default_rng(Seeds(0).child("sweep").integer(design.kind))
+    if design.kind == "random":
+        return rng.random((design.points, dimensions))
+    from scipy.stats import qmc
+
+    make = {"sobol": qmc.Sobol, "latin": qmc.LatinHypercube}[design.kind]
+    with _any_number_of_points():
+        shares: FloatArray = make(dimensions, rng=rng).random(design.points)
+    return shares
+
+
+@contextmanager
+def _any_number_of_points() -> Iterator[None]:
+    """Accept a number of Sobol points that is not a power of 2; then the sample is slightly less even."""
+    with catch_warnings():
+        filterwarnings("ignore", message="The balance properties", category=UserWarning)
+        yield
+
+
+class Mistakes(Collector):
+    """Collects errors, those of the experiment as well, with their places in a file that varies it."""
+
+    @contextmanager
+    def at(self, *keys: Key) -> Iterator[None]:
+        """Collect the error of a block; findings without a place get the place of these keys."""
+        with self.during(Code.NRP202, *keys):
+            try:
+                yield
+            except InvalidExperimentError as error:
+                self.place((one for one in error.findings if one not in self.findings), *keys)
+
 
 MOST_RUNS = 100_000
 """The largest number of runs that needs no confirmation."""

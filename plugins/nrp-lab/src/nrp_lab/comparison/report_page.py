@@ -1,4 +1,4 @@
-"""The plots of a comparison, each as SVG to be embedded in a page."""
+"""A comparison as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
+from typing import Any
 
+import jinja2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,6 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.style import BAD, FAINT, GOOD, INK, colour, style
+from nrp_lab.comparison import report
 from nrp_lab.comparison.grid import Condition, GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_lab.comparison.result import GridDiff, PairDiff
@@ -347,3 +350,24 @@ def _signal(run: RunSignals, name: str) -> FloatArray:
                 found: FloatArray = run.held(series)[:, column]
                 return found
     raise KeyError(name)
+
+
+def grid_page(diff: GridDiff) -> str:
+    """Return the page of a grid."""
+    return _render("grid.html.j2", diff=diff, figures=list(grid_figures(diff)), words=report)
+
+
+def pair_page(diff: PairDiff) -> str:
+    """Return the page of two recordings."""
+    return _render("pair.html.j2", diff=diff, figures=list(pair_figures(diff)), words=report)
+
+
+def _render(template: str, **about: Any) -> str:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("nrp_lab.comparison"),
+        undefined=jinja2.StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render(**about)

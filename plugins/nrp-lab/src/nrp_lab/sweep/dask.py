@@ -12,8 +12,7 @@ from typing import Any
 from nrp_core._support.extras import require_extra
 from nrp_core._support.machine import cores
 from nrp_core.errors import BackendLoadError
-from nrp_lab.sweep.executors.deaths import ATTEMPTS, Deaths
-from nrp_lab.sweep.executors.interface import Executor
+from nrp_lab.sweep.executor import ATTEMPTS, Deaths, Executor
 from nrp_lab.sweep.measuring import perform, require_code
 from nrp_lab.sweep.record import Record, Task
 

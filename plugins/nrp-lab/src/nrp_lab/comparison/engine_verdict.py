@@ -1,0 +1,343 @@
+"""The verdict on two engines, its baseline of known differences, and runs with recorded inputs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import groupby
+from math import inf, isfinite
+from pathlib import Path
+from typing import Literal
+
+from nrp_core._support.strict_json import strict_json
+from nrp_core._support.words import first_of
+from nrp_core._support.writing import writing
+from nrp_core.errors import ExperimentError, NrpError
+from nrp_core.recording.layout import Images
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.replay.recorded_world import with_recorded_brain, with_recorded_world
+from nrp_lab.comparison.engine_measures import BRAIN, WORLD, EngineMargins, Measure, measured
+from nrp_lab.comparison.grid import GridCell, RunGrid, is_whole, record
+from nrp_lab.comparison.signals import RunSignals, missing_from
+
+_MOST_NAMED = 4
+
+
+class Agreement(StrEnum):
+    """The verdict on the engines."""
+
+    AGREE = "the engines agree"
+    KNOWN = "the engines differ as known"
+    DIFFER = "the engines differ"
+    NONE = "the engines were not compared"
+
+
+@dataclass(frozen=True, slots=True)
+class EngineDifference:
+    """One part of a measure between two engines that had the same inputs.
+
+    Args:
+        side: ``brain`` or ``world``; of two recordings ``run``.
+        one, other: names of the engines.
+        measure: the measure.
+        part: the signal, robot or neurons.
+        amount: the difference, other minus one where it has a sign, in the measure's unit.
+        margin: the largest difference that does not matter, in the same unit.
+        is_known: whether a baseline has it.
+    """
+
+    side: str
+    one: str
+    other: str
+    measure: Measure
+    part: str
+    amount: float
+    margin: float
+    is_known: bool = False
+
+    @property
+    def size(self) -> float:
+        """The difference in units of its margin."""
+        return abs(self.amount) / self.margin
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is beyond its margin."""
+        return self.size > 1
+
+    @property
+    def key(self) -> str:
+        """Its name in a baseline."""
+        return f"{self.side} {self.one} -> {self.other}: {self.measure.name}/{self.part}"
+
+    @property
+    def effect(self) -> str:
+        """The difference as a text."""
+        if abs(self.amount) == inf:
+            return "only one of them has it"
+        return f"{self.amount:.3g} {self.measure.unit}, {self.size:.2g} x its margin"
+
+
+@dataclass(frozen=True)
+class EngineVerdict:
+    """The engines compared.
+
+    Args:
+        differences: every part of every measure, the largest in units of its margin first.
+        problems: the reasons why the comparison is incomplete, such as an engine that failed.
+    """
+
+    differences: Sequence[EngineDifference]
+    problems: Sequence[str] = ()
+
+    @property
+    def new(self) -> list[EngineDifference]:
+        """The differences that matter and are not in a baseline."""
+        return [one for one in self.differences if one.matters and not one.is_known]
+
+    @property
+    def known(self) -> list[EngineDifference]:
+        """The differences that matter and are in a baseline."""
+        return [one for one in self.differences if one.matters and one.is_known]
+
+    @property
+    def agreement(self) -> Agreement:
+        """The verdict."""
+        if self.new:
+            return Agreement.DIFFER
+        if self.problems or not self.differences:
+            return Agreement.NONE
+        return Agreement.KNOWN if self.known else Agreement.AGREE
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the engines agree, apart from known differences."""
+        return self.agreement in (Agreement.AGREE, Agreement.KNOWN)
+
+    @property
+    def headline(self) -> str:
+        """The verdict in a sentence that names the largest differences."""
+        match self.agreement:
+            case Agreement.DIFFER:
+                partly = (
+                    f"Not compared to the end ({'; '.join(self.problems)}): the" if self.problems else "The"
+                )
+                return f"{partly} engines differ in {_named(self.new)}"
+            case Agreement.NONE:
+                reasons = "; ".join(self.problems) or "they have no common signals"
+                return f"The engines were not compared: {reasons}"
+            case Agreement.KNOWN:
+                return f"The engines agree, apart from {len(self.known)} known differences"
+            case _:
+                return f"The engines agree: {len(self.differences)} measurements are within their margins"
+
+
+NOT_COMPARED = EngineVerdict(())
+"""The verdict where nothing was measured."""
+
+
+def ranked(differences: Sequence[EngineDifference]) -> list[EngineDifference]:
+    """Return differences, the largest in units of its margin first."""
+    return sorted(differences, key=lambda one: -one.size)
+
+
+def _named(differences: Sequence[EngineDifference]) -> str:
+    """Name the worst part of each measure between two engines, the largest first."""
+
+    def title(one: EngineDifference) -> tuple[str, str, str, str]:
+        return one.side, one.one, one.other, one.measure.name
+
+    groups = [next(iter(group)) for _, group in groupby(sorted(differences, key=title), title)]
+    worst = ranked(groups)
+    names = [
+        f"{one.measure.title} ({one.side} {one.one} -> {one.other}, {one.part}: {one.effect})"
+        for one in worst
+    ]
+    return first_of(names, _MOST_NAMED, "; ")
+
+
+_GROWTH = 0.25
+"""A known difference may become larger by this share."""
+
+
+def _amount(value: object) -> float:
+    """Return an amount in a file.
+
+    Raises:
+        ValueError: it is neither a number nor null.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, type(None))):
+        raise ValueError(f"an amount is a number or null, not {value!r}")
+    return inf if value is None else float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Baseline:
+    """The known differences of one experiment.
+
+    Args:
+        experiment: its name.
+        known: amount by the key of the difference; infinite where one engine has no such signal.
+    """
+
+    experiment: str
+    known: Mapping[str, float]
+
+    @classmethod
+    def of(cls, experiment: str, differences: Sequence[EngineDifference]) -> Baseline:
+        """Return the baseline with all differences that matter."""
+        return cls(experiment, {one.key: one.amount for one in differences if one.matters})
+
+    @classmethod
+    def read(cls, path: Path, experiment: str | None = None) -> Baseline:
+        """Read a baseline.
+
+        Raises:
+            ExperimentError: the file is not one, or is one of another experiment.
+        """
+        try:
+            data = strict_json(path.read_text("utf-8"))
+            found = cls(str(data["experiment"]), {str(k): _amount(v) for k, v in data["known"].items()})
+            if surplus := data.keys() - {"experiment", "known"}:
+                raise ValueError(f"it has no key '{min(surplus)}'")
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            why = f" ({error})" if isinstance(error, ValueError) else ""
+            needed = "it needs 'experiment' and 'known', as nrp diff --baseline writes them"
+            raise ExperimentError(f"is not a baseline: {needed}{why}", path=path) from error
+        if experiment is not None and found.experiment != experiment:
+            raise ExperimentError(
+                f"is the baseline of '{found.experiment}', not of '{experiment}'; give another file",
+                path=path,
+            )
+        return found
+
+    def write(self, path: Path) -> None:
+        """Write it as JSON.
+
+        Raises:
+            ExperimentError: the file cannot be written.
+        """
+        known = {key: amount if isfinite(amount) else None for key, amount in sorted(self.known.items())}
+        data = {"experiment": self.experiment, "known": known}
+        with writing(path):
+            path.write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+
+    def applied(self, verdict: EngineVerdict) -> EngineVerdict:
+        """Return a verdict in which the known differences are marked."""
+        return replace(
+            verdict, differences=[replace(one, is_known=self._has(one)) for one in verdict.differences]
+        )
+
+    def _has(self, one: EngineDifference) -> bool:
+        known = self.known.get(one.key)
+        if known is None or known * one.amount < 0:
+            return False
+        return abs(one.amount) <= max(abs(known) * (1 + _GROWTH), abs(known) + one.margin / 2)
+
+
+FOLDER = "engines"
+"""Name of the folder of these recordings, within that of the grid's runs."""
+
+Side = Literal["brain", "world"]
+_REVISED = {"brain": with_recorded_world, "world": with_recorded_brain}
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """One engine in the place of another.
+
+    Args:
+        side: the exchanged side; the other one is played back.
+        cell: the run with the other engine.
+    """
+
+    side: Side
+    cell: GridCell
+
+
+def exchanges(grid: RunGrid) -> list[Exchange]:
+    """Return every backend in the place of the first of its side, for the first seed."""
+    first = _reference(grid)
+    brains = [Exchange("brain", GridCell(b, first.world, first.seed)) for b in grid.brains[1:]]
+    worlds = [Exchange("world", GridCell(first.brain, w, first.seed)) for w in grid.worlds[1:]]
+    return [*brains, *worlds]
+
+
+def compare_engines(
+    grid: RunGrid, results: Path, margins: EngineMargins, tell: Callable[[int, int, str], None]
+) -> EngineVerdict:
+    """Make the missing runs, and evaluate them.
+
+    Args:
+        grid: the grid of runs.
+        results: a folder for the recordings; recordings that are in it are kept.
+        margins: the margins.
+        tell: called with the number of finished runs, the number of all runs, and the last one.
+
+    Raises:
+        ExperimentError: a margin was set for a part that no run has.
+    """
+    first, wanted = _reference(grid), exchanges(grid)
+    reference = grid.folder(results / FOLDER, first)
+    differences: list[EngineDifference] = []
+    problems: list[str] = []
+    try:
+        if not is_whole(reference):
+            record(grid, first, reference, images=Images.EXACT)
+        ours = RunSignals(Recording(reference))
+        for done, exchange in enumerate(wanted, 1):
+            theirs = RunSignals(Recording(_replayed(grid, exchange, reference)))
+            problems += _failures(exchange, ours, theirs)
+            differences += _differences(exchange, first, ours, theirs, margins)
+            tell(done, len(wanted), str(exchange.cell))
+    except NrpError as error:  # without playback the engine has no verdict, but the finding has one
+        problems.append(str(error))
+    margins.require_parts(f"{one.measure.name}/{one.part}" for one in differences)
+    return EngineVerdict(ranked(differences), problems)
+
+
+def _reference(grid: RunGrid) -> GridCell:
+    return GridCell(grid.brains[0], grid.worlds[0], grid.seeds[0])
+
+
+def _replayed(grid: RunGrid, exchange: Exchange, reference: Path) -> Path:
+    """Run an engine on the recorded inputs, unless that is recorded."""
+    own = grid.folder(reference.parent, exchange.cell)
+    digest = reference.name.rpartition("-")[2]
+    folder = own.with_name(f"{own.name}-as-{digest}")
+    if not is_whole(folder):
+        source = Recording(reference)
+        revise = _REVISED[exchange.side]
+        images = Images.EXACT if exchange.side == "world" else Images.OFF
+        record(grid, exchange.cell, folder, images=images, revise=lambda plan: revise(plan, source))
+    return folder
+
+
+def _failures(exchange: Exchange, *runs: RunSignals) -> Iterator[str]:
+    for run in runs:
+        if reason := missing_from(run):
+            yield f"{exchange.cell} on recorded inputs: {reason}"
+
+
+def _differences(
+    exchange: Exchange, first: GridCell, ours: RunSignals, theirs: RunSignals, margins: EngineMargins
+) -> list[EngineDifference]:
+    end_s = min(ours.end_s, theirs.end_s)
+    one, other = (run.between(run.begin_s, end_s) for run in (ours, theirs))
+    names = (getattr(cell, exchange.side) for cell in (first, exchange.cell))
+    a, b = names
+    is_brain = exchange.side == "brain"
+    return [
+        EngineDifference(
+            exchange.side,
+            a,
+            b,
+            apart.measure,
+            apart.part,
+            apart.amount,
+            margins.of(apart.measure, apart.part),
+        )
+        for apart in measured(one, other, BRAIN if is_brain else WORLD, spikes=is_brain)
+    ]

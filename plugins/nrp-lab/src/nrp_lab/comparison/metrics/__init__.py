@@ -1,1 +1,0 @@
-"""The metrics of the core: outcomes, trajectories, spikes, devices. All are found by entry points."""

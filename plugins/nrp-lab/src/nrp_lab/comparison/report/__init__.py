@@ -1,1 +1,0 @@
-"""Reports of a comparison: as text, as one HTML page, as JSON."""

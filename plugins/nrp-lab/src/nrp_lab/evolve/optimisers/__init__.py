@@ -1,1 +1,0 @@
-"""Optimisers choose the candidates of each generation: one module each; entry points add others."""

@@ -1,0 +1,180 @@
+"""The interface of an executor, and that of this machine; ``nrp_core.executors`` adds others."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from pathlib import Path
+
+from nrp_core._support.machine import cores
+from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
+from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
+from nrp_core.registry import Registry
+from nrp_lab.sweep.measuring import KEPT, perform
+from nrp_lab.sweep.record import Record, Task
+
+ATTEMPTS = 5
+"""Number of attempts of a run whose worker dies in it; after that the run itself is the likely cause."""
+
+
+class Deaths:
+    """Decides how to go on when workers have died.
+
+    Args:
+        most_in_vain: number of deaths before a run begins that end the sweep, if no worker lives in between.
+    """
+
+    def __init__(self, most_in_vain: int) -> None:
+        self._most_in_vain, self._in_vain = most_in_vain, 0
+
+    def workers_live(self) -> None:
+        """Note that a run has ended or begun, so that workers are able to start."""
+        self._in_vain = 0
+
+    def in_run(self, task: Task, cause: str, times: int = 1) -> Task | Record:
+        """Return the next attempt of a run that had begun, or its record after the last one.
+
+        Args:
+            task: the attempt, or the first of several.
+            cause: how the worker ended.
+            times: number of workers that died in this run.
+        """
+        self.workers_live()
+        last = replace(task, attempt=task.attempt + times - 1)
+        return last.again() if last.attempt < ATTEMPTS else Record.died(last, cause)
+
+    def in_vain(self, cause: str) -> None:
+        """Note a death before a run began; no run is to blame.
+
+        Raises:
+            BackendLoadError: workers never live until a run begins.
+        """
+        self._in_vain += 1
+        if self._in_vain >= self._most_in_vain:
+            raise BackendLoadError(f"workers die before a run begins ({cause}); finished runs are kept")
+
+
+_ADDRESSES = {"tcp": "dask", "tls": "dask"}
+"""Executors by the kind of address that they take."""
+
+
+class Executor(AbstractContextManager["Executor"], ABC):
+    """Performs runs; it is opened and closed as a context.
+
+    Attributes:
+        address: address of a running scheduler; empty: it starts one, or finds its own.
+        workers: number of runs at once; None: as many as the machines have room for.
+        folder: the folder of the sweep, which all machines can read and write.
+    """
+
+    address: str = ""
+    workers: int | None = None
+    folder: Path = Path()
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """The number of runs at once, for the expected time."""
+
+    @abstractmethod
+    def perform(self, tasks: Sequence[Task]) -> Iterator[Record]:
+        """Perform runs and yield their records in the order in which they end.
+
+        A worker that dies is replaced. Its run is repeated, and has failed when it had begun on
+        :data:`~nrp_lab.sweep.executor.ATTEMPTS` workers that died.
+
+        Raises:
+            BackendError: a worker has another version of the code, no worker lives until a run begins, or the
+                scheduler was lost.
+        """
+
+    def __exit__(self, *_: object) -> None:
+        """Release what was opened."""
+
+
+EXECUTORS: Registry[Executor] = Registry("nrp_core.executors", "executor", [Executor])
+
+
+def executor(text: str, folder: Path, workers: int | None = None) -> Executor:
+    """Return the executor of a name, such as ``local``, or of an address, such as ``tcp://host:8786``.
+
+    Args:
+        text: the name or the address.
+        folder: the folder of the sweep.
+        workers: number of runs at once; by default as many as the machines have room for.
+
+    Raises:
+        ExperimentError: the executor does not exist.
+        BackendError: it does not load.
+    """
+    kind, is_address, _ = text.partition("://")
+    name = _ADDRESSES.get(kind, kind) if is_address else text
+    if name not in EXECUTORS.names():
+        raise ExperimentError(f"there is no executor '{name}'{did_you_mean(name, EXECUTORS.names())}")
+    made = EXECUTORS.load(name)
+    made.address, made.workers, made.folder = text if is_address else "", workers, folder
+    return made
+
+
+_STARTS = 20
+"""Number of times in a row that each process may die as it starts."""
+
+
+class LocalExecutor(Executor):
+    """As many processes as processors or as requested; if it is one, runs are performed in this process."""
+
+    def __init__(self) -> None:
+        self._pool: WorkerPool | None = None
+
+    @property
+    def size(self) -> int:
+        return self.workers or cores()
+
+    def perform(self, tasks: Sequence[Task]) -> Iterator[Record]:
+        if self.size == 1:
+            yield from map(perform, tasks)
+            return
+        if self._pool is None:
+            self._pool = WorkerPool(self.size)
+        queue, deaths = _Queue(tasks), Deaths(_STARTS * self.size)
+        for outcome in self._pool.perform(perform, queue):
+            task, error = outcome.task, outcome.error
+            if isinstance(error, WorkerDiedError) and not error.has_begun:
+                deaths.in_vain(str(error))
+                queue.append(task)
+            elif isinstance(error, WorkerDiedError):
+                following = deaths.in_run(task, str(error))
+                if isinstance(following, Record):
+                    yield following
+                else:
+                    queue.append(following)
+            elif error is not None:
+                raise error
+            else:
+                assert outcome.value is not None
+                deaths.workers_live()
+                yield outcome.value
+
+    def pids(self) -> list[int]:
+        """Return the operating system's numbers of the processes."""
+        return [] if self._pool is None else self._pool.pids()
+
+    def __exit__(self, *_: object) -> None:
+        KEPT.close()
+        if self._pool is not None:
+            self._pool.__exit__()
+
+
+class _Queue(deque[Task]):
+    """An iterator over tasks, to which tasks may be added even after it was exhausted."""
+
+    def __iter__(self) -> Iterator[Task]:
+        return self
+
+    def __next__(self) -> Task:
+        if not self:
+            raise StopIteration
+        return self.popleft()
