@@ -82,8 +82,8 @@ def test_a_sweep_and_a_search_in_python_warn_once_in_a_process(doubtful: Path, t
 def test_a_benchmark_tells_what_is_doubted_of_its_tasks(doubtful: Path, tmp_path: Path) -> None:
     ladder = Ladder([BenchmarkTask("own", "doubtful", "", ())], ["counting"], ["disc"], 1, tmp_path / "out")
     told: list[str] = []
-    ladder.tell_doubts(told.append)
-    ladder.tell_doubts(told.append)
+    ladder.report_warnings(told.append)
+    ladder.report_warnings(told.append)
     assert [text.count(DOUBT) for text in told] == [1]
 
 

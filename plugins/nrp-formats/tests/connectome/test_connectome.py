@@ -229,9 +229,9 @@ def test_a_misspelt_side_is_a_remark_and_names_of_the_middle_are_one_side(tmp_pa
 def test_a_table_in_which_edges_are_repeated_is_reported(tmp_path: Path) -> None:
     pre, post, weight = [1, 2, 3, 1, 2, 3], [2, 3, 1, 2, 3, 1], [5, 6, 7, 5, 6, 7]
     twice = read_connectome(write(tmp_path / "twice.csv", pre=pre, post=post, weight=weight))
-    assert twice.doubts == ("3 of 6 edges repeat another one, with the same number of synapses",)
+    assert twice.warnings == ("3 of 6 edges repeat another one, with the same number of synapses",)
     parts = write(tmp_path / "neuropils.csv", pre=pre, post=post, weight=[*weight[:3], 1, 2, 3])
-    assert read_connectome(parts).doubts == ()
+    assert read_connectome(parts).warnings == ()
 
 
 # of the pharynx (Albertson and Thomson 1976), of the mechanosensory and command cells (White et al. 1986)

@@ -86,7 +86,7 @@ def test_a_table_with_a_row_for_each_synapse_is_counted(tmp_path: Path) -> None:
     (edges,) = made.network.projections
     pairs = [*zip(edges.pre_index.tolist(), edges.post_index.tolist(), edges.weight.tolist(), strict=True)]
     assert pairs == [(0, 0, 0.5), (0, 1, 1.0), (1, 0, 0.5)]
-    assert made.doubts == ()
+    assert made.warnings == ()
 
 
 def test_repeats_are_found_in_a_sample_of_a_large_table(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -108,7 +108,7 @@ def test_each_control_is_compared_with_the_original_and_not_with_another(metric:
     assert found.answer is Answer.WIRING
     assert controls_of([found]) == {"signs": "different", "weights": "equivalent"}
     same = judged(Value, lambda cell, x: 3.0, compared=WIRINGS)
-    assert same.answer is Answer.KEPT
+    assert same.answer is Answer.STABLE
 
 
 def test_too_few_seeds_decide_nothing_instead_of_no_difference() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from nrp_lab.comparison.divergence import Divergence
 from nrp_lab.comparison.metric import all_metrics
-from nrp_lab.comparison.report import tell_pair
+from nrp_lab.comparison.report import print_pair
 from nrp_lab.comparison.result import Measured, PairDiff
 from rich.console import Console
 
@@ -15,7 +15,7 @@ from nrp_core.recording.reading.steps import Difference
 
 def told(pair: PairDiff) -> str:
     console = Console(file=StringIO(), width=90)
-    tell_pair(pair, console)
+    print_pair(pair, console)
     assert isinstance(console.file, StringIO)
     return console.file.getvalue()
 

@@ -54,7 +54,7 @@ def test_matched_shares_are_those_of_agresti_and_min(b: int, c: int, same: int) 
     n = b + c + same
     if n < 2:
         return
-    estimate = Estimate.of_matched_shares(np.array([1.0] * c + [-1.0] * b + [0.0] * same))
+    estimate = Estimate.from_matched_shares(np.array([1.0] * c + [-1.0] * b + [0.0] * same))
     error = np.sqrt((b + c + 1) - (c - b) ** 2 / (n + 2)) / (n + 2)  # as published
     assert estimate.mean == pytest.approx((c - b) / (n + 2))
     assert estimate.error == pytest.approx(error)

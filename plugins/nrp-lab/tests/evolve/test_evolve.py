@@ -66,17 +66,17 @@ def candidates(folder: str) -> list[tuple[str, ...]]:
 
 
 def stop_after(runs: int) -> Callable[[Progress], None]:
-    def tell(progress: Progress) -> None:
+    def on_progress(progress: Progress) -> None:
         if progress.done >= runs:
             raise KeyboardInterrupt
 
-    return tell
+    return on_progress
 
 
 def interrupted(folder: str) -> None:
     for runs in (2, 13):
         with pytest.raises(KeyboardInterrupt):
-            evolve("search.yaml", folder, workers=1, tell=stop_after(runs))
+            evolve("search.yaml", folder, workers=1, on_progress=stop_after(runs))
 
 
 @pytest.mark.parametrize("optimiser", ["cma", "tpe", "nsga2"])

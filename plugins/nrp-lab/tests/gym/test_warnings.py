@@ -1,4 +1,4 @@
-"""What a check doubts about an experiment is one warning of an environment, in each process."""
+"""The findings of a check are one warning of an environment, in each process."""
 
 import warnings
 from contextlib import closing

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 from nrp_lab.sweep.executor import LocalExecutor, executor
-from nrp_lab.sweep.measuring import KeptRun, perform
+from nrp_lab.sweep.measuring import RunCache, perform
 from nrp_lab.sweep.model import read_sweep
 from nrp_lab.sweep.plan import Plan
 from nrp_lab.sweep.running import SweepRun
@@ -144,7 +144,7 @@ def test_engines_stay_open_where_only_the_seed_changes(plan: Plan, monkeypatch: 
         "__init__",
         lambda self, *given, **named: (opened.append(1), original(self, *given, **named))[1],
     )
-    monkeypatch.setattr("nrp_lab.sweep.measuring.KEPT", KeptRun())
+    monkeypatch.setattr("nrp_lab.sweep.measuring.RUN_CACHE", RunCache())
     for run in plan.runs:
         perform(run.task)
     assert len(opened) == 2

@@ -46,7 +46,7 @@ def import_connectome(
     require_folder_of(target, "--output")
     made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     save_network(made.network, target)
-    suspicious = [*made.network.remarks, *made.doubts]
+    suspicious = [*made.network.remarks, *made.warnings]
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
         facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}

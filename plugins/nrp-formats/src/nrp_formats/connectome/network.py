@@ -31,7 +31,7 @@ _REPEATED: Final = 0.1
 """The share of edges that are equal to another one; more than in a table with a row for each neuropil."""
 
 
-def doubts_about(network: Network, unit_mv: float, repeats: Repeats) -> Iterator[str]:
+def implausible_properties(network: Network, unit_mv: float, repeats: Repeats) -> Iterator[str]:
     """Yield a sentence for each property of a table of edges that no connectome has.
 
     Args:
@@ -87,9 +87,9 @@ class Connectome:
         network: the network.
         sources: SHA-256 of each table, and the name of published ones.
         left_out: edges whose ends are not both in the table of neurons.
-        unsigned: edges that are excitatory because nothing tells their sign.
+        unsigned: edges that are excitatory because their sign is not given.
         electrical: gap junctions, which are left out.
-        doubts: a sentence for each property of the table of edges that no connectome has.
+        warnings: a sentence for each property of the table of edges that no connectome has.
     """
 
     network: Network
@@ -97,7 +97,7 @@ class Connectome:
     left_out: int = 0
     unsigned: int = 0
     electrical: int = 0
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def read_connectome(
@@ -133,10 +133,11 @@ def read_connectome(
         {LABEL: _population(known)},
         tuple(wiring.projections(LABEL, unit_mv, delay_ms)),
         _groups(known, groups, neurons or edges),
-        remarks=known.doubts,
+        remarks=known.warnings,
     )
-    doubts = tuple(doubts_about(network, unit_mv, wiring.repeats))
-    return Connectome(network, _sources(edges, neurons), wiring.left_out, unsigned, wiring.electrical, doubts)
+    warnings = tuple(implausible_properties(network, unit_mv, wiring.repeats))
+    sources = _sources(edges, neurons)
+    return Connectome(network, sources, wiring.left_out, unsigned, wiring.electrical, warnings)
 
 
 def _neurons_of(path: Path) -> Neurons:

@@ -47,13 +47,13 @@ class Neurons:
         ids: shape ``(n,)``, unique.
         texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each as far as known; empty texts.
         positions: in the unit of the table, shape ``(n, 3)``, or None.
-        doubts: sentences about positions that are missing and labels that are probably misspelt.
+        warnings: sentences about positions that are missing and labels that are probably misspelt.
     """
 
     ids: IntArray
     texts: dict[str, list[str]]
     positions: FloatArray | None = None
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def signs(self) -> IntArray:
@@ -96,16 +96,16 @@ def read_neurons(path: Path) -> Neurons:
         raise NetworkError(f"the neuron {who} is in the column '{id_column}' twice", path=path)
     if named:
         texts.setdefault("name", [named[number] for number in every.tolist()])
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     if where is not None:
         missing = np.isnan(where).any(axis=1)
         where[missing] = 0.0
         if missing.any():
-            doubts = (f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0",)
+            warnings = (f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0",)
     if "side" in texts:
         texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
-        doubts += tuple(_misspelt(columns["side"], set(texts["side"])))
-    return Neurons(every, texts, where, doubts)
+        warnings += tuple(_misspelt(columns["side"], set(texts["side"])))
+    return Neurons(every, texts, where, warnings)
 
 
 def _misspelt(column: str, sides: set[str]) -> Iterator[str]:

@@ -227,7 +227,7 @@ class _Loader:
             if reason and self._kinds[end] not in GRADED:
                 self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
         self._remark_loose_ends({start for start, _ in edges})
-        self._remark_unheard_outputs()
+        self._remark_unread_outputs()
         self._remark_short_times()
         return Named(populations, "population", "the file")
 
@@ -257,7 +257,7 @@ class _Loader:
             return 0
         return late_of(self._step, follows=kind == "Threshold")
 
-    def _remark_unheard_outputs(self) -> None:
+    def _remark_unread_outputs(self) -> None:
         """Remark on outputs that nodes without cells lead to, since only cells are kept."""
         for name, kind in self._kinds.items():
             before = self._graph.before[name] if kind == "Output" else ()

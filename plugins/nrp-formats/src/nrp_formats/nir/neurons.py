@@ -72,7 +72,7 @@ class Step:
         """The steps that an input takes through a current to a voltage, beyond those of the file."""
         return int(self.method == "euler")
 
-    def kept(self, tau_s: FloatArray) -> FloatArray:
+    def decay(self, tau_s: FloatArray) -> FloatArray:
         """Return the share of a state that remains after a step.
 
         Raises:
@@ -84,9 +84,9 @@ class Step:
         share = 1.0 - self.dt_s / tau_s if self.method == "euler" else np.exp(-self.dt_s / tau_s)
         return np.maximum(share, _NO_MEMORY)
 
-    def tau_ms(self, kept: FloatArray) -> FloatArray:
+    def tau_ms(self, decay: FloatArray) -> FloatArray:
         """Return the time constant of a state of which a share remains after a step."""
-        return np.asarray(-self.h_ms / np.log(kept))
+        return np.asarray(-self.h_ms / np.log(decay))
 
     def tau_s(self, tau_ms: FloatArray) -> FloatArray:
         """Return the time constant in the file of a state that has this one here."""
@@ -125,8 +125,8 @@ def cells_of(
 
 def driven_by(h_ms: float, tau_ms: FloatArray, tau_syn_ms: FloatArray) -> FloatArray:
     """Return how a current of 1 nA that decays with ``tau_syn`` moves the voltage of 1 nF in a step, mV."""
-    kept, faded = np.exp(-h_ms / tau_ms), np.exp(-h_ms / tau_syn_ms)
-    return np.asarray(_driven(h_ms, kept, faded, 1.0 / tau_syn_ms - 1.0 / tau_ms, 1.0, 0.0))
+    decay, faded = np.exp(-h_ms / tau_ms), np.exp(-h_ms / tau_syn_ms)
+    return np.asarray(_driven(h_ms, decay, faded, 1.0 / tau_syn_ms - 1.0 / tau_ms, 1.0, 0.0))
 
 
 def relays(n: int, step: Step) -> Cells:
@@ -143,18 +143,18 @@ def _delta(given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int)
     rest, reset = given.get("v_leak", np.zeros(n)), given.get("v_reset", np.zeros(n))
     threshold = given.get("v_threshold", given.get("threshold", np.full(n, np.inf)))
     if "tau" in given:
-        kept, rise = step.kept(given["tau"]), given["r"] * step.dt_s / given["tau"]
-        tau = step.tau_ms(kept)
+        decay, rise = step.decay(given["tau"]), given["r"] * step.dt_s / given["tau"]
+        tau = step.tau_ms(decay)
     elif "r" in given:
-        kept, rise, tau = np.ones(n), given["r"] * step.dt_s, np.full(n, _NO_LEAK_MS)
+        decay, rise, tau = np.ones(n), given["r"] * step.dt_s, np.full(n, _NO_LEAK_MS)
     else:
-        kept, rise = np.full(n, _NO_MEMORY), np.ones(n)
-        tau = step.tau_ms(kept)
-    parameters = _membrane(kept, step, threshold, rest, reset)
-    gain = np.where(tau == _NO_LEAK_MS, step.h_ms, (1.0 - kept) * tau)  # mV in a step by 1 nA into 1 nF
-    push = bias * (rise if step.method == "euler" or "tau" not in given else (1.0 - kept) * given["r"])
+        decay, rise = np.full(n, _NO_MEMORY), np.ones(n)
+        tau = step.tau_ms(decay)
+    parameters = _membrane(decay, step, threshold, rest, reset)
+    gain = np.where(tau == _NO_LEAK_MS, step.h_ms, (1.0 - decay) * tau)  # mV in a step by 1 nA into 1 nF
+    push = bias * (rise if step.method == "euler" or "tau" not in given else (1.0 - decay) * given["r"])
     parameters["tau_m"], parameters["i_offset"] = tau, push / gain
-    start = _before(lag, kept, push)
+    start = _before(lag, decay, push)
     return Cells("IF_curr_delta", parameters, rise, initial={"v": rest + start})
 
 
@@ -172,24 +172,24 @@ def _current_based(
     """
     n = len(bias)
     follows = "tau_mem" not in given
-    kept = np.full(n, _NO_MEMORY) if follows else step.kept(given["tau_mem"])
-    faded = step.kept(given["tau_syn"])
-    tau, tau_syn = step.tau_ms(kept), step.tau_ms(faded)
+    decay = np.full(n, _NO_MEMORY) if follows else step.decay(given["tau_mem"])
+    faded = step.decay(given["tau_syn"])
+    tau, tau_syn = step.tau_ms(decay), step.tau_ms(faded)
     threshold = given.get("v_threshold", np.full(n, np.inf))
-    parameters = _membrane(kept, step, threshold, given["v_leak"], given.get("v_reset", np.zeros(n)))
+    parameters = _membrane(decay, step, threshold, given["v_leak"], given.get("v_reset", np.zeros(n)))
     area = driven_by(step.h_ms, tau, tau_syn)
     rise = np.ones(n) if follows else given["r"] * step.dt_s / given["tau_mem"]
     at_once = late_of(step, follows=follows)
     cm = area / rise if at_once else tau / given["r"]
     settled = given["w_in"] * bias
-    gain = (1.0 - kept) * tau / cm
+    gain = (1.0 - decay) * tau / cm
     effect = area / cm
     # the current of the bias rises with tau_syn: all of it at once, less a current that decays
-    offset = (settled + direct) * (rise if at_once else (1.0 - kept) * given["r"]) / gain
+    offset = (settled + direct) * (rise if at_once else (1.0 - decay) * given["r"]) / gain
     parameters |= {"tau_m": tau, "cm": cm, "tau_syn_E": tau_syn, "tau_syn_I": tau_syn, "i_offset": offset}
     current = -settled * faded ** float(at_once - lag)
     drives = [offset * gain + effect * current * faded**k for k in range(lag)]
-    start = -sum((drive * kept ** (lag - 1 - k) for k, drive in enumerate(drives)), np.zeros(n)) / kept**lag
+    start = -sum((drive * decay ** (lag - 1 - k) for k, drive in enumerate(drives)), np.zeros(n)) / decay**lag
     initial = {"v": given["v_leak"] + start, "isyn_exc": current}
     per_weight = given["w_in"] * step.dt_s / given["tau_syn"]
     return Cells("IF_curr_exp", parameters, per_weight, at_once, initial)
@@ -206,7 +206,7 @@ def late_of(step: Step, *, follows: bool) -> int:
 
 
 def _membrane(
-    kept: FloatArray, step: Step, threshold: FloatArray, rest: FloatArray, reset: FloatArray
+    decay: FloatArray, step: Step, threshold: FloatArray, rest: FloatArray, reset: FloatArray
 ) -> dict[str, FloatArray]:
     endless = np.flatnonzero(reset >= threshold)
     if endless.size:
@@ -215,17 +215,17 @@ def _membrane(
             f"v_reset of cell {cell} is {reset[cell]:g}; it must be less than its v_threshold, "
             f"{threshold[cell]:g}"
         )
-    refractory_ms = np.full(len(kept), step.refractory * step.h_ms)
+    refractory_ms = np.full(len(decay), step.refractory * step.h_ms)
     return {
-        "tau_m": step.tau_ms(np.minimum(kept, 1.0 - 1e-16)), "cm": np.ones(len(kept)), "v_rest": rest,
+        "tau_m": step.tau_ms(np.minimum(decay, 1.0 - 1e-16)), "cm": np.ones(len(decay)), "v_rest": rest,
         "v_reset": reset, "v_thresh": np.nextafter(threshold, np.inf), "tau_refrac": refractory_ms,
-        "i_offset": np.zeros(len(kept)),
+        "i_offset": np.zeros(len(decay)),
     }  # fmt: skip
 
 
-def _before(lag: int, kept: FloatArray, drive: FloatArray) -> FloatArray:
+def _before(lag: int, decay: FloatArray, drive: FloatArray) -> FloatArray:
     """Return the state that a constant drive takes to 0 in ``lag`` steps."""
-    state = np.zeros(len(kept))
+    state = np.zeros(len(decay))
     for _ in range(lag):
-        state = (state - drive) / kept
+        state = (state - drive) / decay
     return state

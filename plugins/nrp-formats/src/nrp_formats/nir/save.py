@@ -77,9 +77,9 @@ def _delta(given: dict[str, FloatArray], step: Step) -> tuple[Any, FloatArray]:
         ones = np.ones(len(leaks))
         bias = given["i_offset"] * step.h_ms / given["cm"]
         return nir.IF(r=ones / step.dt_s, v_threshold=threshold, v_reset=reset), bias
-    kept = np.exp(-step.h_ms / given["tau_m"])
+    decay = np.exp(-step.h_ms / given["tau_m"])
     tau = step.tau_s(given["tau_m"])
-    rise = (1.0 - kept) * given["tau_m"] / given["cm"]  # mV in a step by 1 nA
+    rise = (1.0 - decay) * given["tau_m"] / given["cm"]  # mV in a step by 1 nA
     bias = given["i_offset"] * (rise if step.method == "euler" else step.h_ms / given["cm"])
     node = nir.LIF(
         tau=tau, r=tau / step.dt_s, v_leak=np.zeros(len(tau)), v_threshold=threshold, v_reset=reset

@@ -15,15 +15,15 @@ from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.paths import path_of
-from nrp_formats.sonata.config import Config, Files, read_config
-from nrp_formats.sonata.doubts import (
+from nrp_formats.sonata.attribute_checks import (
     misspelt,
     not_numbers,
     not_parameters,
     not_read,
-    of_other_models,
+    parameters_of_other_models,
     shared_places,
 )
+from nrp_formats.sonata.config import Config, Files, read_config
 from nrp_formats.sonata.edges import EDGE_NAMES, read_edges
 from nrp_formats.sonata.items import SonataItems, read_items, read_types
 from nrp_formats.sonata.node_sets import read_node_sets, without_nodes
@@ -71,8 +71,8 @@ def read_sonata(
         remarks = list(config.unused)
         for part in nodes.values():
             used = {name for model, _ in part.models for name in model.names}
-            for doubts in (misspelt, not_numbers, not_read, of_other_models, not_parameters):
-                remarks += doubts(part.items, used)
+            for check in (misspelt, not_numbers, not_read, parameters_of_other_models, not_parameters):
+                remarks += check(part.items, used)
             remarks += shared_places(part.items)
         remarks += _unused_spikes(spikes, nodes)
         network = Network(cells, tuple(_projections(config, nodes, remarks)))
@@ -127,8 +127,8 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
         found[items.name] = list(read_edges(part, items, nodes))
         if not len(items):
             remarks.append(f"the edges '{items.name}' are none: they connect nothing")
-        for doubts in (misspelt, not_numbers, not_read):
-            remarks.extend(doubts(items, EDGE_NAMES))
+        for check in (misspelt, not_numbers, not_read):
+            remarks.extend(check(items, EDGE_NAMES))
         remarks.extend(not_parameters(items, EDGE_NAMES | MODEL_NAMES))
         remarks.extend(unused_of_synapses(items))
         remarks.extend(shared_places(items))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from nrp_core.errors import NetworkError
-from nrp_formats.sonata.doubts import unused_settings
+from nrp_formats.sonata.attribute_checks import unused_settings
 from nrp_formats.sonata.json_file import read_object
 
 _SECTIONS: Final = (

@@ -15,7 +15,7 @@ from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Population
 from nrp_core.brain.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, Parameter
 from nrp_core.errors import CapabilityError, NetworkError
-from nrp_formats.sonata.doubts import require_places
+from nrp_formats.sonata.attribute_checks import require_places
 from nrp_formats.sonata.items import SonataItems
 from nrp_formats.sonata.spikes import Trains
 

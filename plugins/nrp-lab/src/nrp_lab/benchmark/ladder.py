@@ -191,7 +191,7 @@ def _agreement(answer: Answer) -> str:
     return "one pair of backends, nothing to compare" if answer is Answer.NONE else f"the finding: {answer}"
 
 
-Tell = Callable[[str, Progress], None]
+OnProgress = Callable[[str, Progress], None]
 """Called after every run with the name of the task and the progress of its runs."""
 
 
@@ -228,13 +228,13 @@ class Ladder:
         """The number of runs that are still to be made."""
         return sum(len(made.pending) for made in self._made.values())
 
-    def tell_doubts(self, say: Callable[[str], None]) -> None:
-        """Tell what a check doubts about the experiments that are still to be run."""
+    def report_warnings(self, report: Callable[[str], None]) -> None:
+        """Report warnings about the experiments that are still to be run."""
         for made in self._made.values():
             if made.pending:
-                made.plan.tell_doubts(say)
+                made.plan.report_warnings(report)
 
-    def run(self, executor: Executor, tell: Tell = lambda _task, _progress: None) -> None:
+    def run(self, executor: Executor, on_progress: OnProgress = lambda _task, _progress: None) -> None:
         """Make the pending runs.
 
         Raises:
@@ -242,7 +242,7 @@ class Ladder:
         """
         for name, made in self._made.items():
             executor.folder = made.folder
-            made.run(executor, lambda progress, name=name: tell(name, progress))  # type: ignore[misc]
+            made.run(executor, lambda progress, name=name: on_progress(name, progress))  # type: ignore[misc]
 
     def standings(self) -> list[Standing]:
         """Return how each pair of backends does in each task, from the runs that have ended."""

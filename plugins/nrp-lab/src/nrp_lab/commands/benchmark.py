@@ -68,7 +68,7 @@ def benchmark(
     )
     left = "" if ladder.pending == ladder.runs else f", {ladder.pending} to do"
     typer.echo(f"{len(chosen)} tasks, {ladder.runs} runs{left}; results in {out}", err=True)
-    ladder.tell_doubts(warn)
+    ladder.report_warnings(warn)
     _make(ladder, on, workers)
     found = ladder.standings()
     table = write_csv(found, out)

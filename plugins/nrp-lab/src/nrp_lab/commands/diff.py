@@ -260,13 +260,13 @@ def _two(one: Path, other: Path, metrics: list[Metric], margins: EngineMargins) 
 def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> None:
     from rich.console import Console
 
-    data, page, tell = _forms(found)
+    data, page, print_text = _forms(found)
     if html is not None:
         _write(html, page(found))
     if as_json:
         document(data(found))
         return
-    tell(found, Console(highlight=False))
+    print_text(found, Console(highlight=False))
     if html is not None:
         typer.echo(f"written to {html}")
 
@@ -274,13 +274,13 @@ def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> 
 def _forms(
     found: GridDiff | PairDiff,
 ) -> tuple[Callable[[Any], Any], Callable[[Any], str], Callable[[Any, Console], None]]:
-    from nrp_lab.comparison.report import grid_data, pair_data, tell_grid, tell_pair
+    from nrp_lab.comparison.report import grid_data, pair_data, print_grid, print_pair
     from nrp_lab.comparison.report_page import grid_page, pair_page
     from nrp_lab.comparison.result import GridDiff
 
     if isinstance(found, GridDiff):
-        return grid_data, grid_page, tell_grid
-    return pair_data, pair_page, tell_pair
+        return grid_data, grid_page, print_grid
+    return pair_data, pair_page, print_pair
 
 
 def _names(text: str) -> list[str]:

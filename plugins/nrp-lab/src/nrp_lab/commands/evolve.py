@@ -25,7 +25,7 @@ from nrp_core.cli.output import document
 if TYPE_CHECKING:
     from nrp_lab.evolve.history import History
 
-_MOST_LINES = 12
+_MAX_LINES = 12
 
 
 def evolve(
@@ -49,7 +49,7 @@ def evolve(
     found = results_folder(out, Path(target), "evolve")
     history, ended = _search(Path(target), found, on, workers)
     if ended:
-        _say(f"ended after generation {len(history) - 1}: {ended}")
+        _print_line(f"ended after generation {len(history) - 1}: {ended}")
     _show(history, found, plot, as_json=json)
 
 
@@ -64,21 +64,21 @@ def _search(file: Path, folder: Path, on: str, workers: int | None) -> tuple[His
     method = f"{described.optimiser} over {len(made.keys)} settings"
     size = f"{described.generations} generations of {described.population} candidates"
     seeds = f", {described.seeds} runs each" if described.seeds > 1 else ""
-    _say(f"{made.name}: {method}; {size}{seeds}; results in {folder}")
+    _print_line(f"{made.name}: {method}; {size}{seeds}; results in {folder}")
     for remark in made.remarks:
         complain(remark, label="note")
-    made.plan.tell_doubts(warn)
+    made.plan.report_warnings(warn)
     with executor(on, folder, workers) as where, display() as shown:
         last = ""
 
-        def tell_generation(history: History) -> None:
+        def on_generation(history: History) -> None:
             nonlocal last
             last = _value_text(history, history.best[0])
 
         history = made.run(
             where,
             lambda progress: shown.count("runs", progress.done, progress.total, _status(str(progress), last)),
-            tell_generation,
+            on_generation,
         )
     return history, made.ended
 
@@ -96,7 +96,7 @@ def _show(history: History, folder: Path, plot: Path | None, *, as_json: bool) -
     if as_json:
         document(_data(history, files, folder, plot))
         return
-    last = range(max(1, len(history) - _MOST_LINES), len(history))
+    last = range(max(1, len(history) - _MAX_LINES), len(history))
     for generation in (0, *last):
         typer.echo(f"generation {generation}: {_spread_text(history, generation)}")
     typer.echo(f"all generations: {folder / 'generations.csv'}; all runs: {folder / 'results.csv'}")
@@ -137,5 +137,5 @@ def _data(history: History, files: list[Path], folder: Path, plot: Path | None) 
     }
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     typer.echo(line, err=True)

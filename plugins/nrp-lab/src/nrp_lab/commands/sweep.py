@@ -106,11 +106,11 @@ def _opened(
     described, source = read_sweep(file)
     plan = Plan.of(described, source, confirmed=confirmed)
     made = SweepRun(plan, results_folder(out, file, "sweep"), Choice(tuple(only), retry_failed, record))
-    _say(_headline(plan, made))
+    _print_line(_headline(plan, made))
     for remark in plan.remarks:
         complain(remark, label="note")
     if made.pending:
-        plan.tell_doubts(warn)
+        plan.report_warnings(warn)
     return made
 
 
@@ -148,7 +148,7 @@ def _make(made: SweepRun, on: str, workers: int | None, *, is_plan: bool) -> int
             shown.begin_task("making the first run, to measure how long one takes")
             made.run(where, show, made.pending[:1])
         if made.pending:
-            _say(_expectation(made, where))
+            _print_line(_expectation(made, where))
         if not is_plan:
             made.run(where, show)
     return failed
@@ -198,5 +198,5 @@ def _show(
         typer.echo(f"figure: {plot}")
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     typer.echo(line, err=True)

@@ -22,7 +22,7 @@ from nrp_lab.comparison.engine_measures import BRAIN, WORLD, EngineMargins, Meas
 from nrp_lab.comparison.grid import GridCell, RunGrid, is_whole, record
 from nrp_lab.comparison.signals import RunSignals, missing_from
 
-_MOST_NAMED = 4
+_MAX_NAMED = 4
 
 
 class Agreement(StrEnum):
@@ -155,7 +155,7 @@ def _named(differences: Sequence[EngineDifference]) -> str:
         f"{one.measure.title} ({one.side} {one.one} -> {one.other}, {one.part}: {one.effect})"
         for one in worst
     ]
-    return first_of(names, _MOST_NAMED, "; ")
+    return first_of(names, _MAX_NAMED, "; ")
 
 
 _GROWTH = 0.25
@@ -266,7 +266,7 @@ def exchanges(grid: RunGrid) -> list[Exchange]:
 
 
 def compare_engines(
-    grid: RunGrid, results: Path, margins: EngineMargins, tell: Callable[[int, int, str], None]
+    grid: RunGrid, results: Path, margins: EngineMargins, on_progress: Callable[[int, int, str], None]
 ) -> EngineVerdict:
     """Make the missing runs, and evaluate them.
 
@@ -274,7 +274,7 @@ def compare_engines(
         grid: the grid of runs.
         results: a folder for the recordings; recordings that are in it are kept.
         margins: the margins.
-        tell: called with the number of finished runs, the number of all runs, and the last one.
+        on_progress: called with the number of finished runs, the number of all runs, and the last one.
 
     Raises:
         ExperimentError: a margin was set for a part that no run has.
@@ -291,7 +291,7 @@ def compare_engines(
             theirs = RunSignals(Recording(_replayed(grid, exchange, reference)))
             problems += _failures(exchange, ours, theirs)
             differences += _differences(exchange, first, ours, theirs, margins)
-            tell(done, len(wanted), str(exchange.cell))
+            on_progress(done, len(wanted), str(exchange.cell))
     except NrpError as error:  # without playback the engine has no verdict, but the finding has one
         problems.append(str(error))
     margins.require_parts(f"{one.measure.name}/{one.part}" for one in differences)

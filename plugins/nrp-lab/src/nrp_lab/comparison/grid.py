@@ -269,14 +269,14 @@ WHOLE = ("finished", "failed")
 """Final states of a recording, which is then not repeated."""
 
 
-def run_grid(grid: RunGrid, results: Path, workers: int, tell: Progress) -> dict[GridCell, RunSignals]:
+def run_grid(grid: RunGrid, results: Path, workers: int, on_progress: Progress) -> dict[GridCell, RunSignals]:
     """Make the runs that are not recorded yet.
 
     Args:
         grid: the grid.
         results: a folder for the recordings; recordings that are in it are kept.
         workers: number of processes.
-        tell: called after every run.
+        on_progress: called after every run.
 
     Returns:
         Every run.
@@ -287,10 +287,10 @@ def run_grid(grid: RunGrid, results: Path, workers: int, tell: Progress) -> dict
     folders = {cell: grid.folder(results, cell) for cell in grid.cells}
     missing = [cell for cell, folder in folders.items() if not is_whole(folder)]
     done = len(folders) - len(missing)
-    tell(done, len(folders), "")
+    on_progress(done, len(folders), "")
     for cell in _run_all(grid, {cell: folders[cell] for cell in missing}, workers):
         done += 1
-        tell(done, len(folders), str(cell))
+        on_progress(done, len(folders), str(cell))
     return {cell: RunSignals(Recording(folder)) for cell, folder in folders.items()}
 
 

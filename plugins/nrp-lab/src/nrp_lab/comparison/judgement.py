@@ -39,7 +39,7 @@ class Estimate:
         return cls(float(np.mean(values)), error, n - 1)
 
     @classmethod
-    def of_matched_shares(cls, differences: FloatArray) -> Estimate:
+    def from_matched_shares(cls, differences: FloatArray) -> Estimate:
         """Return the mean of differences between yes (1) and no (0) for the same seeds.
 
         Where all are 0 the usual error would be 0 however few they are. Half an observation is added to
@@ -145,7 +145,7 @@ class Answer(StrEnum):
     """The factors that a value depends on."""
 
     AGREES = "agrees across backends"
-    KEPT = "agrees across wirings"
+    STABLE = "agrees across wirings"
     SEED = "depends on the seed only"
     BRAIN = "depends on the brain"
     WORLD = "depends on the world"
@@ -157,7 +157,7 @@ class Answer(StrEnum):
     @property
     def is_independent(self) -> bool:
         """Whether the value is independent of the simulator, or of the wiring if wirings are compared."""
-        return self in (Answer.AGREES, Answer.KEPT, Answer.SEED)
+        return self in (Answer.AGREES, Answer.STABLE, Answer.SEED)
 
     @property
     def is_dependent(self) -> bool:
@@ -269,7 +269,7 @@ class JudgedPart:
             return Answer.OPEN
         if self.varies:
             return Answer.SEED
-        return Answer.KEPT if any(one.factor is Factor.WIRING for one in self.contrasts) else Answer.AGREES
+        return Answer.STABLE if any(one.factor is Factor.WIRING for one in self.contrasts) else Answer.AGREES
 
     @property
     def is_flat(self) -> bool:
@@ -316,7 +316,7 @@ def combined(answers: Iterable[Answer]) -> Answer:
     dependent = {answer for answer in found if answer.is_dependent}
     if dependent:
         return dependent.pop() if len(dependent) == 1 else Answer.BOTH
-    for answer in (Answer.OPEN, Answer.SEED, Answer.AGREES, Answer.KEPT):
+    for answer in (Answer.OPEN, Answer.SEED, Answer.AGREES, Answer.STABLE):
         if answer in found:
             return answer
     return Answer.NONE

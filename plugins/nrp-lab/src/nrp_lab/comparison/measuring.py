@@ -54,15 +54,15 @@ def judge(grid: RunGrid, runs: Runs, metrics: Sequence[Metric], margins: Margins
 def _parts(grid: RunGrid, runs: Runs, metric: Metric, margins: Margins) -> list[JudgedPart]:
     resolution = max((metric.resolution(run) for run in runs.values()), default=0.0)
     if isinstance(metric, ScalarMetric):
-        return _of_numbers(grid, runs, metric, margins, resolution)
+        return _judge_values(grid, runs, metric, margins, resolution)
     assert isinstance(metric, DistanceMetric)
-    return _of_distances(grid, runs, metric, margins, resolution)
+    return _judge_distances(grid, runs, metric, margins, resolution)
 
 
 # -- numbers
 
 
-def _of_numbers(
+def _judge_values(
     grid: RunGrid, runs: Runs, metric: ScalarMetric, margins: Margins, resolution: float
 ) -> list[JudgedPart]:
     measured = {cell: metric.values(runs[cell]) for cell in grid.cells if cell in runs}
@@ -96,7 +96,7 @@ def parts_of_numbers(
         for name in dict.fromkeys(name for values in measured.values() for name in values)
     }  # fmt: skip
     return [
-        _of_table(
+        _judge_value_table(
             grid, metric, name, table, margins.of(metric, name), resolution,
             _cells(grid, {cell: values.get(name) for cell, values in measured.items()}),
         )
@@ -104,12 +104,12 @@ def parts_of_numbers(
     ]  # fmt: skip
 
 
-def _of_table(
+def _judge_value_table(
     grid: RunGrid, metric: ScalarMetric, name: str, table: FloatArray, margin: Margin, resolution: float,
     cells: tuple[ConditionValues, ...],
 ) -> JudgedPart:  # fmt: skip
     sd = _spread(table, is_share=metric.is_share)
-    estimated = Estimate.of_matched_shares if metric.is_share else Estimate.of
+    estimated = Estimate.from_matched_shares if metric.is_share else Estimate.of
     differences = list(_differences(grid, table))
     contrasts = []
     for factor, one, other, values in differences:
@@ -178,16 +178,16 @@ def _differences(grid: RunGrid, table: FloatArray) -> Iterator[tuple[Factor, str
 # -- distances
 
 
-def _of_distances(
+def _judge_distances(
     grid: RunGrid, runs: Runs, metric: DistanceMetric, margins: Margins, resolution: float
 ) -> list[JudgedPart]:
     nothing: Mapping[str, Any] = {}
     features = {cell: metric.features(runs[cell]) if cell in runs else nothing for cell in grid.cells}
     names = list(dict.fromkeys(name for found in features.values() for name in found))
-    return [_of_distance(grid, metric, name, features, margins, resolution) for name in names]
+    return [_judge_distance(grid, metric, name, features, margins, resolution) for name in names]
 
 
-def _of_distance(
+def _judge_distance(
     grid: RunGrid, metric: DistanceMetric, name: str, features: Mapping[GridCell, Mapping[str, Any]],
     margins: Margins, resolution: float,
 ) -> JudgedPart:  # fmt: skip

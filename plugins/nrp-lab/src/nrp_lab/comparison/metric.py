@@ -170,7 +170,7 @@ class ScalarMetric(Metric):
     is_share: ClassVar[bool] = False
 
     def parts(self, experiment: Experiment) -> Collection[str] | None:
-        """Return the parts that runs of an experiment have; None if only a run can tell."""
+        """Return the parts that runs of an experiment have; None if they are known only after a run."""
         return None
 
     @abstractmethod
@@ -244,11 +244,11 @@ class Margins(GivenMargins[Margin]):
         """
         scalar = (metric for metric in metrics if isinstance(metric, ScalarMetric))
         parts = {metric.name: metric.parts(experiment) for metric in scalar}
-        told = {
+        given = {
             key: value for key, value in self.given.items() if parts.get(key.partition("/")[0]) is not None
         }
         known = (f"{name}/{part}" for name, found in parts.items() for part in found or ())
-        Margins(told).require_parts(known)
+        Margins(given).require_parts(known)
 
     @classmethod
     def parse(cls, texts: Iterable[str], metrics: Iterable[Metric]) -> Margins:

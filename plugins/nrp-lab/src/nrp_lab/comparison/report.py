@@ -20,7 +20,7 @@ from nrp_lab.comparison.metric import DistanceMetric, Metric
 from nrp_lab.comparison.result import GridDiff, Measured, PairDiff
 
 _MANY = 1000
-_MOST_NAMED = 4
+_MAX_NAMED = 4
 _DEPENDS_ON = {
     Answer.BRAIN: "the brain",
     Answer.WORLD: "the world",
@@ -83,7 +83,7 @@ def advice(diff: GridDiff) -> str | None:
     without = [judged for judged in diff.judgements if any(map(_lacks_spread, judged.parts))]
     if not without:
         return None
-    names = first_of([judged.metric.title.lower() for judged in without], _MOST_NAMED)
+    names = first_of([judged.metric.title.lower() for judged in without], _MAX_NAMED)
     first = without[0].metric
     unit = f" (in {first.unit})" if first.unit else ""
     return (
@@ -263,21 +263,21 @@ def difference_data(first: Difference) -> dict[str, Any]:
     }
 
 
-_MOST_PARTS = 4
-_MOST_SIGNALS = 12
-_MOST_ROWS = 6
+_MAX_PARTS = 4
+_MAX_SIGNALS = 12
+_MAX_ROWS = 6
 _STYLES = {Answer.OPEN: "yellow", Answer.NONE: "dim"}
 
 
-def tell_grid(diff: GridDiff, console: Console) -> None:
+def print_grid(diff: GridDiff, console: Console) -> None:
     """Write both verdicts, then every metric with its largest difference, then where runs diverge."""
-    _tell_incomplete(console, diff.incomplete)
+    _print_incomplete(console, diff.incomplete)
     style = f"bold {_style(diff.answer)}"
     console.print(Text.assemble((headline(diff), style)))
     for line in controls(diff.controls):
         console.print(Text(f"  {line}"))
     if not diff.grid.compares_wirings:
-        _tell_engines(console, diff.engines)
+        _print_engines(console, diff.engines)
     console.print(Text(f"{diff.name}, {subject(diff)}; {finding(diff)}", style="dim"))
     if (recommended := advice(diff)) is not None:
         console.print(Text(recommended, style="yellow"))
@@ -289,11 +289,11 @@ def tell_grid(diff: GridDiff, console: Console) -> None:
         _print_divergence(console, one)
 
 
-def tell_pair(diff: PairDiff, console: Console) -> None:
+def print_pair(diff: PairDiff, console: Console) -> None:
     """Write the common part of two recordings and their divergence."""
-    _tell_incomplete(console, [*diff.flaws, *diff.incomplete])
-    for said in diff.reservations:
-        console.print(Text(said, style="yellow"))
+    _print_incomplete(console, [*diff.flaws, *diff.incomplete])
+    for reservation in diff.reservations:
+        console.print(Text(reservation, style="yellow"))
     if diff.is_identical:
         console.print(Text(f"identical: {diff.divergence.steps} steps", style="bold green"))
         return
@@ -302,27 +302,27 @@ def tell_pair(diff: PairDiff, console: Console) -> None:
     experiments = [str(run.run.get("experiment", "?")) for run in (diff.one, diff.other)]
     if experiments[0] != experiments[1]:
         console.print(Text(f"two experiments: {' and '.join(experiments)}", style="yellow"))
-    _tell_engines(console, diff.engines)
+    _print_engines(console, diff.engines)
     _print_divergence(console, diff.divergence)
     signals = _table("signal", "apart by", "at", "RMS", "range")
-    for one in [one for one in diff.deviations if one.largest][:_MOST_SIGNALS]:
+    for one in [one for one in diff.deviations if one.largest][:_MAX_SIGNALS]:
         numbers = (f"{one.largest:.3g}", f"{one.t_s:g} s", f"{one.rms:.3g}", f"{one.span:.3g}")
         signals.add_row(one.signal, *numbers)
     metrics = _table("metric", "part", "one", "other", "apart")
     apart = [row for row in diff.measured if row.apart or row.one != row.other]
     for title, rows in groupby(apart, lambda row: row.metric.title):
-        _add_measured(metrics, title, sorted(rows, key=_apart))
+        _add_measured(metrics, title, sorted(rows, key=_by_difference))
     for table in (signals, metrics):
         if table.row_count:
             console.print(table)
 
 
-def _tell_incomplete(console: Console, reasons: Sequence[str]) -> None:
+def _print_incomplete(console: Console, reasons: Sequence[str]) -> None:
     for reason in reasons:
         console.print(Text(reason, style="bold red"))
 
 
-def _tell_engines(console: Console, verdict: EngineVerdict) -> None:
+def _print_engines(console: Console, verdict: EngineVerdict) -> None:
     """Write the verdict on the engines, and the known differences in one line."""
     style = "green" if verdict.agrees else "red" if verdict.new else "yellow"
     console.print(Text(verdict.headline, style=f"bold {style}"))
@@ -335,29 +335,31 @@ def _add(table: Table, judged: Judgement) -> None:
     answer, style = judged.answer, _style(judged.answer)
     parts = sorted(judged.parts, key=_weight)
     worst = parts[0] if parts else None
-    said = "" if worst is None else f"{worst.name}: {largest(worst, judged.metric)}"
-    table.add_row(Text(judged.metric.title, style="bold"), Text(answer, style=style), Text(said))
+    largest_part = "" if worst is None else f"{worst.name}: {largest(worst, judged.metric)}"
+    table.add_row(Text(judged.metric.title, style="bold"), Text(answer, style=style), Text(largest_part))
     telling = [
-        part for part in parts[1:] if part.answer not in (Answer.AGREES, Answer.KEPT) and answer.is_dependent
+        part
+        for part in parts[1:]
+        if part.answer not in (Answer.AGREES, Answer.STABLE) and answer.is_dependent
     ]
-    for part in telling[: _MOST_PARTS - 1]:
+    for part in telling[: _MAX_PARTS - 1]:
         detail = f"{part.name}: {largest(part, judged.metric)}"
         table.add_row("", Text(part.answer, style=_style(part.answer)), Text(detail))
-    if len(telling) >= _MOST_PARTS:
-        table.add_row("", "", Text(f"and {len(telling) - _MOST_PARTS + 1} more", style="dim"))
+    if len(telling) >= _MAX_PARTS:
+        table.add_row("", "", Text(f"and {len(telling) - _MAX_PARTS + 1} more", style="dim"))
 
 
 def _add_measured(table: Table, title: str, rows: Sequence[Measured]) -> None:
     """Add the parts of a metric that are farthest apart."""
-    for row in rows[:_MOST_ROWS]:
+    for row in rows[:_MAX_ROWS]:
         values = (number(value) for value in (row.one, row.other))
         table.add_row(title, row.part, *values, number(row.apart, row.metric.unit))
         title = ""
-    if len(rows) > _MOST_ROWS:
-        table.add_row("", Text(f"and {len(rows) - _MOST_ROWS} more", style="dim"))
+    if len(rows) > _MAX_ROWS:
+        table.add_row("", Text(f"and {len(rows) - _MAX_ROWS} more", style="dim"))
 
 
-def _apart(row: Measured) -> tuple[bool, float]:
+def _by_difference(row: Measured) -> tuple[bool, float]:
     """Return the sort key of a part: single neurons last, then by relative difference."""
     is_neuron = row.part.endswith("]")
     if row.one is None or row.other is None:

@@ -26,9 +26,9 @@ from nrp_lab.comparison.signals import RunSignals
 _WIDE = 11.0
 _MARKERS = "osD^vP*X"
 _COLUMNS = 3
-_MOST_STRIPS = 9
-_MOST_PARTS = 4
-_MOST_ROWS = 60
+_MAX_STRIPS = 9
+_MAX_PARTS = 4
+_MAX_ROWS = 60
 _LONGEST = 38
 _COLOURS = {Relation.EQUIVALENT: GOOD, Relation.OPEN: "#b9770e", Relation.DIFFERENT: BAD}
 _SHAPES = {Factor.BRAIN: "o", Factor.WORLD: "s", Factor.WIRING: "D"}
@@ -88,7 +88,7 @@ def strips(diff: GridDiff) -> Figure | None:
             wanted += [(judged, part) for part in _most_telling(dependent, 2)]
     if not wanted:
         return None
-    wanted = wanted[:_MOST_STRIPS]
+    wanted = wanted[:_MAX_STRIPS]
     rows = -(-len(wanted) // _COLUMNS)
     height = 0.5 + rows * (0.65 + 0.24 * len(diff.grid.conditions))
     figure = Figure(figsize=(_WIDE, height), layout="constrained")
@@ -168,9 +168,9 @@ def forest(judgements: Sequence[Judgement]) -> Figure | None:
     rows = [
         (_short(f"{judged.metric.title}: {part.name}"), part, one)
         for judged in judgements
-        for part in (judged.parts if judged.metric.is_finding else _most_telling(judged.parts, _MOST_PARTS))
+        for part in (judged.parts if judged.metric.is_finding else _most_telling(judged.parts, _MAX_PARTS))
         for one in _shown(part)
-    ][:_MOST_ROWS]
+    ][:_MAX_ROWS]
     if not rows:
         return None
     figure = Figure(figsize=(_WIDE, 0.9 + 0.21 * len(rows)), layout="constrained")

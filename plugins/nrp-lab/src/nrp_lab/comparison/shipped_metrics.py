@@ -16,7 +16,7 @@ from nrp_lab.comparison.metric import DistanceMetric, Margin, ScalarMetric, dtw_
 from nrp_lab.comparison.signals import RunSignals
 
 
-class _OfCriteria(ScalarMetric):
+class _CriterionMetric(ScalarMetric):
     """A number from 0 to 1 for each criterion."""
 
     margin = Margin(at_most=0.25)
@@ -26,7 +26,7 @@ class _OfCriteria(ScalarMetric):
         return experiment.criteria.keys()
 
 
-class CriteriaMet(_OfCriteria):
+class CriteriaMet(_CriterionMetric):
     """Whether each criterion is met; a failed run meets none."""
 
     name, title = "criteria", "Criteria met"
@@ -40,7 +40,7 @@ class CriteriaMet(_OfCriteria):
         }
 
 
-class CriterionDegree(_OfCriteria):
+class CriterionDegree(_CriterionMetric):
     """How nearly each criterion is met, from 0 to 1.
 
     For ``near`` it is the share of the way to the target, for others the share of the steps in which the
@@ -114,7 +114,7 @@ class CriterionDistance(ScalarMetric):
 
 _SMALL = 20
 """Populations up to this size are reported neuron by neuron."""
-_MOST_TRAINS = 50
+_MAX_TRAINS = 50
 """Of larger groups, this many neurons, evenly spread, represent all in a distance."""
 _FEWEST_INTERVALS = 3
 _TAU_S = 0.02
@@ -179,7 +179,7 @@ class SpikeTrains(DistanceMetric):
         found = {}
         for label in run.numbers.spikes:
             trains = run.trains_s(label)
-            chosen = np.linspace(0, len(trains) - 1, min(len(trains), _MOST_TRAINS)).round().astype(int)
+            chosen = np.linspace(0, len(trains) - 1, min(len(trains), _MAX_TRAINS)).round().astype(int)
             found[label] = filtered_trains([trains[i] for i in chosen], run.duration_s, _TAU_S)
         return found
 

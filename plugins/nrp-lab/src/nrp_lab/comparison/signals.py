@@ -184,7 +184,7 @@ class RunSignals:
         return trains
 
 
-_MOST_NAMED = 3
+_MAX_NAMED = 3
 
 
 def incompleteness(runs: Mapping[str, RunSignals]) -> list[str]:
@@ -197,7 +197,7 @@ def incompleteness(runs: Mapping[str, RunSignals]) -> list[str]:
     for name, run in runs.items():
         if reason := missing_from(run):
             concerned.setdefault(reason, []).append(name)
-    return [f"not complete: {first_of(names, _MOST_NAMED)}: {reason}" for reason, names in concerned.items()]
+    return [f"not complete: {first_of(names, _MAX_NAMED)}: {reason}" for reason, names in concerned.items()]
 
 
 def missing_from(run: RunSignals) -> str:

@@ -92,8 +92,8 @@ def _plain(tree: Tree) -> Any:
     return [_plain(child) for child in tree.value] if isinstance(tree.value, list) else tree.value
 
 
-Tell = Callable[[Progress], None]
-TellGeneration = Callable[[History], None]
+OnProgress = Callable[[Progress], None]
+OnGeneration = Callable[[History], None]
 
 
 class Evolution:
@@ -137,15 +137,15 @@ class Evolution:
     def run(
         self,
         executor: Executor,
-        tell: Tell = lambda _: None,
-        tell_generation: TellGeneration = lambda _: None,
+        on_progress: OnProgress = lambda _: None,
+        on_generation: OnGeneration = lambda _: None,
     ) -> History:
         """Search to the end and write the best candidates as experiments.
 
         Args:
             executor: the open executor.
-            tell: called after every run.
-            tell_generation: called after every generation.
+            on_progress: called after every run.
+            on_generation: called after every generation.
 
         Raises:
             ExperimentError: the objective needs a measure that does not exist, or no run succeeds.
@@ -155,14 +155,14 @@ class Evolution:
         for _ in range(self.file.generations):
             shares += self._optimiser.ask().tolist()
             self._made.extend(self.plan.with_points(shares))
-            self._run_generation(executor, tell)
+            self._run_generation(executor, on_progress)
             history = self._history()
             latest = history.values[-self.file.population :]
             self._require_one(latest)
             history.write(self.folder)
             self.files = write_best(self._made, history)
             self._optimiser.tell(latest)
-            tell_generation(history)
+            on_generation(history)
             if reason := self._reason_to_end(latest):
                 self.ended = self._nothing_found(history) or reason
                 return history
@@ -182,7 +182,7 @@ class Evolution:
         shown = ", ".join(f"{value:.5g}" for value in values[0])
         return f"all {len(values)} candidates have the value {shown}: nothing that was searched changes it"
 
-    def _run_generation(self, executor: Executor, tell: Tell) -> None:
+    def _run_generation(self, executor: Executor, on_progress: OnProgress) -> None:
         pending = self._made.pending
         if pending and not self._made.records:  # a mistake costs one run, not a generation
             self._made.run(executor, tasks=pending[:1])
@@ -190,7 +190,7 @@ class Evolution:
             if row["state"] == INVALID:
                 raise ExperimentError(f"the first run cannot begin: {row['error']}")
             self._objective.values([row], 1)
-        self._made.run(executor, lambda progress: tell(replace(progress, total=self.runs)))
+        self._made.run(executor, lambda progress: on_progress(replace(progress, total=self.runs)))
 
     def _history(self) -> History:
         return History.of(
@@ -273,8 +273,8 @@ def evolve(
     *,
     on: str = "local",
     workers: int | None = None,
-    tell: Tell = lambda _: None,
-    tell_generation: TellGeneration = lambda _: None,
+    on_progress: OnProgress = lambda _: None,
+    on_generation: OnGeneration = lambda _: None,
 ) -> Evolved:
     """Search for the best settings of an experiment.
 
@@ -285,8 +285,8 @@ def evolve(
         out: the folder of the results; a search that it holds is continued.
         on: ``local``, ``dask``, ``slurm`` or ``tcp://scheduler:8786``.
         workers: number of runs at once.
-        tell: called after every run with the progress.
-        tell_generation: called after every generation with all generations so far.
+        on_progress: called after every run with the progress.
+        on_generation: called after every generation with all generations so far.
 
     Raises:
         ExperimentError: the search or the folder is not valid.
@@ -298,7 +298,7 @@ def evolve(
     else:
         file, source = read_evolve(path_of(description))
     made = Evolution(file, source, path_of(out))
-    made.plan.tell_doubts(partial(warnings.warn, stacklevel=4))
+    made.plan.report_warnings(partial(warnings.warn, stacklevel=4))
     with executor(on, made.folder, workers) as where:
-        history = made.run(where, tell, tell_generation)
+        history = made.run(where, on_progress, on_generation)
     return Evolved(history, tuple(made.files), made.ended)

@@ -64,7 +64,7 @@ def bounds_by_name(act: Sequence[str] | Mapping[str, Any]) -> Mapping[str, Any]:
     return act if isinstance(act, Mapping) else dict.fromkeys(act)
 
 
-def warn_of_doubts(run: Run, act: Mapping[str, Any]) -> None:
+def warn_of_findings(run: Run, act: Mapping[str, Any]) -> None:
     """Warn of what is missing from the experiment of a run or doubted, once in a process.
 
     Args:

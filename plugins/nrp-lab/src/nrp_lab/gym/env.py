@@ -14,7 +14,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_core.running import open_run
-from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
+from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.spaces import values_of
 
 _LEGS = [f"{row}_{side}" for row in ("front", "middle", "rear") for side in ("left", "right")]
@@ -132,7 +132,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         self.render_mode = render_mode
         self.run = open_run(experiment, overrides)
         try:
-            warn_of_doubts(self.run, acted)
+            warn_of_findings(self.run, acted)
             self._camera = _open_camera(self.run) if render_mode else None
             self._agent_run = AgentRun(self.run, agent)
         except BaseException:

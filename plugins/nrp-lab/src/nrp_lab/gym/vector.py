@@ -21,7 +21,7 @@ from nrp_core.errors import ExperimentError, LifecycleError, SimulationError, di
 from nrp_core.experiment.running.run import Run
 from nrp_core.running import open_run
 from nrp_core.world.batch import threads_for
-from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
+from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.env import CLOSED
 
 
@@ -45,7 +45,7 @@ def require_number(name: str, given: Any, least: int) -> None:
     """Refuse a number of copies or threads that is not a whole number, or too low.
 
     Raises:
-        ExperimentError: as said.
+        ExperimentError: the number is not valid.
     """
     if not isinstance(given, int | np.integer) or isinstance(given, bool) or given < least:
         raise ExperimentError(f"{name} is a whole number from {least} on, not {given!r}")
@@ -109,7 +109,7 @@ def require_going(over: BoolArray, mode: AutoresetMode) -> None:
     """Refuse a step of copies at their end if they are not reset by it.
 
     Raises:
-        LifecycleError: as said.
+        LifecycleError: a copy is at its end.
     """
     if mode is AutoresetMode.DISABLED and over.any():
         numbers = ", ".join(map(str, np.flatnonzero(over)))
@@ -255,7 +255,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _open(self, first: Run, agent: Agent, num_envs: int, threads: int) -> None:
         self._opened.enter_context(first)
-        warn_of_doubts(first, agent.act)
+        warn_of_findings(first, agent.act)
         others = [
             self._opened.enter_context(Run(first.experiment, beside=first)) for _ in range(num_envs - 1)
         ]

@@ -176,8 +176,8 @@ def _open(task: tuple[Any, int]) -> tuple[Any, Any, dict[str, Any], list[str]]:
         copies: NrpVectorEnv = make()
     copies.first_number = first_number
     _COPIES[:] = [copies]
-    told = [str(one.message) for one in caught]
-    return copies.single_observation_space, copies.single_action_space, copies.metadata, told
+    messages = [str(one.message) for one in caught]
+    return copies.single_observation_space, copies.single_action_space, copies.metadata, messages
 
 
 def _reset(task: tuple[list[int | None], BoolArray]) -> tuple[dict[str, Any], dict[str, Any]]:

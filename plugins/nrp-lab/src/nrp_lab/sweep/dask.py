@@ -16,9 +16,9 @@ from nrp_lab.sweep.executor import ATTEMPTS, Deaths, Executor
 from nrp_lab.sweep.measuring import perform, require_code
 from nrp_lab.sweep.record import Record, Task
 
-_AHEAD = 4
+_TASKS_PER_WORKER = 4
 """Runs per worker that the scheduler holds at once, so that it need not hold a million."""
-_PATIENCE_S = 10
+_TIMEOUT_S = 10
 _LONG_S = 100_000_000
 _STARTS = 20
 """Number of times in a row that each worker may take runs and die before one begins."""
@@ -44,7 +44,7 @@ class DaskExecutor(Executor):
                 n_workers=self.workers or cores(), threads_per_worker=1, dashboard_address="127.0.0.1:0"
             )
         try:
-            self._client = Client(self._cluster or self.address, timeout=_PATIENCE_S)
+            self._client = Client(self._cluster or self.address, timeout=_TIMEOUT_S)
         except (OSError, TimeoutError) as error:
             self.__exit__()
             message = f"there is no Dask scheduler at {self.address} ({error or type(error).__name__})"
@@ -66,7 +66,7 @@ class DaskExecutor(Executor):
         self._client.subscribe_topic(self._topic, self._note_begun)
         waiting, size = iter(tasks), self.size
         deaths = Deaths(_STARTS * size)
-        ahead = size if self.workers else size * _AHEAD
+        ahead = size if self.workers else size * _TASKS_PER_WORKER
         given = {self._submit(task): task for task in islice(waiting, ahead)}
         done = as_completed(given)
         for future in done:

@@ -13,7 +13,7 @@ from nrp_core._support.machine import cores
 from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
 from nrp_core.registry import Registry
-from nrp_lab.sweep.measuring import KEPT, perform
+from nrp_lab.sweep.measuring import RUN_CACHE, perform
 from nrp_lab.sweep.record import Record, Task
 
 ATTEMPTS = 5
@@ -163,7 +163,7 @@ class LocalExecutor(Executor):
         return [] if self._pool is None else self._pool.pids()
 
     def __exit__(self, *_: object) -> None:
-        KEPT.close()
+        RUN_CACHE.close()
         if self._pool is not None:
             self._pool.__exit__()
 

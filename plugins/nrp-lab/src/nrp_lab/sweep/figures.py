@@ -21,7 +21,7 @@ from nrp_lab.sweep.plan import Plan
 from nrp_lab.sweep.table import Group, SweepTable, short_key
 
 _SIZE = (7.2, 4.6)
-_MOST_LINES = 7  # distinguishable colours
+_MAX_LINES = 7  # distinguishable colours
 _AXES_OF_MAP = 2
 _NEEDS = {
     "curve": (1, "a curve"),
@@ -29,8 +29,8 @@ _NEEDS = {
     "parallel": (1, "parallel coordinates"),
 }
 """The number of settings that vary in a figure, and its name."""
-_MOST_CELLS_WITH_NUMBERS = 150
-_MOST_NAMED = 12
+_MAX_CELLS_WITH_NUMBERS = 150
+_MAX_NAMED = 12
 _COLOURS = "viridis"
 
 
@@ -92,7 +92,7 @@ def _curve(_: Figure, axes: Axes, table: SweepTable, name: str) -> None:
         others = ", ".join(f"{short_key(k, table.keys)} {v}" for k, v in group.values.items() if k != key)
         lines.setdefault(others, []).append(group)
     ticks, kind = _ticks(table, key), "o-" if key in numeric else "o"
-    for number, (label, groups) in enumerate(list(lines.items())[:_MOST_LINES]):
+    for number, (label, groups) in enumerate(list(lines.items())[:_MAX_LINES]):
         groups = sorted(groups, key=lambda group: ticks[str(group.values[key])])
         x = np.array([ticks[str(group.values[key])] for group in groups])
         mean = np.array([group.mean(name) for group in groups])
@@ -106,7 +106,7 @@ def _curve(_: Figure, axes: Axes, table: SweepTable, name: str) -> None:
     axes.set_ylabel(_with_unit(name))
     axes.grid(axis="y")
     if len(lines) > 1:
-        more = f"\nand {len(lines) - _MOST_LINES} more, not drawn" if len(lines) > _MOST_LINES else ""
+        more = f"\nand {len(lines) - _MAX_LINES} more, not drawn" if len(lines) > _MAX_LINES else ""
         axes.legend(title=more or None)
 
 
@@ -123,7 +123,7 @@ def _heat(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
     means = np.array([[np.mean(cell) if cell else np.nan for cell in line] for line in values])
     image = axes.imshow(means, origin="lower", aspect="auto", cmap=_COLOURS)
     figure.colorbar(image, ax=axes, label=_with_unit(name)).outline.set_visible(False)
-    if means.size <= _MOST_CELLS_WITH_NUMBERS:
+    if means.size <= _MAX_CELLS_WITH_NUMBERS:
         for (row, column), value in np.ndenumerate(means):
             dark = np.isfinite(value) and (value - np.nanmin(means)) < 0.6 * np.ptp(means[np.isfinite(means)])
             text = f"{value:.3g}" if np.isfinite(value) else "-"
@@ -230,7 +230,7 @@ def _name_values(axes: Axes, table: SweepTable, key: str, place: int) -> None:
     ticks = _ticks(table, key)
     low, high = min(ticks.values()), max(ticks.values())
     for text, at in ticks.items():
-        if at in (low, high) or (not _is_number(table, key) and len(ticks) <= _MOST_NAMED):
+        if at in (low, high) or (not _is_number(table, key) and len(ticks) <= _MAX_NAMED):
             share = (at - low) / ((high - low) or 1.0)
             up = 3 if share == 1.0 else -9 if share == 0.0 else 2
             axes.annotate(

@@ -34,7 +34,7 @@ from nrp_lab.sweep.record import Record, Task
 _SEED = "seed="
 
 
-class KeptRun:
+class RunCache:
     """At most one open run, and the task that it was opened for."""
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class KeptRun:
         self._of: tuple[str, tuple[str, ...]] | None = None
 
     @contextmanager
-    def opened(self, task: Task, *, keep: bool) -> Iterator[Run]:
+    def open(self, task: Task, *, keep: bool) -> Iterator[Run]:
         """Return a run of a task at time 0: a new one, or the open one after a reset.
 
         Args:
@@ -50,7 +50,7 @@ class KeptRun:
             keep: whether the run may stay open afterwards; a run that ended early is always closed.
         """
         others = tuple(text for text in task.overrides if not text.startswith(_SEED))
-        run = self._started_over(task, (task.experiment, others)) if keep else None
+        run = self._reset_run(task, (task.experiment, others)) if keep else None
         if run is None:
             self.close()
             run = Run(load_experiment(task.experiment, task.overrides))
@@ -70,7 +70,7 @@ class KeptRun:
         if run is not None:
             run.close()
 
-    def _started_over(self, task: Task, of: tuple[str, tuple[str, ...]]) -> Run | None:
+    def _reset_run(self, task: Task, of: tuple[str, tuple[str, ...]]) -> Run | None:
         """Return the open run at time 0 if it has the same settings; the caller then owns it."""
         seeds = [int(text.removeprefix(_SEED)) for text in task.overrides if text.startswith(_SEED)]
         if self._run is None or self._of != of or len(seeds) != 1:
@@ -83,7 +83,7 @@ class KeptRun:
         return run
 
 
-KEPT = KeptRun()
+RUN_CACHE = RunCache()
 """The run that this process keeps open."""
 
 
@@ -96,7 +96,7 @@ def perform(task: Task) -> Record:
     require_code(task.code)
     began_ns = work.now_ns()
     try:
-        record = _performed(task)
+        record = _perform_run(task)
     except NrpError as error:
         record = Record(task.id, task.index, error=_in_one_line(error))
     return replace(record, elapsed_s=seconds(work.now_ns() - began_ns), attempts=task.attempt)
@@ -131,13 +131,13 @@ def scalar_metric(name: str) -> ScalarMetric:
     return metric
 
 
-def _performed(task: Task) -> Record:
+def _perform_run(task: Task) -> Record:
     metrics = [scalar_metric(name) for name in task.measure]
     with ExitStack() as stack:
         folder = None if task.recording is None else Path(task.recording)
         if folder is None and any(metric.needs_recording for metric in metrics):
             folder = Path(stack.enter_context(TemporaryDirectory(prefix="nrp-sweep-"))) / "run"
-        run = stack.enter_context(KEPT.opened(task, keep=folder is None))
+        run = stack.enter_context(RUN_CACHE.open(task, keep=folder is None))
         _run(run, task, folder)
         result = run.result()
         described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
@@ -167,7 +167,7 @@ def _run(run: Run, task: Task, folder: Path | None) -> None:
 def _stopping(run: Run, criteria: Sequence[str]) -> Iterator[None]:
     """Stop the run of a block as soon as one of these criteria is not met."""
 
-    def look(_: Run) -> None:
+    def stop_if_failed(_: Run) -> None:
         outcomes = run.outcomes()
         if any(outcomes[name].passed is False for name in criteria):
             run.loop.stop()
@@ -175,11 +175,11 @@ def _stopping(run: Run, criteria: Sequence[str]) -> Iterator[None]:
     if not criteria:
         yield
         return
-    run.on_step.append(look)
+    run.on_step.append(stop_if_failed)
     try:
         yield
     finally:
-        run.on_step.remove(look)
+        run.on_step.remove(stop_if_failed)
 
 
 def _measured(metrics: list[ScalarMetric], signals: RunSignals, result: Result) -> dict[str, float | None]:

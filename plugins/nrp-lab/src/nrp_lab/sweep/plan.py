@@ -124,7 +124,7 @@ class Mistakes(Collector):
 MOST_RUNS = 100_000
 """The largest number of runs that needs no confirmation."""
 _BACKENDS: Mapping[str, Callable[[], Registry[Any]]] = {"brain.backend": brains, "world.backend": worlds}
-_MOST_CHECKED = 20
+_MAX_CHECKED = 20
 _PAIR = 2
 
 
@@ -154,7 +154,7 @@ class Plan:
         files: a digest of the files of the experiment.
         remarks: sentences about what the runs never reach.
         search: the settings of the search that chooses the points, if one does.
-        parts: the measures that the runs will have, ``metric.part``, by metric; None: only a run can tell.
+        parts: the measures that the runs will have, ``metric.part``, by metric; None: known after a run.
     """
 
     sweep: SweepFile
@@ -209,13 +209,13 @@ class Plan:
     def __len__(self) -> int:
         return number_of_runs(self.sweep)
 
-    def tell_doubts(self, say: Callable[[str], None]) -> None:
-        """Tell what a check doubts about the experiment without what varies, unless it was told before."""
+    def report_warnings(self, report: Callable[[str], None]) -> None:
+        """Report warnings about the experiment without what varies, each once."""
         settings = [written(key, _absolute(value)) for key, value in self.sweep.settings.items()]
         until_s = None if self.sweep.until is None else seconds(self.sweep.until)
         found = experiment_warnings(partial(load_experiment, self.experiment, settings), until_s)
         if text := announcement(self.name, found):
-            say(text)
+            report(text)
 
     @cached_property
     def runs(self) -> list[PlannedRun]:
@@ -389,7 +389,7 @@ def _samples(key: str, axis: Axis) -> Iterator[Value]:
     """Yield the values of an axis to check: all values of a short list, the ends of other axes."""
     match axis:
         case Choices():
-            yield from axis.levels[:_MOST_CHECKED]
+            yield from axis.levels[:_MAX_CHECKED]
         case Span():
             yield from axis.ends
         case Range():

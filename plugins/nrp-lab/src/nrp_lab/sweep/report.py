@@ -69,26 +69,26 @@ def _values(row: Row, metric: ScalarMetric) -> Mapping[str, float | None]:
     return {name.removeprefix(prefix): row[name] for name in row if name.startswith(prefix)}
 
 
-_MOST_ROWS = 40
-_MOST_MEASURES = 6
-_MOST_ERRORS = 3
+_MAX_ROWS = 40
+_MAX_MEASURES = 6
+_MAX_ERRORS = 3
 
 
 def report(table: SweepTable, console: Console) -> None:
     """Print the problems and errors of all runs, then a line for each combination."""
     for line in (*remarks(table), *without_effect(table)):
         console.print(line, markup=False)
-    groups, measures = table.groups, table.measures[:_MOST_MEASURES]
+    groups, measures = table.groups, table.measures[:_MAX_MEASURES]
     shown = Table(box=None, pad_edge=False, header_style="bold")
     for key in table.keys:
         shown.add_column(short_key(key, table.keys), overflow="fold")
     for name in ("runs", "passed", *measures):
         metric, dot, part = name.partition(".")  # on two lines, so that neither is broken
         shown.add_column(f"{metric}{dot}\n{part}" if dot else name, justify="right", overflow="fold")
-    for group in groups[:_MOST_ROWS]:
+    for group in groups[:_MAX_ROWS]:
         shown.add_row(*_cells(group, table.keys, measures))
     console.print(shown)
-    rest = {"combinations": len(groups) - _MOST_ROWS, "measures": len(table.measures) - len(measures)}
+    rest = {"combinations": len(groups) - _MAX_ROWS, "measures": len(table.measures) - len(measures)}
     for line in comparison_report.controls(controls(table)):
         console.print(line, markup=False)
     if left_out := [f"{number} more {what}" for what, number in rest.items() if number > 0]:
@@ -127,12 +127,12 @@ def remarks(table: SweepTable) -> list[str]:
     errors = Counter(str(row["error"]) for row in table.rows if row["error"] is not None)
     incomplete = [row for row in table.rows if not row["complete"] and row["error"] is None]
     codes = Counter(code for row in incomplete for code in str(row["problems"] or "").split())
-    most = errors.most_common(_MOST_ERRORS)
+    most = errors.most_common(_MAX_ERRORS)
     lines = [f"{count} failed: {error}" for error, count in most]
     if others := errors.total() - sum(count for _, count in most):
         lines.append(f"{others} failed with other errors")
     if incomplete:
-        named = ", ".join(f"{code} in {count}" for code, count in codes.most_common(_MOST_ERRORS))
+        named = ", ".join(f"{code} in {count}" for code, count in codes.most_common(_MAX_ERRORS))
         lines.append(f"{len(incomplete)} runs are not complete ({named}; nrp explain CODE)")
     return lines
 

@@ -59,7 +59,7 @@ class Progress:
         return ", ".join(parts)
 
 
-Tell = Callable[[Progress], None]
+OnProgress = Callable[[Progress], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,13 +121,16 @@ class SweepRun:
         return sorted(known)[len(known) // 2] * pending / max(min(executor.size, pending), 1)
 
     def run(
-        self, executor: Executor, tell: Tell = lambda _: None, tasks: Sequence[Task] | None = None
+        self,
+        executor: Executor,
+        on_progress: OnProgress = lambda _: None,
+        tasks: Sequence[Task] | None = None,
     ) -> None:
         """Make runs, write each into the journal as it ends, and derive the tables, even if interrupted.
 
         Args:
             executor: the open executor.
-            tell: called at the beginning and after every run.
+            on_progress: called at the beginning and after every run.
             tasks: the runs to make; by default all pending ones.
 
         Raises:
@@ -136,7 +139,7 @@ class SweepRun:
         tasks = self.pending if tasks is None else tasks
         done = len(self._chosen) - len(self.pending)
         progress = Progress(len(self._chosen), done, self._failed(), done)
-        tell(progress)
+        on_progress(progress)
         try:
             with Journal(self.folder / JOURNAL) as journal:
                 for record in executor.perform(tasks) if tasks else ():
@@ -144,7 +147,7 @@ class SweepRun:
                     self.records[record.id] = record
                     progress.done += 1
                     progress.failed += record.failed
-                    tell(progress)
+                    on_progress(progress)
         finally:
             write_tables(self.folder, self.rows)
 
@@ -228,7 +231,7 @@ def sweep(
     retry_failed: bool = False,
     record: bool = False,
     confirmed: bool = False,
-    tell: Tell = lambda _: None,
+    on_progress: OnProgress = lambda _: None,
 ) -> pd.DataFrame:
     """Make the runs of a sweep and return their table, one row per run.
 
@@ -248,7 +251,7 @@ def sweep(
         retry_failed: whether to repeat the runs that failed.
         record: whether to keep a recording of every run, in ``out``.
         confirmed: whether more than 100 000 runs are allowed.
-        tell: called after every run with the progress.
+        on_progress: called after every run with the progress.
 
     Raises:
         ExperimentError: the sweep or the folder is not valid.
@@ -266,7 +269,7 @@ def sweep(
         chosen = (only,) if isinstance(only, str) else tuple(only)
         made = SweepRun(plan, folder, Choice(chosen, retry_failed, record))
         if made.pending:
-            plan.tell_doubts(partial(warnings.warn, stacklevel=4))
+            plan.report_warnings(partial(warnings.warn, stacklevel=4))
         with executor(on, folder, workers) as where:
-            made.run(where, tell)
+            made.run(where, on_progress)
         return data_frame(made.rows)

@@ -45,7 +45,7 @@ def misspelt(items: SonataItems, known: Collection[str]) -> Iterator[str]:
             yield f"'{name}' of the {items.kind}s '{items.name}' is not used; {meant}"
 
 
-def of_other_models(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+def parameters_of_other_models(items: SonataItems, known: Collection[str]) -> Iterator[str]:
     """Yield a sentence for each parameter that only other cells have, or that is not where it is read."""
     for name in sorted((items.names() & _EVERY) - set(known) - _OWN):
         yield f"'{name}' of the {items.kind}s '{items.name}' is not used: their models have no such parameter"
@@ -60,15 +60,15 @@ def of_other_models(items: SonataItems, known: Collection[str]) -> Iterator[str]
 
 def not_parameters(items: SonataItems, known: Collection[str]) -> Iterator[str]:
     """Yield a sentence for each value in a file of parameters that the model does not have."""
-    told = set(known) | _OWN
+    reported = set(known) | _OWN
     for attributes in items.used_types():
-        for name in sorted(attributes.parameters - told):
+        for name in sorted(attributes.parameters - reported):
             near = get_close_matches(name.lower(), [one.lower() for one in known], 1, _ALIKE)
             if near or name in _EVERY or name.strip("_").lower() in _NOTES:  # others say so
                 continue
             if not _is_meant(attributes[name]):
                 continue
-            told.add(name)
+            reported.add(name)
             shown = f"{attributes[name]!r:.40}"
             yield (
                 f"'{name}' ({shown}) in '{attributes[DYNAMICS]}', the parameters of the {items.kind}s "
