@@ -19,9 +19,9 @@ from conditions import print_conditions
 
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS, seconds
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.loading import load_transfer_functions
+from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.scene.model import Link, Model, Scene

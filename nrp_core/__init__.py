@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from nrp_core.brain.network.data import Population as Population
     from nrp_core.brain.network.data import Projection as Projection
     from nrp_core.checks.validate import validate as validate
-    from nrp_core.dsl.functions.function import TransferFunction as TransferFunction
-    from nrp_core.dsl.loading.imports import provide_messages as provide_messages
-    from nrp_core.dsl.loading.loader import load_transfer_functions as load_transfer_functions
+    from nrp_core.dsl.functions import TransferFunction as TransferFunction
+    from nrp_core.dsl.loading import load_transfer_functions as load_transfer_functions
+    from nrp_core.dsl.loading import provide_messages as provide_messages
     from nrp_core.errors import NrpError as NrpError
     from nrp_core.experiment.model.experiment import Experiment as Experiment
     from nrp_core.experiment.reading.find import load_experiment as load_experiment
@@ -70,9 +70,8 @@ else:
             "nrp_core.brain.files.script": "load_network",
             "nrp_core.brain.interface": "Brain",
             "nrp_core.brain.network.data": "Network Population Projection",
-            "nrp_core.dsl.functions.function": "TransferFunction",
-            "nrp_core.dsl.loading.imports": "provide_messages",
-            "nrp_core.dsl.loading.loader": "load_transfer_functions",
+            "nrp_core.dsl.functions": "TransferFunction",
+            "nrp_core.dsl.loading": "load_transfer_functions provide_messages",
             "nrp_core.errors": "NrpError",
             "nrp_core.experiment.model.experiment": "Experiment",
             "nrp_core.experiment.reading.find": "load_experiment shipped",

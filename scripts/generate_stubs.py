@@ -16,7 +16,7 @@ from typing import Any, get_args, get_origin
 
 import numpy as np
 
-from nrp_core.dsl.parameters.messages import message_packages, service_packages
+from nrp_core.dsl.messages import message_packages, service_packages
 from nrp_core.world.messages import base, cv_bridge, generated, point_cloud2
 from nrp_core.world.messages.base import type_name
 

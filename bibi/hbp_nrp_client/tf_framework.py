@@ -8,6 +8,6 @@ from __future__ import annotations
 
 from nrp_core.dsl import *  # noqa: F403
 from nrp_core.dsl import __all__ as __all__
-from nrp_core.dsl.loading.imports import provide_messages
+from nrp_core.dsl import provide_messages
 
 provide_messages()

@@ -7,9 +7,7 @@ from types import ModuleType
 
 from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.reader import read_bibi
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.listing import Listing
-from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl import Listing, TransferFunction, load_transfer_functions
 from nrp_core.errors import TransferFunctionError
 
 

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from nrp_core.dsl.loading.listing import PythonSource, python_listing
+from nrp_core.dsl.loading import PythonSource, python_listing
 from nrp_core.errors import TransferFunctionError
 
 

@@ -21,17 +21,12 @@ from nrp_core.checks.code.shapes import UNKNOWN, Event, Known, Number, Shape
 from nrp_core.checks.network_summary import NetworkSummary
 from nrp_core.checks.scripts import scripts_from
 from nrp_core.cle.wiring import declare_topics
-from nrp_core.dsl.functions.function import TIME, TransferFunction
-from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.loading.listing import Listing, PythonSource
-from nrp_core.dsl.loading.loader import DECLARES_NOTHING
-from nrp_core.dsl.parameters import binding
-from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.dsl.parameters.binding import Binding
-from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
-from nrp_core.dsl.selection.selection import BrainRoot, Selection
-from nrp_core.dsl.selection.selectors import Selector, evaluate
-from nrp_core.dsl.testing.mocks import MockBrain
+from nrp_core.dsl.functions import TIME, TransferFunction
+from nrp_core.dsl.loading import DECLARES_NOTHING, Listing, PythonSource
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping, PreprocessedTopic, Topic
+from nrp_core.dsl.selection import BrainRoot, Selection, Selector, evaluate
+from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import NrpError, TopicError, UnreadableError
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.prepare import Side, name_cause
@@ -306,7 +301,7 @@ def _beyond(slices: Slices, root: BrainRoot) -> Iterator[Finding]:
             yield found_in(source, Code.NRP211, node, message, Level.WARNING)
 
 
-def _code_of(error: Exception, mapping: binding.Mapping | None) -> Code:
+def _code_of(error: Exception, mapping: ParameterMapping | None) -> Code:
     is_device = isinstance(mapping, (MapSpikeSink, MapSpikeSource))
     return code_of(error, Code.NRP225 if is_device else Code.NRP210)
 

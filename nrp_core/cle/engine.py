@@ -24,8 +24,8 @@ from nrp_core.cle.pacing import AsFastAsPossible, Pacing
 from nrp_core.cle.time_limit import DEFAULT_S, DeferredInterrupt, TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.parameters.source_line import line_in
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.parameters import line_in
 from nrp_core.errors import (
     ExperimentError,
     LifecycleError,

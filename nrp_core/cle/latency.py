@@ -6,9 +6,9 @@ import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.parameters.topics import Topic
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.parameters import Topic
 
 BRAIN = "brain"
 

@@ -6,13 +6,17 @@
     @nrp.Neuron2Robot(Topic("/robot/cmd_vel", geometry_msgs.msg.Twist))
     def drive(t, left):
         return geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(20 * left.voltage, 0, 0))
+
+``__all__`` is the language. ``EXTENSION_NAMES`` are for authors of readers and of other languages; each is
+imported when it is first used.
 """
 
 from __future__ import annotations
 
+from nrp_core._support.lazy import lazily
 from nrp_core.dsl import tf_lib
-from nrp_core.dsl.devices.custom import CustomDevice
-from nrp_core.dsl.devices.kinds import (
+from nrp_core.dsl.device_kinds import (
+    CustomDevice,
     ac_source,
     conductance_recorder,
     dc_source,
@@ -26,9 +30,10 @@ from nrp_core.dsl.devices.kinds import (
     spike_recorder,
     voltage_recorder,
 )
-from nrp_core.dsl.functions.decorators import Neuron2Robot, Robot2Neuron
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.mappings import (
+from nrp_core.dsl.functions import Neuron2Robot, Robot2Neuron, TransferFunction
+from nrp_core.dsl.mappings import (
+    GLOBAL,
+    TRANSFER_FUNCTION_LOCAL,
     MapCSVRecorder,
     MapRobotPublisher,
     MapRobotSubscriber,
@@ -36,11 +41,9 @@ from nrp_core.dsl.functions.mappings import (
     MapSpikeSource,
     MapVariable,
 )
-from nrp_core.dsl.functions.monitors import NeuronMonitor
-from nrp_core.dsl.functions.variables import GLOBAL, TRANSFER_FUNCTION_LOCAL
-from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
-from nrp_core.dsl.selection.regions import Box, Sphere
-from nrp_core.dsl.selection.selectors import brain, chain_neurons, map_neurons, nrange, resolve
+from nrp_core.dsl.monitors import NeuronMonitor
+from nrp_core.dsl.parameters import PreprocessedTopic, Topic
+from nrp_core.dsl.selection import Box, Sphere, brain, chain_neurons, map_neurons, nrange, resolve
 from nrp_core.parameters import GivenParameters
 
 parameter = GivenParameters().parameter
@@ -84,3 +87,54 @@ __all__ = [
     "tf_lib",
     "voltage_recorder",
 ]
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from nrp_core.dsl.device_kinds import DeviceKind as DeviceKind
+    from nrp_core.dsl.devices import CurrentGenerator as CurrentGenerator
+    from nrp_core.dsl.devices import Device as Device
+    from nrp_core.dsl.devices import LeakyIntegratorDevice as LeakyIntegratorDevice
+    from nrp_core.dsl.devices import NoiseCurrentGenerator as NoiseCurrentGenerator
+    from nrp_core.dsl.devices import Port as Port
+    from nrp_core.dsl.devices import SettableAttribute as SettableAttribute
+    from nrp_core.dsl.devices import SineCurrentGenerator as SineCurrentGenerator
+    from nrp_core.dsl.devices import SpikeGenerator as SpikeGenerator
+    from nrp_core.dsl.functions import TIME as TIME
+    from nrp_core.dsl.functions import Flow as Flow
+    from nrp_core.dsl.loading import Listing as Listing
+    from nrp_core.dsl.loading import PythonSource as PythonSource
+    from nrp_core.dsl.loading import file_names as file_names
+    from nrp_core.dsl.loading import file_scope as file_scope
+    from nrp_core.dsl.loading import load_transfer_functions as load_transfer_functions
+    from nrp_core.dsl.loading import provide_messages as provide_messages
+    from nrp_core.dsl.mappings import Variable as Variable
+    from nrp_core.dsl.messages import message_packages as message_packages
+    from nrp_core.dsl.messages import message_type as message_type
+    from nrp_core.dsl.monitors import MonitoringFunction as MonitoringFunction
+    from nrp_core.dsl.parameters import Adapter as Adapter
+    from nrp_core.dsl.parameters import Binding as Binding
+    from nrp_core.dsl.parameters import ParameterMapping as ParameterMapping
+    from nrp_core.dsl.parameters import line_in as line_in
+    from nrp_core.dsl.selection import Selection as Selection
+    from nrp_core.dsl.selection import Selector as Selector
+    from nrp_core.dsl.selection import evaluate as evaluate
+else:
+    __getattr__, __dir__, EXTENSION_NAMES = lazily(
+        __name__,
+        {
+            "nrp_core.dsl.device_kinds": "DeviceKind",
+            "nrp_core.dsl.devices": (
+                "CurrentGenerator Device LeakyIntegratorDevice NoiseCurrentGenerator Port SettableAttribute "
+                "SineCurrentGenerator SpikeGenerator"
+            ),
+            "nrp_core.dsl.functions": "Flow TIME",
+            "nrp_core.dsl.loading": (
+                "Listing PythonSource file_names file_scope load_transfer_functions provide_messages"
+            ),
+            "nrp_core.dsl.mappings": "Variable",
+            "nrp_core.dsl.messages": "message_packages message_type",
+            "nrp_core.dsl.monitors": "MonitoringFunction",
+            "nrp_core.dsl.parameters": "Adapter Binding ParameterMapping line_in",
+            "nrp_core.dsl.selection": "Selection Selector evaluate",
+        },
+    )

@@ -11,8 +11,8 @@ from nrp_bibi.loader import load_bibi
 from nrp_bibi.model.channels import DeviceType
 
 from nrp_core.cle.engine import Failure
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.testing.rig import Rig
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.testing import Rig
 from nrp_core.errors import ExperimentError
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64

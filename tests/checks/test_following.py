@@ -12,7 +12,7 @@ import pytest
 
 from nrp_core.checks.code.declarations import Declarations
 from nrp_core.checks.validate import validate_file
-from nrp_core.dsl.loading.listing import python_listing
+from nrp_core.dsl.loading import python_listing
 from nrp_core.findings import Finding, Level
 
 SHIPPED = Path(nrp_experiments.__path__[0])

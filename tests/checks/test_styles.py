@@ -8,9 +8,8 @@ import pytest
 
 from nrp_core.brain.files.script import load_network
 from nrp_core.checks.validate import validate_file
-from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.dsl.testing.mocks import MockBrain
-from nrp_core.dsl.testing.rig import Rig
+from nrp_core.dsl.loading import load_transfer_functions
+from nrp_core.dsl.testing import MockBrain, Rig
 from nrp_core.findings import Level
 
 TOPICS = {

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+import nrp_core.dsl
+
 ROOT = Path(__file__).parents[2]
 DOORS = (
     "nrp_core", "nrp_core.brain", "nrp_core.experiment", "nrp_core.world",
@@ -128,13 +130,24 @@ def test_the_reference_lists_exactly_the_public_names() -> None:
         assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == importlib.import_module(door).__all__
 
 
+def test_the_names_that_extend_the_language_exist_and_are_in_the_reference() -> None:
+    page = (ROOT / "docs" / "reference" / "python.md").read_text()
+    (row,) = re.findall(r"^\| `nrp_core\.dsl` \|.*also import (.*) \|$", page, re.MULTILINE)
+    assert re.findall(r"`(\w+)`", row) == nrp_core.dsl.EXTENSION_NAMES
+    assert all(hasattr(nrp_core.dsl, name) for name in nrp_core.dsl.EXTENSION_NAMES)
+    assert not set(nrp_core.dsl.__all__) & set(nrp_core.dsl.EXTENSION_NAMES)
+
+
 @pytest.mark.parametrize("path", outside(), ids=lambda path: str(path.relative_to(ROOT)))
 def test_code_outside_the_core_uses_public_names_only(path: Path) -> None:
     for module, name in imported(OWN_FILE.sub("", path.read_text())):
         assert is_public(module) or is_public(f"{module}.{name}"), f"{module}.{name}"
-        names = getattr(importlib.import_module(module), "__all__", None)
+        package = importlib.import_module(module)
+        names = getattr(package, "__all__", None)
         if names is not None and name:
-            assert name in names or is_public(f"{module}.{name}"), f"{module}.{name}"
+            assert name in [*names, *getattr(package, "EXTENSION_NAMES", ())] or is_public(
+                f"{module}.{name}"
+            ), f"{module}.{name}"
 
 
 def test_the_core_itself_does_not_go_through_its_doors() -> None:

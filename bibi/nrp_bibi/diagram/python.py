@@ -11,9 +11,7 @@ from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
 from nrp_bibi.generation.part import CodePart
 from nrp_bibi.model.functions import PythonTransferFunction
 from nrp_core.checks.code.declarations import Declarations, Declared
-from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.functions.monitors import MonitoringFunction
-from nrp_core.dsl.loading.listing import Listing, PythonSource
+from nrp_core.dsl import Listing, MapSpikeSink, MapSpikeSource, MonitoringFunction, PythonSource
 from nrp_core.errors import TransferFunctionError
 from nrp_core.world.messages.base import type_name
 

@@ -25,8 +25,7 @@ from nrp_bibi.model.selectors import (
     NeuronSelectorTemplate,
     Population,
 )
-from nrp_core.dsl.functions.function import TIME
-from nrp_core.dsl.parameters.messages import message_packages
+from nrp_core.dsl import TIME, message_packages
 from nrp_core.errors import TransferFunctionError, did_you_mean
 
 

@@ -23,7 +23,7 @@ from nrp_bibi.model.expressions import (
     SimulationStep,
     Subtract,
 )
-from nrp_core.dsl.functions.function import TIME
+from nrp_core.dsl import TIME
 
 _FRAMEWORKS = ("hbp_nrp_client.tf_framework", "hbp_nrp_cle.tf_framework", "python_cle.tf_framework")
 OPERATIONS: dict[type[Operator], type[ast.operator]] = {

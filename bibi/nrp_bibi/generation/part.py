@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType
 
-from nrp_core.dsl.loading.listing import PythonSource
+from nrp_core.dsl import PythonSource
 from nrp_core.errors import TransferFunctionError
 
 

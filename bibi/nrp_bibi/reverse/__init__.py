@@ -15,7 +15,7 @@ from nrp_bibi.reverse.functions import as_function
 from nrp_bibi.reverse.imported import bound_by, imported, written_out
 from nrp_bibi.reverse.refusal import NotExpressibleError
 from nrp_bibi.reverse.selectors import Normalized
-from nrp_core.dsl.parameters.messages import message_packages
+from nrp_core.dsl import message_packages
 from nrp_core.errors import TransferFunctionError
 
 _IMPORTS = (ast.Import, ast.ImportFrom)

@@ -18,7 +18,7 @@ from nrp_bibi.model.expressions import (
     SimulationStep,
 )
 from nrp_bibi.reverse.refusal import NotExpressibleError
-from nrp_core.dsl.functions.function import TIME
+from nrp_core.dsl import TIME
 
 _KINDS = {python: kind for kind, python in OPERATIONS.items()}
 _BY_NAME = {name: kind for kind, name in FUNCTIONS.items()}

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
-from nrp_core.dsl.parameters.topics import SubscribedTopic
+from nrp_core.dsl.parameters import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.refusals import world_lacks
 from nrp_core.world.capabilities import WorldCapabilities, needs_of

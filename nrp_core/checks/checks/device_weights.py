@@ -12,11 +12,10 @@ from nrp_core.checks.network_units import too_strong
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.checks.unreachable_thresholds import too_weak
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.parameters.binding import Mapping
-from nrp_core.dsl.selection.selection import BrainRoot, Selection
-from nrp_core.dsl.selection.selectors import select
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.parameters import ParameterMapping
+from nrp_core.dsl.selection import BrainRoot, Selection, select
 from nrp_core.errors import NrpError
 from nrp_core.findings import Code, Finding, Level
 
@@ -85,6 +84,6 @@ def _chosen(
     yield from (one.ids for one in ([selected] if isinstance(selected, Selection) else selected))
 
 
-def _at(mapping: Mapping, code: Code, message: str) -> Finding:
+def _at(mapping: ParameterMapping, code: Code, message: str) -> Finding:
     place = mapping.place
     return Finding(code, message, Level.WARNING, Path(place.path), place.line)

@@ -15,8 +15,8 @@ from nrp_core.checks.code.shapes import Call, Known
 from nrp_core.checks.code.syntax import excerpt, number_of, own_nodes
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
-from nrp_core.dsl.functions.mappings import MapRobotSubscriber
-from nrp_core.dsl.tf_lib.vision import find_centroid_hsv, wrong_bounds
+from nrp_core.dsl.mappings import MapRobotSubscriber
+from nrp_core.dsl.tf_lib import find_centroid_hsv, wrong_bounds
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.scripts import last_name

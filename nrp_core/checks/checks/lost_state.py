@@ -12,7 +12,7 @@ from nrp_core.checks.code.statements import CHANGING
 from nrp_core.checks.code.syntax import excerpt, own_nodes
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
-from nrp_core.dsl.functions.mappings import MapCSVRecorder
+from nrp_core.dsl.mappings import MapCSVRecorder
 from nrp_core.findings import Code, Finding, Level
 
 _OPENERS = frozenset({"open", "io.open", "codecs.open", "gzip.open", "bz2.open", "lzma.open"})

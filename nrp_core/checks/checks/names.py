@@ -12,8 +12,8 @@ from nrp_core.checks.code.declarations import Declared, found_in
 from nrp_core.checks.code.syntax import own_nodes
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment, at_most
-from nrp_core.dsl.functions.collector import name_taken
-from nrp_core.dsl.loading.listing import PythonSource
+from nrp_core.dsl.functions import name_taken
+from nrp_core.dsl.loading import PythonSource
 from nrp_core.errors import Instead, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 

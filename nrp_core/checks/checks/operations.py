@@ -39,13 +39,9 @@ from nrp_core.checks.code.shapes import (
 from nrp_core.checks.code.statements import Written
 from nrp_core.checks.registry import checks_function
 from nrp_core.checks.static_experiment import CheckedFunction
-from nrp_core.dsl.devices.devices import Device, attribute_hint
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.functions.csv_recorder import CSVRecorder
-from nrp_core.dsl.functions.mappings import MapCSVRecorder, MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.functions.variables import Variable
-from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic
+from nrp_core.dsl.devices import Device, DeviceGroup, attribute_hint
+from nrp_core.dsl.mappings import CSVRecorder, MapCSVRecorder, MapSpikeSink, MapSpikeSource, Variable
+from nrp_core.dsl.parameters import Adapter, PublishedTopic, SubscribedTopic
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
@@ -239,7 +235,9 @@ def _takes_values(callee: Any) -> bool:
     if not isinstance(callee, (FunctionType, MethodType)) and not type(callee).__module__.startswith("numpy"):
         return False
     module = str(getattr(callee, "__module__", ""))
-    return module.startswith(("nrp_core.dsl.tf_lib", "nrp_core.dsl.parameters.topics", "numpy"))
+    return module.startswith(
+        ("nrp_core.dsl.tf_lib", "nrp_core.dsl.messages", "nrp_core.dsl.parameters", "numpy")
+    )
 
 
 def _truth_value(name: str, unit: str) -> str:

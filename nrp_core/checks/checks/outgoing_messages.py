@@ -15,7 +15,7 @@ from nrp_core.checks.code.shapes import Call, Instance, Items, Known, Number, Re
 from nrp_core.checks.code.syntax import SCOPES, excerpt, own_nodes
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
-from nrp_core.dsl.parameters.topics import PublishedTopic
+from nrp_core.dsl.parameters import PublishedTopic
 from nrp_core.errors import TopicError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level

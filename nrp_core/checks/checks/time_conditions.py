@@ -12,7 +12,7 @@ from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.cle.latency import paths
 from nrp_core.clock import NS_PER_S, milliseconds, seconds
-from nrp_core.dsl.parameters.topics import SubscribedTopic
+from nrp_core.dsl.parameters import SubscribedTopic
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.parameters import with_parameters
 from nrp_core.experiment.model.collector import Collector

@@ -15,10 +15,9 @@ from nrp_core.checks.code.syntax import excerpt
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.clock import milliseconds
-from nrp_core.dsl.devices.devices import Device
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.parameters.topics import PublishedTopic
+from nrp_core.dsl.devices import Device, DeviceGroup
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.parameters import PublishedTopic
 from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid import ROUNDED_TURN_RAD

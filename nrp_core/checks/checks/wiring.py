@@ -14,12 +14,11 @@ from nrp_core.checks.code.declarations import Unread
 from nrp_core.checks.code.shapes import Compute, Instance, Read, Return, Write
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
-from nrp_core.dsl.devices.devices import Device
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.mappings import MapCSVRecorder, MapSpikeSource, MapVariable
-from nrp_core.dsl.functions.monitors import MonitoringFunction
-from nrp_core.dsl.parameters.adapter import Adapter
+from nrp_core.dsl.devices import Device, DeviceGroup
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.mappings import MapCSVRecorder, MapSpikeSource, MapVariable
+from nrp_core.dsl.monitors import MonitoringFunction
+from nrp_core.dsl.parameters import Adapter
 from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name

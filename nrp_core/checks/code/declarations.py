@@ -25,15 +25,12 @@ from nrp_core.checks.code.shapes import (
 )
 from nrp_core.checks.code.statements import FAILURES, MisfitError, Statements, Written, changed_in
 from nrp_core.checks.code.syntax import SCOPES, own_nodes
-from nrp_core.dsl.devices.kinds import DeviceKind
-from nrp_core.dsl.functions.decorators import Neuron2Robot, Robot2Neuron
-from nrp_core.dsl.functions.function import TIME, TransferFunction
-from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource, MapVariable
-from nrp_core.dsl.loading.listing import Listing, PythonSource
-from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.dsl.parameters.binding import Binding, Mapping
-from nrp_core.dsl.parameters.topics import PreprocessedTopic
-from nrp_core.dsl.selection.selectors import Selector
+from nrp_core.dsl.device_kinds import DeviceKind
+from nrp_core.dsl.functions import TIME, Neuron2Robot, Robot2Neuron, TransferFunction
+from nrp_core.dsl.loading import Listing, PythonSource
+from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, MapVariable
+from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping, PreprocessedTopic
+from nrp_core.dsl.selection import Selector
 from nrp_core.errors import CapabilityError, ExperimentError, Instead, TopicError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.error_codes import code_of
@@ -41,7 +38,7 @@ from nrp_core.findings.error_codes import code_of
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-class Unread(Mapping):
+class Unread(ParameterMapping):
     """A mapping with an unknown target."""
 
     def __call__(self, function: Any) -> TransferFunction:
@@ -368,10 +365,10 @@ class Declarations(Statements):
             self.findings.append(found_in(self._source, Code.NRP240, node, message))
             return self._substitute_of(node)
         value = found.value if isinstance(found, Known) else None
-        if isinstance(value, (Mapping, *_FUNCTION_DECORATORS)):
+        if isinstance(value, (ParameterMapping, *_FUNCTION_DECORATORS)):
             return value
-        if isinstance(value, type) and issubclass(value, (Mapping, *_FUNCTION_DECORATORS)):
-            is_mapping = issubclass(value, Mapping)
+        if isinstance(value, type) and issubclass(value, (ParameterMapping, *_FUNCTION_DECORATORS)):
+            is_mapping = issubclass(value, ParameterMapping)
             arguments = "(...)" if is_mapping else "()"
             message = f"'@nrp.{value.__name__}' must be called: @nrp.{value.__name__}{arguments}"
             self.findings.append(found_in(self._source, Code.NRP210, node, message))
@@ -413,7 +410,7 @@ class Declarations(Statements):
                 return self.called(Call(call.node, call.callee, tuple(given[:2]), named, call.is_whole))
         if issubclass(kind, PreprocessedTopic):
             return self._topic(call)
-        if issubclass(kind, (Mapping, *_FUNCTION_DECORATORS)):
+        if issubclass(kind, (ParameterMapping, *_FUNCTION_DECORATORS)):
             was_complete = self.is_complete
             self._note(call.node, f"the arguments of {kind.__name__} are known only when it runs")
             if issubclass(kind, _NO_TOPIC):
@@ -458,11 +455,11 @@ class Declarations(Statements):
         try:
             declared.function = self.at(declared.node, decorator, declared.function)
         except ExperimentError as error:
-            is_mapping = isinstance(decorator, Mapping)
+            is_mapping = isinstance(decorator, ParameterMapping)
             code = code_of(error, Code.NRP219 if is_mapping else Code.NRP210)
             self.findings.append(found_in(self._source, code, node, error.message, instead=error.instead))
             return is_mapping and isinstance(declared.function, TransferFunction)
-        name = decorator.parameter if isinstance(decorator, Mapping) else ""
+        name = decorator.parameter if isinstance(decorator, ParameterMapping) else ""
         declared.nodes[name] = node
         return True
 

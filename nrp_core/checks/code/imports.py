@@ -14,8 +14,8 @@ from types import ModuleType
 
 from nrp_core.checks.code.shapes import MODULES, UNKNOWN, Imported, ImportsOf, Known, Names, Shape, attribute
 from nrp_core.checks.code.statements import Statements, changed_in
-from nrp_core.dsl.loading.listing import Listing, PythonSource, python_listing
-from nrp_core.dsl.parameters.messages import message_packages
+from nrp_core.dsl.loading import Listing, PythonSource, python_listing
+from nrp_core.dsl.messages import message_packages
 from nrp_core.errors import ExperimentError, TransferFunctionError, did_you_mean
 
 _HIDING = frozenset({"globals", "exec", "setattr", "vars", "locals", "__getattr__"})

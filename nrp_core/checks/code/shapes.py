@@ -13,12 +13,9 @@ from typing import Any, TypeAlias, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from nrp_core.dsl.devices.devices import Device, ReadOnlyAttribute, SettableAttribute
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.dsl.parameters.topics import SubscribedTopic
-from nrp_core.dsl.selection.selection import BrainRoot, Selection
-from nrp_core.dsl.selection.selectors import Selector
+from nrp_core.dsl.devices import Device, DeviceGroup, ReadOnlyAttribute, SettableAttribute
+from nrp_core.dsl.parameters import Adapter, SubscribedTopic
+from nrp_core.dsl.selection import BrainRoot, Selection, Selector
 from nrp_core.errors import Instead, did_you_mean
 
 

@@ -13,7 +13,7 @@ from nrp_core.cli.options import refuse_given
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
-    from nrp_core.dsl.functions.function import TransferFunction
+    from nrp_core.dsl.functions import TransferFunction
     from nrp_core.experiment.making.parameters import ParameterValue
     from nrp_core.experiment.model.experiment import Experiment
     from nrp_core.findings import Finding

@@ -13,8 +13,8 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from nrp_core.brain.network.data import Network
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.listing import Listing
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.loading import Listing
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.networks import network_from
 from nrp_core.experiment.model.collector import Collector

@@ -18,9 +18,8 @@ from nrp_core.brain.network.data import Network
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, seconds
-from nrp_core.dsl.functions.collector import require_new_name
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
+from nrp_core.dsl.functions import TransferFunction, require_new_name
+from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants

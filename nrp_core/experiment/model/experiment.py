@@ -27,9 +27,9 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.network.data import Network
 from nrp_core.cle.pacing import SLOWEST
 from nrp_core.clock import NS_PER_MS, milliseconds
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.listing import Listing
-from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.loading import Listing
+from nrp_core.dsl.messages import message_type
 from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.added_sensors import AddedSensorSection
 from nrp_core.experiment.model.collector import Collector

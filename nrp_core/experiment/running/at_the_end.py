@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Final
 
 from nrp_core.clock import seconds
-from nrp_core.dsl.devices.devices import SpikeGenerator
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.variables import Variable
+from nrp_core.dsl.devices import DeviceGroup, SpikeGenerator
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.mappings import Variable
 from nrp_core.experiment.events.conditions import Times
 from nrp_core.experiment.model.event_schema import causes_of
 from nrp_core.experiment.model.experiment import Experiment

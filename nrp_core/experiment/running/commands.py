@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.functions import TransferFunction
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.maker import load_function_file
 from nrp_core.experiment.running.control import Commands

@@ -27,8 +27,8 @@ from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
 from nrp_core.cle import ClosedLoop, pacing_of
 from nrp_core.clock import seconds
-from nrp_core.dsl.functions.csv_recorder import write_csv
-from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.mappings import write_csv
 from nrp_core.errors import (
     CapabilityError,
     ExperimentError,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
-from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.functions import TransferFunction
 from nrp_core.experiment.making.watch import declare_missing_topics, silent_topic
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level

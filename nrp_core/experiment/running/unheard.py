@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from difflib import get_close_matches
 from pathlib import Path
 
-from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.functions import TransferFunction
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Direction

@@ -12,7 +12,7 @@ from typing import Any
 
 from nrp_core._support.closing import Closing
 from nrp_core.cle import ClosedLoop
-from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl.functions import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, Level

@@ -21,7 +21,7 @@ from nrp_core._support.arrays import IntArray
 from nrp_core._support.jsonable import to_jsonable
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.clock import NS_PER_S
-from nrp_core.dsl.functions.csv_recorder import write_csv
+from nrp_core.dsl.mappings import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
 from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment

@@ -2,7 +2,7 @@
 
 Their constructors work as in ROS 1 (no arguments, positional, keywords, ints for floats); arrays are NumPy
 arrays. Inside experiment files ``import geometry_msgs.msg`` finds them, see
-:mod:`nrp_core.dsl.loading.imports`. Any dataclass can be a message type: :func:`message` names it.
+:mod:`nrp_core.dsl.loading`. Any dataclass can be a message type: :func:`message` names it.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from nrp_legacy.shims.smach import CBState, Concurrence, InvalidTransitionError,
 from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Duration, Time
 
-from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl.loading import load_transfer_functions
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Findings
 from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Vector3

@@ -13,7 +13,7 @@ from nrp_legacy.shims.modules import as_in_ros1
 from nrp_legacy.topics import find_alias
 
 from nrp_core.checks.validate import validate_file
-from nrp_core.dsl.testing.mocks import MockWorld
+from nrp_core.dsl.testing import MockWorld
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3

@@ -12,7 +12,7 @@ from nrp_formats import save_nir
 from nrp_core.brain.files.network_file import read_network, save_network
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.dsl.testing.mocks import MockBrain
+from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import ArgumentError, NetworkError, NeuronSelectionError
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.brain.devices.sources import ACSource, CurrentPort, CurrentSpec, DCSource, NoisyCurrentSource
-from nrp_core.dsl.testing.mocks import MockBrain
+from nrp_core.dsl.testing import MockBrain
 from nrp_core.seeds import Seeds
 
 MS = 1_000_000

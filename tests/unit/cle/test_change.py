@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import ExperimentError, NeuronSelectionError, TransferFunctionError
 from nrp_core.world.messages.std_msgs import Float64
 

@@ -11,7 +11,7 @@ import nrp_core.dsl as nrp
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import LifecycleError, TimestepError, TopicError
 from nrp_core.world.messages.std_msgs import Float64, String
 

@@ -11,8 +11,8 @@ import pytest
 import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
+from nrp_core.dsl.loading import load_transfer_functions
+from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import SimulationError, TransferFunctionRaisedError
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.part import Part

@@ -15,7 +15,7 @@ from nrp_core._support import interruption
 from nrp_core.cle import ClosedLoop
 from nrp_core.cle.time_limit import DeferredInterrupt
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
+from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 
 PERIOD = 20 * NS_PER_MS
 

@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
-from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
+from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import SimulationError
 
 PERIOD = 20 * NS_PER_MS

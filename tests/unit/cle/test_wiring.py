@@ -8,7 +8,7 @@ import pytest
 
 import nrp_core.dsl as nrp
 from nrp_core.cle.wiring import Wiring
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import TopicError, TransferFunctionError
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.messages.std_msgs import Float64, String

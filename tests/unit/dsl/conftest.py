@@ -8,8 +8,8 @@ from textwrap import dedent
 
 import pytest
 
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.loading import load_transfer_functions
 
 Load = Callable[[str], list[TransferFunction]]
 

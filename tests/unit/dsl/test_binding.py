@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from nrp_core import Scene, read_model
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.devices import DeviceGroup
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import (
     CapabilityError,
     ExperimentError,

@@ -25,7 +25,7 @@ def test_a_plain_script_needs_no_loader() -> None:
         import hbp_nrp_client.tf_framework as nrp
         import geometry_msgs.msg
         from std_msgs.msg import Float64
-        from nrp_core.dsl.testing.rig import Rig
+        from nrp_core.dsl.testing import Rig
 
         @nrp.MapSpikeSink("wheel", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
         @nrp.Neuron2Robot(nrp.Topic("/cmd", geometry_msgs.msg.Twist))

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import nrp_core.dsl as nrp
-from nrp_core.dsl.functions.csv_recorder import CSVRecorder, write_csv
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
-from nrp_core.errors import TransferFunctionError
+from nrp_core.dsl.mappings import CSVRecorder, write_csv
+from nrp_core.dsl.testing import MockBrain, MockWorld
+from nrp_core.errors import OutsideFolderError, TransferFunctionError
 
 CELLS = st.text(
     st.characters(codec="utf-8", exclude_categories=["Cs", "Cc"], include_characters=',"\n'), min_size=1
@@ -81,8 +81,9 @@ def test_recorders_of_one_file_share_its_headers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["../../rows.csv", "/rows.csv"])
-def test_a_file_stays_inside_its_folder(tmp_path: Path, name: str) -> None:
-    assert write_csv([bound(filename=name)], tmp_path) == [tmp_path / "rows.csv"]
+def test_a_file_outside_the_folder_of_the_run_is_refused(name: str) -> None:
+    with pytest.raises(OutsideFolderError):
+        bound(filename=name)
 
 
 def test_a_file_needs_a_name() -> None:

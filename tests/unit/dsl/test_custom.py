@@ -11,8 +11,8 @@ import nrp_core.dsl as nrp
 from nrp_core.brain.devices.sinks import PopulationRate
 from nrp_core.brain.devices.sources import DCSource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.dsl.selection.selection import Selection
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.selection import Selection
+from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import TransferFunctionError
 
 

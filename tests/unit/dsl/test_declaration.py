@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from nrp_core.dsl.functions.function import Flow, TransferFunction
+from nrp_core.dsl.functions import Flow, TransferFunction
 from nrp_core.errors import ExperimentError, TransferFunctionError
 
 Load = Callable[[str], list[TransferFunction]]

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core.dsl.devices import kinds
-from nrp_core.dsl.devices.devices import Device
-from nrp_core.dsl.devices.kinds import KINDS, DeviceKind
-from nrp_core.dsl.parameters.binding import Binding
-from nrp_core.dsl.selection.selection import Selection
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl import device_kinds as kinds
+from nrp_core.dsl.device_kinds import KINDS, DeviceKind
+from nrp_core.dsl.devices import Device
+from nrp_core.dsl.parameters import Binding
+from nrp_core.dsl.selection import Selection
+from nrp_core.dsl.testing import MockBrain, MockWorld
 
 MS = 1_000_000
 

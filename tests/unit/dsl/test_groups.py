@@ -10,10 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.brain.devices.sources import PoissonSource
-from nrp_core.dsl.devices.devices import SpikeGenerator
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.selection.selection import Selection
-from nrp_core.dsl.testing.mocks import MockBrain
+from nrp_core.dsl.devices import DeviceGroup, SpikeGenerator
+from nrp_core.dsl.selection import Selection
+from nrp_core.dsl.testing import MockBrain
 
 rates = st.floats(0, 1e6)
 

@@ -12,10 +12,9 @@ import nrp_experiments.braitenberg_husky as experiment
 import numpy as np
 import pytest
 
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
-from nrp_core.dsl.testing.rig import Rig
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.loading import load_transfer_functions
+from nrp_core.dsl.testing import MockBrain, MockWorld, Rig
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image
 

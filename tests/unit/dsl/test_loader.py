@@ -12,12 +12,9 @@ from types import ModuleType
 import pytest
 
 import nrp_core.dsl as nrp
-from nrp_core.dsl.functions.collector import collecting
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.imports import file_scope
-from nrp_core.dsl.loading.listing import python_listing
-from nrp_core.dsl.loading.loader import load_transfer_functions
-from nrp_core.dsl.testing.rig import Rig
+from nrp_core.dsl.functions import TransferFunction, collecting
+from nrp_core.dsl.loading import file_scope, load_transfer_functions, python_listing
+from nrp_core.dsl.testing import Rig
 from nrp_core.errors import ExperimentError, NrpError, TransferFunctionError
 
 Load = Callable[[str], list[TransferFunction]]

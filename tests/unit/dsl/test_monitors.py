@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nrp_core.dsl as nrp
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import TransferFunctionError
 
 MS = 1_000_000

@@ -14,10 +14,8 @@ from hypothesis import strategies as st
 from nrp_core import dsl as nrp
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.pynn import builder
-from nrp_core.dsl.selection.selection import BrainRoot, Selection
-from nrp_core.dsl.selection.selectors import evaluate, select
-from nrp_core.dsl.testing.mocks import MockBrain
-from nrp_core.dsl.testing.rig import Rig
+from nrp_core.dsl.selection import BrainRoot, Selection, evaluate, select
+from nrp_core.dsl.testing import MockBrain, Rig
 from nrp_core.errors import NeuronSelectionError
 
 FIRST = 3

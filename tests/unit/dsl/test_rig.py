@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.testing.rig import Rig
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.testing import Rig
 from nrp_core.errors import TransferFunctionError
 
 Load = Callable[[str], list[TransferFunction]]

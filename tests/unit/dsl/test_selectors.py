@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Population
-from nrp_core.dsl.selection.selection import BrainRoot, Selection
-from nrp_core.dsl.selection.selectors import (
+from nrp_core.dsl.selection import (
+    BrainRoot,
+    Selection,
     brain,
     chain_neurons,
     evaluate,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.dsl.parameters.messages import message_packages, service_packages
+from nrp_core.dsl.messages import message_packages, service_packages
 
 ROOT = Path(__file__).parents[3]
 

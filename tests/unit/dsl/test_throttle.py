@@ -7,7 +7,7 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.dsl.functions.throttle import Throttle
+from nrp_core.dsl.functions import Throttle
 
 MS = 1_000_000
 

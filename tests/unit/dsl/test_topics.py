@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.parameters.messages import message_packages, message_type
-from nrp_core.dsl.parameters.topics import PreprocessedTopic, PublishedTopic, SubscribedTopic, Topic
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
-from nrp_core.dsl.testing.rig import Rig
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.messages import message_packages, message_type
+from nrp_core.dsl.parameters import PreprocessedTopic, PublishedTopic, SubscribedTopic, Topic
+from nrp_core.dsl.testing import MockBrain, MockWorld, Rig
 from nrp_core.errors import TopicError, TransferFunctionError
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.messages.std_msgs import Float64

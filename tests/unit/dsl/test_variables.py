@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.variables import Variable
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
-from nrp_core.dsl.testing.rig import Rig
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.mappings import Variable
+from nrp_core.dsl.testing import MockBrain, MockWorld, Rig
 
 Load = Callable[[str], list[TransferFunction]]
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
-from nrp_core.dsl.testing.mocks import MockBrain
+from nrp_core.dsl.testing import MockBrain
 from nrp_core.recording.layout import Images
 from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.drives.wheels import WheelDrive

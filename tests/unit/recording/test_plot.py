@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from nrp_core.dsl.testing.mocks import MockWorld
+from nrp_core.dsl.testing import MockWorld
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures import check_target, plot
 from nrp_core.recording.figures.film import camera_images, moments

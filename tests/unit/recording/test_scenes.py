@@ -129,7 +129,7 @@ def test_a_model_that_leaves_the_scene_is_removed_from_the_recorded_one() -> Non
 
 
 def _shown(*visuals: Visual) -> Any:
-    from nrp_core.dsl.testing.mocks import MockWorld
+    from nrp_core.dsl.testing import MockWorld
 
     world = MockWorld(scene=Scene((Model("thing", (Link("body", visuals=visuals),), static=True),)))
     return shown_visuals(world.scene, SceneFrames(world).now, {})

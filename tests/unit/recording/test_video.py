@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.dsl.testing.mocks import MockBrain
+from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures.room import Bounds
 from nrp_core.recording.figures.story import Story, Track

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from nrp_core.dsl.testing.mocks import MockWorld
+from nrp_core.dsl.testing import MockWorld
 from nrp_core.errors import BackendLoadError, TopicError
 from nrp_core.world import Scene
 from nrp_core.world.messages.gazebo_srvs import GetWorldPropertiesResponse

@@ -14,8 +14,7 @@ from nrp_legacy.maker import LegacyMaker, ShimmedMaker
 from hbp_nrp_virtual_coach.live import Live
 from hbp_nrp_virtual_coach.settings import log
 from hbp_nrp_virtual_coach.storage import Stored
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl import TransferFunction, load_transfer_functions
 from nrp_core.errors import ExperimentError, NrpError, did_you_mean
 from nrp_core.experiment import Experiment, Run, load_function_file
 

@@ -22,22 +22,23 @@ from nrp_core import dsl
 from nrp_core.brain import Brain as RunningBrain
 from nrp_core.brain import Network
 from nrp_core.clock import from_milliseconds
-from nrp_core.dsl import brain as any_brain
-from nrp_core.dsl.devices.devices import (
+from nrp_core.dsl import (
+    Binding,
     CurrentGenerator,
     Device,
+    DeviceKind,
     LeakyIntegratorDevice,
     NoiseCurrentGenerator,
     Port,
+    Selection,
+    Selector,
     SettableAttribute,
     SineCurrentGenerator,
     SpikeGenerator,
+    Variable,
+    evaluate,
 )
-from nrp_core.dsl.devices.kinds import DeviceKind
-from nrp_core.dsl.functions.variables import Variable
-from nrp_core.dsl.parameters.binding import Binding
-from nrp_core.dsl.selection.selection import Selection
-from nrp_core.dsl.selection.selectors import Selector, evaluate
+from nrp_core.dsl import brain as any_brain
 from nrp_core.findings import Code
 from nrp_legacy.code import Notes
 from nrp_legacy.live.built import to_built_brain
@@ -301,7 +302,7 @@ class Brain(Selector):
 
 
 __extends_dsl__ = True
-"""Errors here are reported at the caller; see :mod:`nrp_core.dsl.parameters.source_line`."""
+"""Errors here are reported at the caller; see :mod:`nrp_core.dsl.parameters`."""
 
 SPELLINGS = {
     "std": "stdev", "weights": "weight", "delays": "delay", "target": "receptor_type", "initial_rate": "rate",

@@ -10,9 +10,7 @@ from nrp_bibi.generation.part import CodePart
 from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.reader import model_of
 
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading import listing
-from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl import PythonSource, TransferFunction, load_transfer_functions
 from nrp_core.errors import TransferFunctionError
 from nrp_core.xml import Element
 from nrp_legacy.code import Notes, Source
@@ -48,7 +46,7 @@ def load(
     return loaded
 
 
-def sources_of(element: Element, root: Element, library: Library, notes: Notes) -> list[listing.PythonSource]:
+def sources_of(element: Element, root: Element, library: Library, notes: Notes) -> list[PythonSource]:
     """Return the code that :func:`load` would execute.
 
     Raises:
@@ -61,7 +59,7 @@ def sources_of(element: Element, root: Element, library: Library, notes: Notes) 
     if not is_active(element):
         names = [item.name for item in tree.body if isinstance(item, ast.FunctionDef) and item.decorator_list]
         tree.body += ast.parse("\n".join(f"{name}.active = False" for name in names)).body
-    return [listing.PythonSource(source.path, tree, has_columns=False)]
+    return [PythonSource(source.path, tree, has_columns=False)]
 
 
 def part_source(element: Element, root: Element, library: Library) -> list[Source]:

@@ -10,10 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from nrp_core.brain import Network
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.loading import listing
-from nrp_core.dsl.loading.listing import Listing
-from nrp_core.dsl.loading.loader import load_transfer_functions
+from nrp_core.dsl import Listing, PythonSource, TransferFunction, load_transfer_functions
 from nrp_core.experiment import Build, Collector, Experiment, Omission, Platform, Section, build_here
 from nrp_core.findings import Code
 from nrp_core.paths import ExistingFile
@@ -82,12 +79,12 @@ class ImportedMaker(ShimmedMaker):
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
         names = self._begun(experiment)  # a run may use those of its functions
-        sources: list[listing.PythonSource] = []
+        sources: list[PythonSource] = []
         for i, path in enumerate(experiment.transfer_functions):
             omission = Omission(Code.NRP272, "file", path.name)
             with collector.during(Code.NRP210, "transfer_functions", i, omission=omission):
                 tree = Source.of_file(path).tree(self._note)
-                sources.append(listing.PythonSource(path, tree))
+                sources.append(PythonSource(path, tree))
         yield self._listing(names, sources, collector)
 
     def _load(self, path: Path) -> list[TransferFunction]:

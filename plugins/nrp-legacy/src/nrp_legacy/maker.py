@@ -13,9 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from nrp_core.brain import Network
-from nrp_core.dsl.functions.function import Flow, TransferFunction
-from nrp_core.dsl.loading.listing import Listing, PythonSource
-from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.dsl import Flow, Listing, PythonSource, TransferFunction, message_type
 from nrp_core.errors import NrpError
 from nrp_core.experiment import Build, Collector, Experiment, Maker, Omission, Participant, Run, build_here
 from nrp_core.findings import Code, Finding, Level

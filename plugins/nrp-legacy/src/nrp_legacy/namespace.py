@@ -10,8 +10,7 @@ from types import MappingProxyType, ModuleType
 from typing import Any
 
 from nrp_core.brain import Network
-from nrp_core.dsl.loading.imports import file_scope
-from nrp_core.dsl.loading.loader import file_names
+from nrp_core.dsl import file_names, file_scope
 from nrp_core.findings import Code
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
 from nrp_core.world.messages.std_msgs import Float32, Int32, String

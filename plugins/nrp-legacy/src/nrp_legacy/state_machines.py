@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from nrp_core.cle.engine import ClosedLoop
-from nrp_core.dsl.parameters.source_line import line_in
+from nrp_core.dsl import line_in
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.findings import Code, Finding, Level

@@ -13,9 +13,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, Literal, TypeVar
 
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.parameters.messages import message_type
-from nrp_core.dsl.parameters.topics import Topic
+from nrp_core.dsl import Topic, TransferFunction, message_type
 from nrp_core.findings import Code, Finding, Findings
 from nrp_core.world import (
     Direction,

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from nrp_core.dsl.loading.imports import file_scope
-from nrp_core.dsl.parameters.messages import message_packages, message_type
-from nrp_core.dsl.testing.mocks import MockWorld
+from nrp_core.dsl.loading import file_scope
+from nrp_core.dsl.messages import message_packages, message_type
+from nrp_core.dsl.testing import MockWorld
 from nrp_core.errors import TopicError
 from nrp_core.world.messages.base import invalid_field
 from nrp_core.world.messages.cdr import Codec

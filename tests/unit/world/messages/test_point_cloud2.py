@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from nrp_core.dsl.loading.imports import file_scope
+from nrp_core.dsl.loading import file_scope
 from nrp_core.world.messages.point_cloud2 import create_cloud, read_points
 from nrp_core.world.messages.sensor_msgs import PointCloud2, PointField
 from nrp_core.world.messages.std_msgs import Header

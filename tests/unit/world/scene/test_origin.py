@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from nrp_core.dsl.testing.mocks import MockEngine
+from nrp_core.dsl.testing import MockEngine
 from nrp_core.world.scene.model import Box, Collision, Link, Model, Plane, Scene
 from nrp_core.world.scene.origin import Native
 from nrp_core.world.scene.sdf import read_model

@@ -9,7 +9,7 @@ from nrp_bibi.model.functions import Bibi
 from nrp_bibi.model.metamodel import Feature, Node, Value, concrete, features
 
 from nrp_core import dsl
-from nrp_core.dsl.devices.kinds import DeviceKind
+from nrp_core.dsl import DeviceKind
 
 _UNITS = {"rate": "Hz", "voltage": "mV", "amplitude": "nA", "mean": "nA"}
 """The units of device values."""

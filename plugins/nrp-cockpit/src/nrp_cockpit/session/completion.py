@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nrp_core.dsl import __all__ as language
-from nrp_core.dsl.parameters.messages import message_packages
+from nrp_core.dsl import message_packages
 from nrp_core.experiment.running.run import Run
 from nrp_core.world.messages.base import type_name
 

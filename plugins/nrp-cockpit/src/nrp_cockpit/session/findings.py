@@ -9,7 +9,7 @@ from typing import Any
 from nrp_cockpit.session.costs import Cost
 from nrp_core.cle.engine import Failure
 from nrp_core.clock import seconds
-from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl import TransferFunction
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.model.event_schema import Criterion, Event
 from nrp_core.experiment.model.experiment import Experiment

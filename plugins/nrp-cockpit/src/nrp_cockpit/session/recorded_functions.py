@@ -8,7 +8,7 @@ from typing import Any
 
 from nrp_cockpit.session.functions import source_file
 from nrp_core.checks.code.declarations import Declarations
-from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl import TransferFunction
 from nrp_core.errors import NrpError
 from nrp_core.experiment.making.maker import LISTERS
 

@@ -16,7 +16,7 @@ from gymnasium import spaces
 from nrp_core._support.callables import takes
 from nrp_core.checks.warnings import announcement
 from nrp_core.clock import seconds
-from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.dsl import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_lab.gym.spaces import SOURCE, Observed, act_on, observe

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from nrp_core.dsl.functions.function import Flow, TransferFunction
+from nrp_core.dsl import Flow, TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.xml import Element
 from nrp_legacy.code import Source

@@ -15,8 +15,7 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core import dsl
-from nrp_core.dsl.devices.kinds import DeviceKind
-from nrp_core.dsl.loading.loader import file_names
+from nrp_core.dsl import DeviceKind, file_names
 from nrp_legacy.code import Source, defined, ignore_note, without_deprecation_warnings
 from nrp_legacy.files import Library
 from nrp_legacy.framework import SPELLINGS

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core.brain import FloatArray, IntArray
-from nrp_core.dsl.selection.selection import Selection
-from nrp_core.dsl.selection.selectors import Selector
+from nrp_core.dsl import Selection, Selector
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_legacy.live.built import BuiltBrain
 

@@ -15,7 +15,7 @@ from typing import Any, Final, Protocol
 
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
-from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.dsl import message_type
 from nrp_core.experiment import Run
 from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.world import Direction, Stamped, Subscription, Vector, World

@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from nrp_core.dsl.parameters.messages import message_packages
+from nrp_core.dsl import message_packages
 from nrp_core.findings import Code
 from nrp_core.world.messages import gazebo_srvs, std_srvs
 from nrp_core.world.messages.cv_bridge import CvBridge as CvBridge

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import NS_PER_S
-from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.dsl import message_type
 from nrp_core.experiment import Run
 from nrp_core.world import World
 from nrp_core.world.messages import base

@@ -1,19 +1,145 @@
-"""Topics in transfer functions."""
+"""Parameters of transfer functions: bindings, topics, messages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
-from typing import Any
+import dataclasses
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from types import CodeType, TracebackType
+from typing import Any, TypeVar, final
 
-from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.dsl.parameters.brief import brief
-from nrp_core.dsl.parameters.messages import message_type
-from nrp_core.dsl.parameters.source_line import SourceLine
-from nrp_core.errors import TopicError, did_you_mean
+import numpy as np
+
+from nrp_core.brain.interface import Brain
+from nrp_core.dsl.messages import message_type
+from nrp_core.dsl.selection import BrainRoot
+from nrp_core.errors import (
+    CapabilityError,
+    ExperimentError,
+    Instead,
+    TopicError,
+    TransferFunctionError,
+    did_you_mean,
+)
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Publication, Stamped, TopicInfo
 from nrp_core.world.world import World
+
+
+class Adapter:
+    """The value of a parameter in a transfer function."""
+
+    __slots__ = ()
+
+    def refresh(self, now_ns: int) -> None:
+        """Update it just before the function runs."""
+
+    def has_news(self) -> bool | None:
+        """Return whether something came that the function has not seen; None: it triggers no function."""
+        return None
+
+    def reset(self) -> None:
+        """Return to the state at time 0."""
+
+    def set_active(self, active: bool) -> None:
+        """Activate or silence it; it keeps its settings."""
+
+    def release(self) -> None:
+        """Release its resources in brain and world."""
+
+    def save(self) -> Any:
+        """Return its own state; brain and world save theirs."""
+        return None
+
+    def restore(self, saved: Any) -> None:
+        """Restore a state from :meth:`save`."""
+
+    def shown(self) -> str:
+        """Return the value that the function reads as text, for reports; empty if it only writes."""
+        return ""
+
+
+E = TypeVar("E", bound=ExperimentError)
+
+
+@dataclass(frozen=True, slots=True)
+class SourceLine:
+    """A line of a file.
+
+    Args:
+        path: the file name that Python reports; ``<stdin>`` and the like if there is no file.
+        line: 1-based.
+    """
+
+    path: str
+    line: int
+
+    @classmethod
+    def of_caller(cls) -> SourceLine:
+        """Return the line that called into this package, or into a module that extends it.
+
+        Such a module defines the variable ``__extends_dsl__``.
+        """
+        frame = sys._getframe(1)
+        while frame.f_back is not None and _is_language(frame.f_globals):
+            frame = frame.f_back
+        return cls(frame.f_code.co_filename, frame.f_lineno)
+
+    @classmethod
+    def of_code(cls, code: CodeType) -> SourceLine:
+        """Return the first line of a function, including its decorators."""
+        return cls(code.co_filename, code.co_firstlineno)
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}"
+
+    def error(self, message: str, instead: Instead | None = None) -> TransferFunctionError:
+        """Return an error at this line."""
+        return TransferFunctionError(message, path=self.path, line=self.line, instead=instead)
+
+    def located(self, error: E, context: str) -> E:
+        """Return an error of the same class with its place; an error that has a place is unchanged."""
+        if error.path is not None:
+            return error
+        message = f"{context}: {error.message}"
+        return type(error)(message, path=self.path, line=self.line, instead=error.instead)
+
+
+def line_in(trace: TracebackType | None, path: str) -> int | None:
+    """Return the innermost line of a file in a traceback, or None."""
+    line = None
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == path:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line
+
+
+def _is_language(names: Mapping[str, object]) -> bool:
+    return str(names.get("__name__", "")).startswith(_PACKAGE) or "__extends_dsl__" in names
+
+
+_PACKAGE = __name__.rpartition(".")[0] + "."
+
+
+_LIMIT = 300
+
+
+def brief(value: Any) -> str:
+    """Return a value on one line: arrays by type and shape, messages by their fields."""
+    text = _text(value)
+    return text if len(text) <= _LIMIT else text[: _LIMIT - 3] + "..."
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray) and value.size > 3:
+        return f"{value.dtype} array of shape {value.shape}"
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = (f"{item.name}={_text(getattr(value, item.name))}" for item in dataclasses.fields(value))
+        return f"{type(value).__name__}({', '.join(fields)})"
+    return repr(value).replace("\n", " ")
 
 
 def _unchanged(message: Any) -> Any:
@@ -255,3 +381,71 @@ def _wrapper(kind: type) -> Callable[[Any], Any]:
     if is_dataclass(kind) and len(fields(kind)) == 1:
         return kind
     return lambda value: value
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """The bindings of the parameters of one function.
+
+    Args:
+        function: its name.
+        brain, world: the two sides.
+        variables: the variables that all functions of an experiment share, by key.
+    """
+
+    function: str
+    brain: Brain
+    world: World
+    variables: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def root(self) -> BrainRoot:
+        """The root that selectors are evaluated on."""
+        return BrainRoot(self.brain.network)
+
+
+class ParameterMapping(ABC):
+    """The binding of a parameter, with its line in the file.
+
+    Args:
+        parameter: name of the parameter.
+
+    Attributes:
+        reads: the topic that the mapping subscribes to, if any.
+        writes: the topic that the mapping publishes on, if any.
+    """
+
+    reads: Topic | None = None
+    writes: Topic | None = None
+
+    def __init__(self, parameter: str) -> None:
+        self.place = SourceLine.of_caller()
+        if not isinstance(parameter, str):
+            raise self.place.error(f"a mapping needs the name of a parameter, not {parameter!r}")
+        self.parameter = parameter
+
+    @final
+    def bind(self, binding: Binding) -> Adapter:
+        """Return the parameter's value for the function.
+
+        Raises:
+            ExperimentError: neurons, topic or settings do not exist; the message names the line of the
+                binding.
+            CapabilityError: the backend lacks a capability.
+        """
+        context = f"transfer function '{binding.function}', parameter '{self.parameter}'"
+        try:
+            return self._do_bind(binding)
+        except ExperimentError as error:
+            raise self.place.located(error, context) from None
+        except CapabilityError as error:
+            raise CapabilityError(f"{self.place}: {context}: {error}") from error
+        except (ValueError, TypeError) as error:
+            raise self.place.error(f"{context}: {error}") from error
+
+    @abstractmethod
+    def _do_bind(self, binding: Binding) -> Adapter: ...
+
+    @abstractmethod
+    def __str__(self) -> str:
+        """A short description of the binding."""

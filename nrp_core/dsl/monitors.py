@@ -5,21 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from nrp_core.dsl.devices.devices import Device, SpikeRecorderDevice
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.devices.kinds import (
+from nrp_core.dsl.device_kinds import (
     DeviceKind,
     leaky_integrator_alpha,
     leaky_integrator_exp,
     population_rate,
     spike_recorder,
 )
-from nrp_core.dsl.functions.decorators import Neuron2Robot
-from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.functions.mappings import MapSpikeSink
-from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.dsl.parameters.binding import Binding
-from nrp_core.dsl.parameters.topics import PublishedTopic, Topic
+from nrp_core.dsl.devices import Device, DeviceGroup, SpikeRecorderDevice
+from nrp_core.dsl.functions import Neuron2Robot, TransferFunction
+from nrp_core.dsl.mappings import MapSpikeSink
+from nrp_core.dsl.parameters import Adapter, Binding, PublishedTopic, Topic
 from nrp_core.errors import did_you_mean
 from nrp_core.world.messages.cle_ros_msgs import SpikeData, SpikeEvent, SpikeRate
 

@@ -1,21 +1,103 @@
-"""The transfer function: a function, the bindings of its parameters, and when it runs."""
+"""Transfer functions and the decorators that make them."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from enum import Enum
-from typing import Any, Self
+from math import isfinite
+from typing import Any, ClassVar, Self
 
 from nrp_core.brain.interface import Brain
-from nrp_core.clock import seconds
-from nrp_core.dsl.functions.throttle import Throttle
-from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.dsl.parameters.binding import Binding, Mapping
-from nrp_core.dsl.parameters.source_line import SourceLine
-from nrp_core.dsl.parameters.topics import PublishedTopic, Topic
+from nrp_core.clock import SampleSchedule, seconds
+from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping, PublishedTopic, SourceLine, Topic
 from nrp_core.errors import ExperimentError, LifecycleError, TopicError, TriggerError, did_you_mean
 from nrp_core.world.world import World
+
+_collected: ContextVar[list[TransferFunction] | None] = ContextVar("collected", default=None)
+
+
+@contextmanager
+def collecting() -> Iterator[list[TransferFunction]]:
+    """Collect the transfer functions declared in this context, in order.
+
+    Each thread or task has a context of its own, so experiments can load concurrently.
+    """
+    functions: list[TransferFunction] = []
+    token = _collected.set(functions)
+    try:
+        yield functions
+    finally:
+        _collected.reset(token)
+
+
+def register(function: TransferFunction) -> None:
+    """Add a function to the current collection, if there is one.
+
+    Raises:
+        TransferFunctionError: the name is taken.
+    """
+    functions = _collected.get()
+    if functions is not None:
+        require_new_name(function, functions)
+        functions.append(function)
+
+
+def require_new_name(function: TransferFunction, others: Iterable[TransferFunction]) -> None:
+    """Refuse a function whose name is taken.
+
+    Raises:
+        TransferFunctionError: the name is taken.
+    """
+    for other in others:
+        if other.name == function.name:
+            raise function.place.error(name_taken(function.name, other.place))
+
+
+def name_taken(name: str, place: object) -> str:
+    """Return the message about a function whose name is already taken by a function at a place."""
+    return f"the transfer function '{name}' already exists, at {place}; rename one"
+
+
+class Throttle:
+    """Admits one run in each period of a rate; the first run is immediate.
+
+    Periods are counted from time 0 in rational arithmetic, so the mean rate is exact even if
+    steps do not divide it: 30 Hz at steps of 20 ms gives gaps of 40, 40 and 20 ms.
+
+    Args:
+        rate_hz: runs per second, positive; None: no limit.
+    """
+
+    def __init__(self, rate_hz: float | None) -> None:
+        self.rate_hz = rate_hz
+        self._schedule = None if rate_hz is None else SampleSchedule.of(rate_hz, 1)
+        self._last = -1
+
+    def admits(self, t_ns: int) -> bool:
+        """Return whether a run is admitted now; if so, count it."""
+        if self._schedule is None:
+            return True
+        period = self._schedule.index_at(t_ns)
+        if period <= self._last:
+            return False
+        self._last = period
+        return True
+
+    def save(self) -> int:
+        """Return the state."""
+        return self._last
+
+    def restore(self, saved: int) -> None:
+        """Restore a state from :meth:`save`."""
+        self._last = saved
+
+    def reset(self) -> None:
+        """Return to time 0."""
+        self._last = -1
+
 
 TIME = "t"
 
@@ -63,7 +145,7 @@ class TransferFunction:
         self.parameters = self._parameters_of(function)
         self.triggers = self._checked_triggers(triggers)
         self.throttle = Throttle(throttling_rate)
-        self.mappings: dict[str, Mapping] = {}
+        self.mappings: dict[str, ParameterMapping] = {}
         self._adapters: dict[str, Adapter] = {}
         self._arguments: tuple[Adapter, ...] | None = None
         self._active = True
@@ -89,7 +171,7 @@ class TransferFunction:
                 raise self._trigger_error(f"'{name}', which is not one of its parameters{hint}")
         return names
 
-    def add(self, mapping: Mapping) -> None:
+    def add(self, mapping: ParameterMapping) -> None:
         """Bind a parameter.
 
         Raises:
@@ -295,3 +377,90 @@ def _runs_when_called(function: Callable[..., Any]) -> bool:
 def _kind(adapter: Adapter) -> str:
     """Return the name of an adapter's class; a class that a functions file defines cannot be pickled."""
     return type(adapter).__qualname__
+
+
+class _FunctionDecorator:
+    """Base of the decorators; :class:`Robot2Neuron` documents the arguments."""
+
+    flow: ClassVar[Flow]
+    topic: Topic | None = None
+
+    def __init__(
+        self,
+        triggers: str | Sequence[str] | None = None,
+        throttling_rate: float | None = None,
+        *,
+        priority: int = 0,
+    ) -> None:
+        self.place = SourceLine.of_caller()
+        if not (triggers is None or isinstance(triggers, (str, list, tuple))):
+            raise self.place.error(f"triggers are names of parameters, not {triggers!r}")
+        if not (throttling_rate is None or _is_positive(throttling_rate)):
+            raise self.place.error(f"throttling_rate is a positive rate in Hz, not {throttling_rate!r}")
+        if not isinstance(priority, int):
+            raise self.place.error(f"priority is an integer, not {priority!r}")
+        self._triggers = TIME if triggers is None else triggers
+        self._throttling_rate = throttling_rate
+        self._priority = priority
+
+    def __call__(self, function: Callable[..., Any]) -> TransferFunction:
+        """Return the transfer function, registered with the current collector."""
+        if isinstance(function, TransferFunction):
+            raise self.place.error(
+                f"'{function.name}' is already a transfer function; "
+                f"@{self.flow.value} must be the last decorator, directly above the function"
+            )
+        if not hasattr(function, "__code__"):
+            raise self.place.error(f"@{self.flow.value} decorates a function, not {function!r}")
+        made = self._made(function)
+        register(made)
+        return made
+
+    def _made(self, function: Callable[..., Any]) -> TransferFunction:
+        return TransferFunction(
+            function, flow=self.flow, topic=self.topic, triggers=self._triggers,
+            throttling_rate=self._throttling_rate, priority=self._priority,
+        )  # fmt: skip
+
+
+class Neuron2Robot(_FunctionDecorator):
+    """Marks a function from the brain to the robot.
+
+    Args:
+        robot_topic: the topic that the return value is published on, unless the value is None. Without a
+                topic the value is ignored.
+        triggers, throttling_rate, priority: see :class:`Robot2Neuron`.
+    """
+
+    flow = Flow.NEURON_TO_ROBOT
+
+    def __init__(
+        self,
+        robot_topic: Topic | str | None = None,
+        triggers: str | Sequence[str] | None = None,
+        throttling_rate: float | None = None,
+        *,
+        priority: int = 0,
+    ) -> None:
+        super().__init__(triggers, throttling_rate, priority=priority)
+        self.topic = None if robot_topic is None else Topic.of(robot_topic)
+
+
+class Robot2Neuron(_FunctionDecorator):
+    """Marks a function from the robot to the brain; its return value is ignored.
+
+    Args:
+        triggers: names of subscribed topics and spike recorders; a message or spike of one of them makes the
+            function run. By default it runs every step.
+        throttling_rate: the largest number of runs per second.
+        priority: functions with a higher priority run first within a step.
+
+    Raises:
+        TransferFunctionError: an argument is invalid.
+    """
+
+    flow = Flow.ROBOT_TO_NEURON
+
+
+def _is_positive(rate: object) -> bool:
+    return isinstance(rate, (int, float)) and not isinstance(rate, bool) and isfinite(rate) and rate > 0

@@ -2,29 +2,177 @@
 
 from __future__ import annotations
 
+import copy
+import csv
 from collections.abc import Callable, Iterable, Sequence, Sized
+from io import StringIO
 from pathlib import Path, PurePosixPath
 from typing import Any, ClassVar
 
 import numpy as np
 
-from nrp_core.dsl.devices.custom import CustomDevice
-from nrp_core.dsl.devices.devices import Device
-from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.dsl.devices.kinds import KINDS, DeviceKind
-from nrp_core.dsl.functions.csv_recorder import CSVRecorder
-from nrp_core.dsl.functions.decorators import Neuron2Robot, Robot2Neuron
-from nrp_core.dsl.functions.function import Flow, TransferFunction
-from nrp_core.dsl.functions.variables import GLOBAL, SCOPES, TRANSFER_FUNCTION_LOCAL, Variable
-from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.dsl.parameters.binding import Binding, Mapping
-from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
-from nrp_core.dsl.selection.selection import Selection
-from nrp_core.dsl.selection.selectors import evaluate, select
+from nrp_core.dsl.device_kinds import KINDS, CustomDevice, DeviceKind
+from nrp_core.dsl.devices import Device, DeviceGroup
+from nrp_core.dsl.functions import Flow, Neuron2Robot, Robot2Neuron, TransferFunction
+from nrp_core.dsl.parameters import (
+    Adapter,
+    Binding,
+    ParameterMapping,
+    PublishedTopic,
+    SubscribedTopic,
+    Topic,
+    brief,
+)
+from nrp_core.dsl.selection import Selection, evaluate, select
 from nrp_core.errors import OutsideFolderError, did_you_mean
 
+GLOBAL = "global_scope"
+"""The scope of a variable that all transfer functions of an experiment share."""
+TRANSFER_FUNCTION_LOCAL = "transfer_function_scope"
+"""The scope of a variable of one transfer function."""
+SCOPES = (GLOBAL, TRANSFER_FUNCTION_LOCAL)
 
-class _MappingDecorator(Mapping):
+
+class Variable(Adapter):
+    """A value that persists between runs.
+
+    Args:
+        name: for messages.
+        initial: the value at time 0; it is copied, so that changes in place are undone by a reset.
+            An object that cannot be copied, such as an open file, remains the same object.
+
+    Attributes:
+        value: the current value.
+    """
+
+    __slots__ = ("_initial", "name", "value")
+
+    def __init__(self, name: str, initial: Any = None) -> None:
+        self.name = name
+        self._initial = _copied(initial)
+        self.reset()
+
+    def begin_with(self, initial: Any) -> None:
+        """Set the initial value, unless there already is one."""
+        if self._initial is None and initial is not None:
+            self._initial = _copied(initial)
+            self.reset()
+
+    def reset(self) -> None:
+        self.value: Any = _copied(self._initial)
+
+    def save(self) -> Any:
+        return self.value
+
+    def restore(self, saved: Any) -> None:
+        self.value = saved
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether a number of the value has become NaN, so that whatever is computed with it is NaN."""
+        return _has_nan(self.value) and not _has_nan(self._initial)
+
+    def shown(self) -> str:
+        return f"value = {brief(self.value)}"
+
+
+def _has_nan(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return any(_has_nan(one) for one in value)
+    is_real = isinstance(value, float | np.floating | np.ndarray) and np.asarray(value).dtype.kind == "f"
+    return is_real and bool(np.isnan(value).any())
+
+
+def _copied(value: Any) -> Any:
+    try:
+        return copy.deepcopy(value)
+    except (TypeError, copy.Error):
+        return value
+
+
+RESET = "RESET"
+RESET_HEADER = "Simulation_reset"
+
+
+class CSVRecorder(Adapter):
+    """The rows of one parameter.
+
+    Args:
+        filename: name of the file.
+        headers: headers of its columns.
+        erase_on_reset: whether a reset erases the rows; otherwise the next row is marked ``RESET``.
+
+    Attributes:
+        rows: the cells of each row, as text.
+    """
+
+    __slots__ = ("_erase_on_reset", "_is_first_after_reset", "filename", "headers", "rows")
+
+    def __init__(self, filename: str, headers: Sequence[str], *, erase_on_reset: bool = False) -> None:
+        self.filename, self.headers = filename, tuple(headers)
+        self.rows: list[list[str]] = []
+        self._erase_on_reset = erase_on_reset
+        self._is_first_after_reset = False
+
+    def record_entry(self, *values: object) -> None:
+        """Add a row; its cells are the values as ``str`` shows them."""
+        mark = [RESET] if self._is_first_after_reset else []
+        self.rows.append([*map(str, values), *mark])
+        self._is_first_after_reset = False
+
+    def reset(self) -> None:
+        if self._erase_on_reset:
+            self.rows.clear()
+        else:
+            self._is_first_after_reset = bool(self.rows)
+
+    def save(self) -> Any:
+        return list(self.rows), self._is_first_after_reset
+
+    def restore(self, saved: Any) -> None:
+        rows, self._is_first_after_reset = saved
+        self.rows[:] = rows
+
+    def shown(self) -> str:
+        return f"{len(self.rows)} rows"
+
+
+def write_csv(functions: Iterable[TransferFunction], folder: Path) -> list[Path]:
+    """Write the rows of all recorders of transfer functions into a folder; return its files.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    found = [
+        one for function in functions for one in function.adapters.values() if isinstance(one, CSVRecorder)
+    ]
+    texts: dict[str, str] = {}
+    for recorder in found:
+        name = inside(recorder.filename)
+        texts[name] = texts.get(name, "") + _text(recorder, with_headers=name not in texts)
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8", newline="")
+    return [folder / name for name in texts]
+
+
+def _text(recorder: CSVRecorder, *, with_headers: bool) -> str:
+    marked = any(row[-1:] == [RESET] for row in recorder.rows)
+    headers = [*recorder.headers, RESET_HEADER] if marked else recorder.headers
+    text = StringIO()
+    csv.writer(text, lineterminator="\n").writerows(
+        [headers, *recorder.rows] if with_headers else recorder.rows
+    )
+    return text.getvalue()
+
+
+def inside(filename: str) -> str:
+    """Return the name of a recorder's file below the folder of the run, which it never leaves."""
+    parts = [part for part in PurePosixPath(filename.replace("\\", "/")).parts if part not in ("/", "..")]
+    return "/".join(parts) or "records.csv"
+
+
+class _MappingDecorator(ParameterMapping):
     """A mapping used as a decorator; without another decorator it creates the transfer function."""
 
     flow: ClassVar[Flow]

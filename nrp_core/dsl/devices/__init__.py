@@ -1,1 +1,0 @@
-"""Devices as transfer functions see them."""

@@ -1,1 +1,0 @@
-"""Transfer functions and the decorators that make them."""

@@ -1,1 +1,0 @@
-"""Files of transfer functions: imports, listing, execution."""

@@ -1,1 +1,0 @@
-"""Parameters of transfer functions: bindings, topics, messages."""

@@ -1,1 +1,0 @@
-"""Selection of neurons by name, index and location."""
