@@ -1,1 +1,42 @@
-"""Recordings: a folder with the experiment's files, data about the run, and every message in an MCAP file."""
+"""Recordings: a folder with the experiment's files, data about the run, and every message in an MCAP file.
+
+The names here are those that read, compare and replay recordings; each is imported when it is first used.
+"""
+
+from nrp_core._support.lazy import lazily
+
+TYPE_CHECKING = False  # type checkers know this name; importing typing would take 5 ms
+if TYPE_CHECKING:
+    from nrp_core.recording.export.numbers import Numbers as Numbers
+    from nrp_core.recording.export.numbers import Series as Series
+    from nrp_core.recording.export.numbers import groups_of as groups_of
+    from nrp_core.recording.folder.recording_folder import RecordingFolder as RecordingFolder
+    from nrp_core.recording.folder.recording_folder import named_files as named_files
+    from nrp_core.recording.images import values_of as values_of
+    from nrp_core.recording.layout import RUN_NAME as RUN_NAME
+    from nrp_core.recording.layout import Images as Images
+    from nrp_core.recording.layout import Role as Role
+    from nrp_core.recording.reading.mcap_messages import RecordedTopic as RecordedTopic
+    from nrp_core.recording.reading.recording import Recording as Recording
+    from nrp_core.recording.reading.steps import Comparison as Comparison
+    from nrp_core.recording.reading.steps import Difference as Difference
+    from nrp_core.recording.reading.steps import RecordedStep as RecordedStep
+    from nrp_core.recording.reading.steps import steps_of as steps_of
+    from nrp_core.recording.reading.tables import numbers_in as numbers_in
+    from nrp_core.recording.replay.recorded_world import with_recorded_brain as with_recorded_brain
+    from nrp_core.recording.replay.recorded_world import with_recorded_world as with_recorded_world
+else:
+    __getattr__, __dir__, __all__ = lazily(
+        __name__,
+        {
+            "nrp_core.recording.export.numbers": "Numbers Series groups_of",
+            "nrp_core.recording.folder.recording_folder": "RecordingFolder named_files",
+            "nrp_core.recording.images": "values_of",
+            "nrp_core.recording.layout": "Images RUN_NAME Role",
+            "nrp_core.recording.reading.mcap_messages": "RecordedTopic",
+            "nrp_core.recording.reading.recording": "Recording",
+            "nrp_core.recording.reading.steps": "Comparison Difference RecordedStep steps_of",
+            "nrp_core.recording.reading.tables": "numbers_in",
+            "nrp_core.recording.replay.recorded_world": "with_recorded_brain with_recorded_world",
+        },
+    )

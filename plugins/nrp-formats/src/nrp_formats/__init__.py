@@ -9,7 +9,7 @@ from one::
     cells = load_nir(sim, "net.nir", method="euler")
 """
 
-from nrp_core._support.lazy import lazily
+from nrp_core.utilities import lazily
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
+from nrp_core.brain import BoolArray, FloatArray, IntArray
 from nrp_core.errors import NetworkError
 from nrp_formats.connectome.ids import ids_of
 from nrp_formats.connectome.signs import sign_of

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import IntArray
+from nrp_core.brain import IntArray
 from nrp_core.errors import NetworkError
 
 _LARGEST = 2**63 - 1

@@ -12,9 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray, Network, Population
 from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_formats.connectome.edges import read_edges
 from nrp_formats.connectome.neurons import Neurons, read_neurons

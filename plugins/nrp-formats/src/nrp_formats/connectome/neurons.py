@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_formats.connectome.ids import ids_of
 from nrp_formats.connectome.signs import sign_of

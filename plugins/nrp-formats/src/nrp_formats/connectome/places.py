@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core._support.arrays import BoolArray, IntArray
+from nrp_core.brain import BoolArray, IntArray
 
 MIX: Final = np.uint64(0x9E3779B97F4A7C15)
 """Multiplication by the golden ratio spreads numbers over all those of 64 bits (Knuth)."""

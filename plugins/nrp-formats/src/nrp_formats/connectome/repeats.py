@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
+from nrp_core.brain import BoolArray, FloatArray, IntArray
 from nrp_formats.connectome.places import MIX
 
 MOST: Final = 1 << 20

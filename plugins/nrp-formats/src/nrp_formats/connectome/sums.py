@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
+from nrp_core.brain import BoolArray, FloatArray, IntArray
 
 PART: Final = 1 << 20
 """Edges handled at a time."""

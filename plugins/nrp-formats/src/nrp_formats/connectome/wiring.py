@@ -9,8 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Projection
+from nrp_core.brain import FloatArray, IntArray, Projection
 from nrp_core.brain.network.indices import Indices
 from nrp_formats.connectome.edges import EdgeChunk, read_edges
 from nrp_formats.connectome.places import Places

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from scipy import sparse
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_formats.nir.graph import Graph
 from nrp_formats.nir.linear import Shape, Signal, parameters_of
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from scipy import sparse
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray
 from nrp_formats.nir.graph import Graph
 
 

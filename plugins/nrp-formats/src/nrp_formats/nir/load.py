@@ -8,13 +8,10 @@ from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.named_values import Named
-from nrp_core.brain.network.data import Network
+from nrp_core.brain import FloatArray, Network, builder
 from nrp_core.brain.network.picking import Selection, with_views
-from nrp_core.brain.pynn import builder
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.utilities import Named, checks_arguments
 from nrp_formats.nir.graded import GRADED, currents
 from nrp_formats.nir.graph import Graph, read_graph
 from nrp_formats.nir.linear import NEURONS, Signal, Signals, emitting

@@ -7,12 +7,10 @@ from typing import Any, Final, get_args
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses import STATIC
+from nrp_core.brain import STATIC, FloatArray, Network, Population, Projection
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import path_of
+from nrp_core.utilities import checks_arguments
 from nrp_formats.nir.graph import library
 from nrp_formats.nir.neurons import Method, Step, driven_by
 from nrp_formats.nir.timing import returning

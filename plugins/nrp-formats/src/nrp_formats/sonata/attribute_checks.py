@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import IntArray
+from nrp_core.brain import IntArray
 from nrp_core.brain.network.nest_models import NEST_CELLS
 from nrp_core.errors import NetworkError
 from nrp_formats.sonata.items import DYNAMICS, SonataItems

@@ -8,13 +8,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nrp_core._support.arrays import IntArray
-from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core.brain import IntArray, Network, Projection
 from nrp_core.brain.files.hdf5 import attribute, group, groups, reading
-from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.paths import path_of
+from nrp_core.utilities import checks_arguments
 from nrp_formats.sonata.attribute_checks import (
     misspelt,
     not_numbers,

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import column, group
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_formats.sonata.json_file import read_object

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from nrp_core._support.strict_json import strict_json
 from nrp_core.errors import NetworkError
+from nrp_core.utilities import strict_json
 
 
 def read_object(path: Path, what: str) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.arrays import IntArray
+from nrp_core.brain import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_formats.sonata.json_file import read_object
 from nrp_formats.sonata.nodes import Nodes

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray, Population
 from nrp_core.brain.files.hdf5 import column
 from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Population
 from nrp_core.brain.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, Parameter
 from nrp_core.errors import CapabilityError, NetworkError
 from nrp_formats.sonata.attribute_checks import require_places

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_core.brain.files.hdf5 import attribute, column, group, groups, reading
 from nrp_core.errors import NetworkError
 

@@ -15,9 +15,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.brain.network.data import Population
-from nrp_core.brain.network.synapses import LAWS, STATIC, STDP, TSODYKS_MARKRAM, SynapseLaw
+from nrp_core.brain import STATIC, STDP, TSODYKS_MARKRAM, FloatArray, IndexArray, Population
+from nrp_core.brain.network.synapses import LAWS, SynapseLaw
 from nrp_core.errors import CapabilityError
 from nrp_formats.sonata.items import SonataItems
 

@@ -7,7 +7,7 @@
 Every task is a sweep in a folder of its own. Its verdict is that of ``nrp diff`` on the same runs.
 """
 
-from nrp_core._support.lazy import lazily
+from nrp_core.utilities import lazily
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from nrp_core._support.writing import writing
+from nrp_core.utilities import writing
 from nrp_lab.benchmark.tasks import MEASURES, TASKS, BenchmarkTask
 from nrp_lab.comparison.grid import RunGrid
 from nrp_lab.comparison.judgement import Answer, combined

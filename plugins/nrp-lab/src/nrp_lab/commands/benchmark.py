@@ -57,8 +57,8 @@ def benchmark(
 
     Stop at any time; repeat the command to resume. The exit code is 1 if a run failed.
     """
-    from nrp_core.brain.backends import brains as all_brains
-    from nrp_core.world.backends import worlds as all_worlds
+    from nrp_core import brains as all_brains
+    from nrp_core import worlds as all_worlds
     from nrp_lab.benchmark.ladder import Ladder, report, report_data, write_csv
     from nrp_lab.benchmark.tasks import tasks_of
 

@@ -206,7 +206,7 @@ def _name_of(pair: PairDiff) -> str:
 def _grid(
     experiment: str, brains: str, worlds: str, controls: str, seeds: int, settings: list[str], vary: list[str]
 ) -> RunGrid:
-    from nrp_core.experiment.model.ranges import keyed_range
+    from nrp_core.experiment import keyed_range
     from nrp_lab.comparison.grid import WIRINGS, RunGrid, wiring_named
 
     with usage_errors("--vary"):
@@ -228,8 +228,8 @@ def _compared(
     grid: RunGrid, metrics: list[Metric], margins: Margins, engine_margins: EngineMargins, results: Path,
     jobs: int | None,
 ) -> GridDiff:  # fmt: skip
-    from nrp_core._support.machine import cores
     from nrp_core.cli.progress import display
+    from nrp_core.utilities import cores
     from nrp_lab.comparison.engine_verdict import NOT_COMPARED, compare_engines
     from nrp_lab.comparison.grid import run_grid
     from nrp_lab.comparison.result import GridDiff
@@ -293,7 +293,7 @@ def _folder(experiment: str) -> Path:
 
 
 def _write(path: Path, text: str) -> None:
-    from nrp_core._support.writing import writing
+    from nrp_core.utilities import writing
 
     with writing(path):
         path.write_text(text, "utf-8")

@@ -8,7 +8,7 @@
 The names here are what authors of metrics need, each imported when it is first used.
 """
 
-from nrp_core._support.lazy import lazily
+from nrp_core.utilities import lazily
 
 TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
 if TYPE_CHECKING:

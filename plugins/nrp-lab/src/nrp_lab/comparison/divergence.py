@@ -8,10 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
+from nrp_core.brain import FloatArray
+from nrp_core.recording import Comparison, Difference, RecordedStep, Recording, Role, steps_of
 from nrp_core.world.messages.cdr import Codec
 from nrp_lab.comparison.signals import RunSignals
 

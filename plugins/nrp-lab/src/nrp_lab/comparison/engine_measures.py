@@ -11,11 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_core.clock import seconds
-from nrp_core.recording.images import values_of
-from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.recording import RecordedTopic, Role, values_of
 from nrp_core.world.messages.geometry_msgs import Quaternion
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES

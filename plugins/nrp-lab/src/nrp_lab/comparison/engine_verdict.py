@@ -11,13 +11,9 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Literal
 
-from nrp_core._support.strict_json import strict_json
-from nrp_core._support.words import first_of
-from nrp_core._support.writing import writing
 from nrp_core.errors import ExperimentError, NrpError
-from nrp_core.recording.layout import Images
-from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.replay.recorded_world import with_recorded_brain, with_recorded_world
+from nrp_core.recording import Images, Recording, with_recorded_brain, with_recorded_world
+from nrp_core.utilities import first_of, strict_json, writing
 from nrp_lab.comparison.engine_measures import BRAIN, WORLD, EngineMargins, Measure, measured
 from nrp_lab.comparison.grid import GridCell, RunGrid, is_whole, record
 from nrp_lab.comparison.signals import RunSignals, missing_from

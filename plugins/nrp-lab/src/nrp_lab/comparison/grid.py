@@ -14,21 +14,13 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
-from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
-from nrp_core.brain.backends import brains
+from nrp_core import brains, worlds
 from nrp_core.brain.network.controls import CONTROLS
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, did_you_mean
-from nrp_core.experiment.backends import code_of
-from nrp_core.experiment.making.prepare import Plan
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.recording_folder import RecordingFolder, named_files
-from nrp_core.recording.layout import RUN_NAME, Images
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.experiment import Experiment, Plan, Range, Run, code_of, load_experiment
+from nrp_core.recording import RUN_NAME, Images, Recording, RecordingFolder, named_files
 from nrp_core.registry import Registry
-from nrp_core.world.backends import worlds
+from nrp_core.utilities import WorkerDiedError, WorkerPool
 from nrp_lab.comparison.signals import RunSignals
 
 _DEFAULTED = ("options", "parameters", "function_parameters")

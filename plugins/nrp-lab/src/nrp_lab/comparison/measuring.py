@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_lab.comparison.grid import Condition, GridCell, RunGrid
 from nrp_lab.comparison.judgement import (
     ConditionValues,

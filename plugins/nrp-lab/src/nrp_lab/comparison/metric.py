@@ -18,12 +18,11 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core._support.checked_arguments import checks_arguments, require_fields
-from nrp_core._support.jit import jit
+from nrp_core.brain import FloatArray
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
-from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment import Experiment
 from nrp_core.registry import Registry
+from nrp_core.utilities import checks_arguments, jit, require_fields
 from nrp_lab.comparison.signals import RunSignals
 
 

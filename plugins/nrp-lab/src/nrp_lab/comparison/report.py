@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from nrp_core._support.words import first_of
-from nrp_core.recording.reading.steps import Difference
+from nrp_core.recording import Difference
+from nrp_core.utilities import first_of
 from nrp_lab.comparison.divergence import Divergence
 from nrp_lab.comparison.engine_verdict import EngineVerdict
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_core.recording.figures.style import BAD, FAINT, GOOD, INK, colour, style
 from nrp_lab.comparison import report
 from nrp_lab.comparison.grid import Condition, GridCell, RunGrid

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording import Recording
 from nrp_lab.comparison.divergence import Deviation, Divergence, deviations, divergence_of
 from nrp_lab.comparison.engine_measures import DEFAULT_MARGINS, EngineMargins, Kind, measured
 from nrp_lab.comparison.engine_verdict import NOT_COMPARED, EngineDifference, EngineVerdict, ranked

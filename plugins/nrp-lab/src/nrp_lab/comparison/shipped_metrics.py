@@ -7,11 +7,10 @@ from math import atan2, cos, pi, sin
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.recording.export.numbers import Series
-from nrp_core.recording.layout import Role
-from nrp_core.world.rigid import Pose
+from nrp_core.brain import FloatArray
+from nrp_core.experiment import Experiment
+from nrp_core.recording import Role, Series
+from nrp_core.world import Pose
 from nrp_lab.comparison.metric import DistanceMetric, Margin, ScalarMetric, dtw_distance, filtered_trains
 from nrp_lab.comparison.signals import RunSignals
 

@@ -8,16 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.words import first_of
+from nrp_core.brain import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.errors import LifecycleError
-from nrp_core.experiment.running.judgement import recorded_judgement
+from nrp_core.experiment import recorded_judgement
 from nrp_core.findings import Weight
-from nrp_core.recording.export.numbers import Numbers, Series, groups_of
-from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording import Numbers, Recording, Role, Series, groups_of
+from nrp_core.utilities import checks_arguments, first_of
 from nrp_core.world.model_states import MODEL_STATES
 
 

@@ -8,7 +8,7 @@ A generation is a sweep that grows by the points of the optimiser. So it runs wh
 journal is the checkpoint: a search that was stopped is repeated, without the runs that are in the journal.
 """
 
-from nrp_core._support.lazy import lazily
+from nrp_core.utilities import lazily
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
 if TYPE_CHECKING:

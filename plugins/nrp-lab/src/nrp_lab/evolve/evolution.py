@@ -14,14 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from ruamel.yaml import YAML
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.writing import writing
+from nrp_core.brain import FloatArray
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.model.tree import Tree, tree_of
-from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment import Tree, load_experiment, tree_of
 from nrp_core.paths import path_of
 from nrp_core.seeds import Seeds
+from nrp_core.utilities import checks_arguments, writing
 from nrp_lab.evolve.history import History, Objective
 from nrp_lab.evolve.model import EvolveFile, evolve_of, read_evolve
 from nrp_lab.evolve.optimisers import Space, optimiser

@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core._support.writing import writing
+from nrp_core.brain import FloatArray
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.figures import UNDATED, check_target
 from nrp_core.recording.figures.style import FAINT, colour, style
+from nrp_core.utilities import writing
 from nrp_lab.sweep.table import Row, read_about, read_table
 
 CRITERIA = "criteria"

@@ -9,8 +9,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, PlainValidator, PositiveInt, WithJsonSchema, model_validator
 
-from nrp_core.experiment.model.tree import Tree
-from nrp_core.experiment.reading.forms import form_of
+from nrp_core.experiment import Tree, form_of
 from nrp_lab.sweep.model import SEED, Choices, Design, ManyRuns, SweepFile, read_many_runs
 
 _UP_TO_1: Final = ("criteria", "degree")

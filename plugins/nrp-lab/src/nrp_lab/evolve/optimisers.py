@@ -11,11 +11,11 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core._support.extras import require_extra
+from nrp_core.brain import FloatArray
 from nrp_core.errors import ExperimentError
 from nrp_core.registry import Registry
 from nrp_core.seeds import Seeds
+from nrp_core.utilities import require_extra
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@
 The names are imported lazily; to use environments by id, ``import nrp_lab.gym`` is enough.
 """
 
-from nrp_core._support.extras import require_extra
+from nrp_core.utilities import require_extra
 
 require_extra("gymnasium", "nrp-lab[gym]", "nrp_lab.gym")
 

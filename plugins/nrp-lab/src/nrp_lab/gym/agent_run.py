@@ -13,12 +13,12 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from nrp_core._support.callables import takes
 from nrp_core.checks.warnings import announcement
 from nrp_core.clock import seconds
 from nrp_core.dsl import TransferFunction
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
+from nrp_core.utilities import takes
 from nrp_lab.gym.spaces import SOURCE, Observed, act_on, observe
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float]

@@ -9,11 +9,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.running import open_run
+from nrp_core.utilities import checks_arguments
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.spaces import values_of
 

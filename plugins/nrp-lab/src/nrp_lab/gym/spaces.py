@@ -11,18 +11,15 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.devices.sinks import PopulationRate
-from nrp_core.brain.devices.trains import PoissonSource
-from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.events.ground_positions import require_poses
-from nrp_core.experiment.running.run import Run
-from nrp_core.recording.reading.tables import numbers_in
+from nrp_core.brain import FloatArray, PoissonSource, PopulationRate
+from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
+from nrp_core.experiment import Run
+from nrp_core.recording import numbers_in
+from nrp_core.world import Direction, TopicInfo
 from nrp_core.world.batch import publish_rows
 from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.base import find_layout
-from nrp_core.world.topics import Direction, TopicInfo
 
 _IMAGE = "sensor_msgs/msg/Image"
 _LONGEST_WAIT_STEPS = 500
@@ -69,7 +66,8 @@ class ObservedMotion(Observed):
     """Pose and velocity of a model in the frame of the world, shape ``(13,)``."""
 
     def __init__(self, run: Run, model: str) -> None:
-        require_poses(run.world)
+        if not run.world.capabilities.poses:
+            raise CapabilityError(f"the world does not report poses, so '{model}' cannot be observed")
         self._engine, self._model = run.world.engine, run.world.scene.model(model).name
         self.space = Box(-np.inf, np.inf, (13,), np.float64)
 

@@ -14,12 +14,12 @@ from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from nrp_core._support.arrays import BoolArray, FloatArray
-from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core.brain import BoolArray, FloatArray
 from nrp_core.cle.batched_loops import SideBySide
 from nrp_core.errors import ExperimentError, LifecycleError, SimulationError, did_you_mean
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.running import open_run
+from nrp_core.utilities import checks_arguments
 from nrp_core.world.batch import threads_for
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.env import CLOSED

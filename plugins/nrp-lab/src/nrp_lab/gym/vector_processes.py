@@ -14,9 +14,9 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import CloudpickleWrapper, batch_space
 
-from nrp_core._support.arrays import BoolArray, FloatArray
-from nrp_core._support.worker_pool import Worker
+from nrp_core.brain import BoolArray, FloatArray
 from nrp_core.errors import SimulationError
+from nrp_core.utilities import Worker
 from nrp_lab.gym.vector import NrpVectorEnv, joined, masked, require_going, require_number, rows_of, seeds_of
 
 

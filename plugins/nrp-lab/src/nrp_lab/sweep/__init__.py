@@ -7,7 +7,7 @@
 Every run is independent of the others, so its row of the table does not depend on when and where it ran.
 """
 
-from nrp_core._support.lazy import lazily
+from nrp_core.utilities import lazily
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
 if TYPE_CHECKING:

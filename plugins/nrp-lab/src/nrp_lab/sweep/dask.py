@@ -9,9 +9,8 @@ from dataclasses import replace
 from itertools import count, islice
 from typing import Any
 
-from nrp_core._support.extras import require_extra
-from nrp_core._support.machine import cores
 from nrp_core.errors import BackendLoadError
+from nrp_core.utilities import cores, require_extra
 from nrp_lab.sweep.executor import ATTEMPTS, Deaths, Executor
 from nrp_lab.sweep.measuring import perform, require_code
 from nrp_lab.sweep.record import Record, Task

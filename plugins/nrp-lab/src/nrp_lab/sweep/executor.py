@@ -9,10 +9,9 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
-from nrp_core._support.machine import cores
-from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
 from nrp_core.registry import Registry
+from nrp_core.utilities import WorkerDiedError, WorkerPool, cores
 from nrp_lab.sweep.measuring import RUN_CACHE, perform
 from nrp_lab.sweep.record import Record, Task
 

@@ -12,10 +12,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from nrp_core._support.writing import writing
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.figures import UNDATED, check_target
 from nrp_core.recording.figures.style import FAINT, colour, style
+from nrp_core.utilities import writing
 from nrp_lab.comparison.metric import METRICS
 from nrp_lab.sweep.plan import Plan
 from nrp_lab.sweep.table import Group, SweepTable, short_key

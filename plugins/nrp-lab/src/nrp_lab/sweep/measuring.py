@@ -9,9 +9,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from nrp_core._support.fingerprint import fingerprint
-from nrp_core._support.jsonable import to_jsonable
-from nrp_core._support.stopwatch import work
 from nrp_core.clock import seconds
 from nrp_core.errors import (
     BackendLoadError,
@@ -21,12 +18,9 @@ from nrp_core.errors import (
     SimulationError,
     did_you_mean,
 )
-from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.running.result import Result
-from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.layout import Images
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.experiment import Result, Run, load_experiment
+from nrp_core.recording import Images, Recording, RecordingFolder
+from nrp_core.utilities import fingerprint, to_jsonable, work
 from nrp_lab.comparison.metric import METRICS, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals
 from nrp_lab.sweep.record import Record, Task

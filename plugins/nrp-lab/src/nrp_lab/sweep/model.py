@@ -15,10 +15,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema, field_validator, mod
 
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.model.section import Name, Section
-from nrp_core.experiment.model.tree import Tree
-from nrp_core.experiment.reading.forms import form_of, read_form, read_form_tree
+from nrp_core.experiment import Name, Range, Section, Tree, form_of, read_form, read_form_tree
 from nrp_core.findings import Code, InvalidExperimentError
 from nrp_core.quantities import TIME_UNITS, DurationNs
 

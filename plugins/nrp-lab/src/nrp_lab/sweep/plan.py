@@ -17,24 +17,28 @@ from warnings import catch_warnings, filterwarnings
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.backends import brains
+from nrp_core import brains, worlds
+from nrp_core.brain import FloatArray
 from nrp_core.checks.warnings import announcement, experiment_warnings
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.backends import code_of
-from nrp_core.experiment.making.parameters import with_parameters
-from nrp_core.experiment.model.collector import Collector
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.model.tree import Key, Tree
-from nrp_core.experiment.reading.find import SHIPPED, find_file, load_experiment
+from nrp_core.experiment import (
+    SHIPPED,
+    Collector,
+    Experiment,
+    Key,
+    Range,
+    Tree,
+    code_of,
+    find_file,
+    load_experiment,
+    with_parameters,
+)
 from nrp_core.findings import Code, InvalidExperimentError
 from nrp_core.paths import TextFrom
 from nrp_core.quantities import time_ns
 from nrp_core.registry import Registry
 from nrp_core.seeds import Seeds
-from nrp_core.world.backends import worlds
 from nrp_lab.comparison.grid import digest_of_files, require_there
 from nrp_lab.sweep.measuring import scalar_metric
 from nrp_lab.sweep.model import GIVEN, GRID, SEED, Axis, Choices, Design, Span, SweepFile, Value, written

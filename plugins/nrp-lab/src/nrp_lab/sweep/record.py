@@ -11,8 +11,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from nrp_core._support.writing import writing
 from nrp_core.errors import ExperimentError
+from nrp_core.utilities import writing
 
 INVALID = "invalid"
 """The state of a run that could not begin."""

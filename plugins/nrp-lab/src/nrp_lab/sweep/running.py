@@ -10,13 +10,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.extras import require_extra
-from nrp_core._support.stopwatch import work
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.model.tree import tree_of
+from nrp_core.experiment import tree_of
 from nrp_core.paths import path_of
+from nrp_core.utilities import checks_arguments, require_extra, work
 from nrp_lab.sweep.executor import Executor, executor
 from nrp_lab.sweep.model import read_sweep, sweep_of
 from nrp_lab.sweep.plan import Plan, PlannedRun

@@ -15,8 +15,8 @@ from itertools import pairwise
 from pathlib import Path
 from time import sleep
 
-from nrp_core._support.writing import writing
 from nrp_core.errors import BackendLoadError, ExperimentError, NrpError, did_you_mean
+from nrp_core.utilities import writing
 from nrp_lab.sweep.executor import Deaths, Executor
 from nrp_lab.sweep.measuring import perform
 from nrp_lab.sweep.record import Journal, Record, Task, records_in

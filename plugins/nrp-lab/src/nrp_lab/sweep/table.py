@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nrp_core._support.extras import require_extra
-from nrp_core._support.writing import writing
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.utilities import require_extra, writing
 from nrp_lab.comparison.grid import ORIGINAL
 from nrp_lab.sweep.model import SEED, Value
 from nrp_lab.sweep.plan import Plan, PlannedRun
