@@ -3,7 +3,8 @@
 They are written as in MJCF, such as ``<mujoco:adhesion name="pad" body="foot"/>`` in a ``<mujoco:actuator>``,
 and name the parts of the scene: a link or joint by its name, a collision as ``link/collision``, with
 ``model/`` before it if it is in another model. Sites and the shapes that tendons wrap around are elements
-with a ``link``. All are added when all models are built, because they may connect models.
+with a ``link``, which may be ``world``: their pose is then relative to the model's. All are added when all
+models are built, because they may connect models.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ _EQUALITIES = ("connect", "weld", "joint", "tendon")
 _ENDS = {"connect": ("site",), "weld": ("site",), "joint": ("joint",), "tendon": ("tendon",)}
 _TARGETS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "site": "site", "refsite": "site",
             "body": "link", "cranksite": "site", "slidersite": "site"}  # fmt: skip
+WORLD = "world"
+"""The link of a place that does not move, unless the model has a link of this name."""
 _HIDDEN = 5
 """A group of geoms that nobody draws."""
 _OF_PAIR = ("condim", "friction", "solref", "solimp", "margin", "gap", "adhesion")
@@ -145,6 +148,8 @@ class Mechanisms:
         body.add_geom(name=name, mass=0, group=_HIDDEN, contype=0, conaffinity=0, **shape, **pos_quat(pose))
 
     def _holder(self, of: str, element: Native) -> tuple[Any, Pose]:
+        if element.attribute("link") == WORLD and WORLD not in self._parts[of].links:
+            return self._spec.worldbody, self._parts[of].model.pose
         self._names.require(element, "link", "link", of)
         return self._parts[of].links[element.attribute("link") or ""]
 

@@ -118,10 +118,13 @@ class _Writer:
         root = 'sdf version="1.11" xmlns:mujoco="urn:mujoco"'
         yield f"<{root}><world name={quoteattr(self._name)}>"
         yield f"<gravity>{_text(self._m.opt.gravity)}</gravity>"
-        if self._m.body_geomnum[_WORLD] or _WORLD in self._m.cam_bodyid:
-            yield f"<model name={quoteattr(self._owner(_WORLD))}><static>true</static>"
-            yield from self._native.of(self._owner(_WORLD))
+        ground = self._owner(_WORLD)
+        native = list(self._native.of(ground))
+        if self._m.body_geomnum[_WORLD] or _WORLD in self._m.cam_bodyid or native:
+            yield f"<model name={quoteattr(ground)}><static>true</static>"
+            yield from native
             yield from self._link(_WORLD, Pose(), "")
+            yield from self._commands(ground)
             yield "</model>"
         for top in self._children.get(_WORLD, ()):
             yield from self._model(top)
@@ -141,9 +144,12 @@ class _Writer:
             if self._m.jnt_bodyid[actuator.joint] in tree:
                 zero = -float(self._m.qpos0[self._m.jnt_qposadr[actuator.joint]])
                 yield actuator.plugin(escape(self._joint_name(actuator.joint)), zero)
-        for name, low, high in self._native.actuators.get(self._body(top), ()):
-            yield _command(name, low, high)
+        yield from self._commands(self._body(top))
         yield "</model>"
+
+    def _commands(self, model: str) -> Iterator[str]:
+        for name, low, high in self._native.actuators.get(model, ()):
+            yield _command(name, low, high)
 
     def _tree(self, body: int) -> Iterator[int]:
         yield body

@@ -14,6 +14,7 @@ import numpy as np
 
 from nrp_world_mujoco.actuators import Actuator, actuators_of
 from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.mechanisms import WORLD
 from nrp_world_mujoco.native import pose_in_file
 
 _SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
@@ -86,8 +87,10 @@ class NativeElements:
     def __init__(self, model: Any, names: Names, cone: str, meshes: Mapping[str, dict[str, str]]) -> None:
         self._m, self._names, self._cone, self._meshes = model, names, cone, meshes
         self._lines: dict[str, list[str]] = {}
-        self._sites = set[int]()
+        self._sites = dict[tuple[str, int], None]()
         self._ground = names.model(0)
+        self._tops = {names.model(body): body for body in range(model.nbody) if not model.body_parentid[body]}
+        """The first body of each model."""
         self._controlled = {each.number: each for each in actuators_of(model)}
         self.actuators: dict[str, list[tuple[str, float, float]]] = {}
         """The actuators of each model that do not control a joint: name, and range of the control."""
@@ -95,9 +98,8 @@ class NativeElements:
                      self._contacts, self._acting):  # fmt: skip
             for owner, line in part():
                 self._lines.setdefault(owner, []).append(line)
-        for site in sorted(self._sites):
-            owner, line = self._site(site)
-            self._lines.setdefault(owner, []).append(line)
+        for owner, site in self._sites:
+            self._lines.setdefault(owner, []).append(self._site(owner, site))
 
     def of(self, model: str) -> Iterable[str]:
         """Return the elements of a model."""
@@ -196,7 +198,7 @@ class NativeElements:
             path = range(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])
             kinds = [mujoco.mjtWrap(m.wrap_type[step]) for step in path]
             fixed = kinds[0] == mujoco.mjtWrap.mjWRAP_JOINT
-            owner = self._names.model(self._body_along(path[0], kinds[0]))
+            owner = self._names.model(self._body_of_tendon(tendon))
             values = {
                 name: _text(getattr(m, f"tendon_{field}")[tendon])
                 for name, (field, usual) in _TENDON.items()
@@ -211,11 +213,17 @@ class NativeElements:
             name = {"name": self._name("tendon", tendon)}
             yield owner, _element("tendon", {}, _inner("fixed" if fixed else "spatial", name | values, steps))
 
-    def _body_along(self, step: int, kind: Any) -> int:
-        m, part = self._m, int(self._m.wrap_objid[step])
-        if kind == mujoco.mjtWrap.mjWRAP_JOINT:
-            return int(m.jnt_bodyid[part])
-        return int(m.site_bodyid[part])  # a spatial tendon begins at a site
+    def _body_of_tendon(self, tendon: int) -> int:
+        """Return the first body on the path of a tendon that moves; the first one if none does."""
+        m, kinds = self._m, mujoco.mjtWrap
+        bodies = {kinds.mjWRAP_JOINT: m.jnt_bodyid, kinds.mjWRAP_SITE: m.site_bodyid}
+        path = range(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])
+        steps = [(kinds(m.wrap_type[step]), int(m.wrap_objid[step])) for step in path]
+        return self._moving(int(bodies[kind][part]) for kind, part in steps if kind in bodies)
+
+    def _moving(self, bodies: Iterable[int]) -> int:
+        """Return the first of some bodies that moves; the first one if none does."""
+        return max(bodies, key=lambda body: bool(self._m.body_weldid[body]))
 
     def _wraps(self, owner: str, path: Iterable[int], kinds: Iterable[Any]) -> Iterator[tuple[str, str]]:
         m = self._m
@@ -223,11 +231,10 @@ class NativeElements:
             if kind in (mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER):
                 geom = int(m.wrap_objid[step])
                 body = int(m.geom_bodyid[geom])
-                values = {"name": f"wrap_{geom}", "link": self._names.body(body),
-                          "size": _text(m.geom_size[geom]),
+                values = {"name": f"wrap_{geom}", "size": _text(m.geom_size[geom]),
                           "type": _SHAPES[mujoco.mjtGeom(m.geom_type[geom])],
-                          "pos": _text(m.geom_pos[geom]), "quat": _text(m.geom_quat[geom])}  # fmt: skip
-                line = self._names.model(body), _element("wrap", values)
+                          **self._place(owner, body, m.geom_pos[geom], m.geom_quat[geom])}  # fmt: skip
+                line = self._holder(owner, body), _element("wrap", values)
                 if line[1] not in self._lines.get(line[0], ()):
                     yield line
 
@@ -242,7 +249,7 @@ class NativeElements:
             case mujoco.mjtWrap.mjWRAP_SITE:
                 return _inner("site", {"site": self._used_site(owner, part)})
         side = {"sidesite": self._used_site(owner, int(number))} if number >= 0 else {}
-        geom = self._full(owner, int(m.geom_bodyid[part]), f"wrap_{part}")
+        geom = self._placed(owner, int(m.geom_bodyid[part]), f"wrap_{part}")
         return _inner("geom", {"geom": geom, **side})
 
     def _shift_of_tendon(self, tendon: int) -> float:
@@ -280,8 +287,7 @@ class NativeElements:
     def _end_body(self, joints: bool, part: int) -> int:
         if joints:
             return int(self._m.jnt_bodyid[part])
-        first = int(self._m.tendon_adr[part])
-        return self._body_along(first, mujoco.mjtWrap(self._m.wrap_type[first]))
+        return self._body_of_tendon(part)
 
     def _end(self, joints: bool, owner: str, part: int) -> str:
         name = self._names.joint(part) if joints else self._name("tendon", part)
@@ -294,19 +300,19 @@ class NativeElements:
         if tag == "weld":
             values["torquescale"] = _text(data[10])
         if mujoco.mjtObj(m.eq_objtype[number]) == mujoco.mjtObj.mjOBJ_SITE:
-            owner = self._names.model(int(m.site_bodyid[ends[0]]))
+            owner = self._names.model(self._moving(m.site_bodyid[ends].tolist()))
             sites = [self._used_site(owner, end) for end in ends]
         else:
-            owner = self._names.model(ends[0] or ends[1])
+            owner = self._names.model(self._moving(ends))
             weld = tag == "weld"
             poses = [(data[3:6], data[6:10]) if weld else (data[:3], _NO_TURN),
                      (data[:3], _NO_TURN) if weld else (data[3:6], _NO_TURN)]  # fmt: skip
             sites = []
             for end, body, (position, turn) in zip((1, 2), ends, poses, strict=True):
                 name = f"equality_{number}_{end}"
-                place = {"name": name, "link": self._names.body(body), "pos": _text(position)}
-                yield self._names.model(body), _element("site", {**place, "quat": _text(turn)})
-                sites.append(self._full(owner, body, name))
+                place = self._place(owner, body, position, turn)
+                yield self._holder(owner, body), _element("site", {"name": name, **place})
+                sites.append(self._placed(owner, body, name))
         named = {"site1": sites[0], "site2": sites[1]}
         yield owner, _element("equality", {}, _inner(tag, named | values))
 
@@ -397,7 +403,8 @@ class NativeElements:
             return owner, {"tendon": self._name("tendon", one), **values}, shift
         if kind == kinds.mjTRN_BODY:
             return self._names.model(one), {"body": self._names.body(one), **values}, 0.0
-        owner = self._names.model(int(m.site_bodyid[one]))
+        ends = [int(m.site_bodyid[end]) for end in (one, other) if end >= 0]
+        owner = self._names.model(self._moving(ends))
         if kind == kinds.mjTRN_SITE:
             ref = {"refsite": self._used_site(owner, other)} if other >= 0 else {}
             return owner, {"site": self._used_site(owner, one), **ref, **values}, 0.0
@@ -442,15 +449,38 @@ class NativeElements:
         model = self._names.model(body)
         return name if model == owner else f"{model}/{name}"
 
-    def _used_site(self, owner: str, site: int) -> str:
-        self._sites.add(site)
-        return self._full(owner, int(self._m.site_bodyid[site]), self._name("site", site))
+    def _holder(self, owner: str, body: int) -> str:
+        """Return the model that has a place on a body: for the world body the one that uses it.
 
-    def _site(self, site: int) -> tuple[str, str]:
-        m, body = self._m, int(self._m.site_bodyid[site])
-        place = {"pos": _text(m.site_pos[site]), "quat": _text(m.site_quat[site])}
-        values = {"name": self._name("site", site), "link": self._names.body(body), **place}
-        return self._names.model(body), _element("site", values)
+        A file may have nothing else on the world body, and as a robot it has its own place in the scene.
+        """
+        return self._names.model(body) if body else owner
+
+    def _place(self, owner: str, body: int, position: Any, turn: Any) -> dict[str, str]:
+        """Return the link and the pose of a place on a body, relative to the model on the world body."""
+        link, top = self._names.body(body), self._tops[owner]
+        if not body and owner != self._ground:
+            link = WORLD
+            origin, back = np.empty(3), np.empty(4)
+            mujoco.mju_negPose(origin, back, self._m.body_pos[top], self._m.body_quat[top])
+            there, turned = np.empty(3), np.empty(4)
+            mujoco.mju_mulPose(there, turned, origin, back, np.array(position), np.array(turn))
+            position, turn = there, turned
+        return {"link": link, "pos": _text(position), "quat": _text(turn)}
+
+    def _placed(self, owner: str, body: int, name: str) -> str:
+        """Return the name of a place on a body as the elements of a model use it."""
+        return self._full(owner, body, name) if body else name
+
+    def _used_site(self, owner: str, site: int) -> str:
+        body = int(self._m.site_bodyid[site])
+        self._sites[self._holder(owner, body), site] = None
+        return self._placed(owner, body, self._name("site", site))
+
+    def _site(self, owner: str, site: int) -> str:
+        m = self._m
+        place = self._place(owner, int(m.site_bodyid[site]), m.site_pos[site], m.site_quat[site])
+        return _element("site", {"name": self._name("site", site), **place})
 
 
 _NO_TURN = [1.0, 0.0, 0.0, 0.0]

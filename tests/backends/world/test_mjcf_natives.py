@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -15,6 +16,7 @@ from nrp_core import World, worlds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.meshes.convex import convex_pieces
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Scene
@@ -389,3 +391,49 @@ def test_excludes_of_absent_links_are_reported_once_and_the_robot_opens(tmp_path
         said = [(warning.message, warning.line) for warning in world.warnings]
     what = "the scene has no link 'hnad'; did you mean 'hand'?: the <exclude> has no effect"
     assert said == [(what + more, 3)]
+
+
+TEXTBOOK_ARM = """<mujoco><worldbody>{ground}
+  <site name="anchor" pos="-0.1 0 1.3" euler="0 30 0"/><site name="post" pos="0.3 0.05 1.2"/>
+  <body name="arm" pos="0 0 1" euler="0 0 20"><joint name="elbow" axis="0 1 0" damping="0.1"/>
+    <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" mass="0.3" contype="0" conaffinity="0"/>
+    <site name="insertion" pos="0.15 0 0.02"/></body></worldbody>
+  <equality><connect body1="arm" body2="world" anchor="0 0 0"/></equality>
+  <tendon><spatial name="cord">{path}</spatial></tendon>
+  <actuator><muscle name="biceps" tendon="cord" lengthrange="0.1 0.6" force="30"/>
+    <motor name="hand" site="post" refsite="insertion" gear="0 0 0.3 0 0.1 0"/></actuator></mujoco>"""
+PULLEY = (
+    '<geom name="pulley" type="cylinder" size="0.03 0.1" pos="0 0 1.1" euler="90 0 0" contype="0" '
+    'conaffinity="0"/>',
+    '<geom geom="pulley"/>',
+)
+SITES = ('<site site="anchor"/>', '<site site="insertion"/>')
+
+
+@pytest.mark.parametrize("sites", [SITES, SITES[::-1]], ids=["from the world", "from the arm"])
+@pytest.mark.parametrize(("ground", "along"), [("", ""), PULLEY], ids=["no ground", "pulley"])
+def test_a_muscle_between_the_world_and_an_arm_acts_as_in_mujoco_alone(tmp_path, sites, ground, along):
+    text = TEXTBOOK_ARM.format(path=along.join(sites), ground=ground)
+    (tmp_path / "arm.xml").write_text(text)
+    controls = {"biceps": 0.6, "hand": 1.0}
+    with opened(read_scene(tmp_path / "arm.xml")) as world:
+        assert not world.warnings
+        for name, value in controls.items():
+            world.advertise(f"/arm/{name}/cmd").publish(Float64(value))
+        found = ours(world, {"arm": "arm"}, 0.5)
+    wanted = alone(text, controls, 0.5)
+    assert abs(wanted["elbow"] - alone(text, {}, 0.5)["elbow"]) > 0.1
+    assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-9)
+
+
+def test_the_places_of_a_robot_on_the_world_are_relative_to_where_it_stands(tmp_path):
+    (tmp_path / "arm.xml").write_text(TEXTBOOK_ARM.format(path="".join(SITES), ground=""))
+    arm = read_model(tmp_path / "arm.xml")
+    moved = replace(arm, pose=Pose((3.0, 2.0, 1.0)) @ arm.pose)
+    found = []
+    for model in (arm, moved):
+        with opened(Scene((model,))) as world:
+            world.advertise("/arm/biceps/cmd").publish(Float64(0.6))
+            found.append(ours(world, {}, 0.5))
+    assert abs(found[0]["elbow"]) > 0.1
+    assert found[1] == pytest.approx(found[0], abs=1e-9)
