@@ -84,7 +84,7 @@ Ignore = Annotated[
     ),
 ]
 Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", envvar="NRP_VERBOSE", help="Print every problem, not its number.")
+    bool, typer.Option("--verbose", "-v", envvar="NRP_VERBOSE", help="Print each problem instead of a count.")
 ]
 Seed = Annotated[
     int | None, typer.Option("--seed", envvar="NRP_SEED", help="The seed of all random numbers.")

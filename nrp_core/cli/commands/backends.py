@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 def backends(
     refresh: Annotated[
         bool,
-        typer.Option(
-            "--refresh", envvar="NRP_REFRESH", help="Check again, even if nothing seems to have changed."
-        ),
+        typer.Option("--refresh", envvar="NRP_REFRESH", help="Check again, ignoring cached results."),
     ] = False,
     json: Json = False,
 ) -> None:

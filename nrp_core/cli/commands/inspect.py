@@ -59,7 +59,7 @@ def inspect(
     verbose: Verbose = False,
     check: Annotated[
         bool,
-        typer.Option("--check", help="Only check that a recording is unchanged and undamaged."),
+        typer.Option("--check", help="Only check the integrity of a recording."),
     ] = False,
     json: Json = False,
 ) -> None:

@@ -78,7 +78,7 @@ def run(
         typer.Option(
             "--allow-incomplete",
             envvar="NRP_ALLOW_INCOMPLETE",
-            help="Succeed although parts of the experiment were left out or functions were stopped.",
+            help="Succeed even if parts of the experiment were left out or functions were stopped.",
         ),
     ] = False,
     ignore: Ignore = None,

@@ -20,7 +20,7 @@ WRONG_OPTION = Explanation(
 
 NO_CAPABILITY = Explanation(
     "The backend, or nrp-core itself, lacks a capability that the experiment needs.",
-    "The part that needs it has no effect; if the simulation cannot run without it, the run is refused.",
+    "The part that needs it has no effect; if the simulation needs it, the run does not start.",
     "Choose a backend with this capability (`nrp backends`), or remove the part that the message names.",
     "{n} missing capabilities",
     Weight.ALTERED,

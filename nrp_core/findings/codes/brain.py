@@ -3,7 +3,7 @@
 from nrp_core.findings.codes.explanation import Explanation, Weight
 
 SCRIPT_FAILED = Explanation(
-    "A brain script that ends with an error, or builds a network that cannot be.",
+    "A brain script that fails, or builds an invalid network.",
     "Without a network there are no neurons to simulate or connect.",
     "Correct the line or value in the message; `nrp run --debug` adds the whole traceback.",
     "{n} brain scripts end with an error",
@@ -13,8 +13,8 @@ SCRIPT_FAILED = Explanation(
 NO_NETWORK_IN_FILE = Explanation(
     "A file that is not a script and cannot be read as a network.",
     "Without a network there are no neurons to simulate or connect.",
-    "Name a whole file in a format that an installed reader knows (docs/howto/keep-a-network.md), or write "
-    "it again with the program that made it.",
+    "Use a complete file in a supported format (docs/howto/keep-a-network.md), or write "
+    "it again with the program that created it.",
     "{n} files cannot be read as networks",
     Weight.ALTERED,
 )
@@ -22,23 +22,23 @@ NO_NETWORK_IN_FILE = Explanation(
 ENDLESS_SCRIPT = Explanation(
     "The brain script takes longer than `brain.time_limit`.",
     "The script was stopped, so there is no network.",
-    "If it should have ended, look at its loops from the line in the message on; if it needs the time, raise "
+    "Check the loops of the script, from the line in the message; if the script needs the time, increase "
     "`brain.time_limit` or set it to `off`.",
     "{n} brain scripts take longer than their limit",
     Weight.ALTERED,
 )
 
 REFUSED_NETWORK = Explanation(
-    "A network that the brain backend refuses.",
-    "The network is a valid one, but this backend cannot simulate the value or part in the message.",
+    "A network that the brain backend rejects.",
+    "The network is valid, but this backend cannot simulate the value or part in the message.",
     "Change that value or part, or choose another brain backend (`nrp backends`).",
-    "{n} networks are refused by the brain backend",
+    "{n} networks are rejected by the brain backend",
     Weight.ALTERED,
 )
 
 NO_SUCH_NEURONS = Explanation(
     "Neurons that the network does not have.",
-    "A device on these neurons would have nothing to read or drive.",
+    "A device on these neurons would have no effect.",
     "Compare the name and index with `populations` in the experiment and with the brain script.",
     "{n} references to neurons that do not exist",
     Weight.ALTERED,
@@ -47,7 +47,7 @@ NO_SUCH_NEURONS = Explanation(
 SLOW_SCRIPT = Explanation(
     "The brain script takes too long to be checked.",
     "Everything that depends on the network, such as the range of indices, was not checked.",
-    "Run the experiment; if the script never ends, look at its loops.",
+    "Run the experiment; if the script never ends, check its loops.",
     "{n} brain scripts take too long to be checked",
     Weight.REMARK,
 )
@@ -70,31 +70,31 @@ BRAIN_FILE_CHANGED = Explanation(
 
 EMPTY_POPULATION = Explanation(
     "A population of the experiment has no neurons in the brain file.",
-    "Devices on this population read and drive nothing.",
+    "Devices on this population have no effect.",
     "Correct the name, or the neurons that the experiment lists for it.",
     "{n} populations have no neurons",
     Weight.ALTERED,
 )
 
 UNCONNECTED = Explanation(
-    "A population without a connection: to anything, from what excites it, or to what functions read.",
-    "Its neurons do not affect the robot: their spikes lead nowhere, or they never fire.",
+    "A population without connections, without excitatory input, or without a path to a device.",
+    "Its neurons do not affect the robot: they never fire, or their spikes have no target.",
     "Connect it, or remove it; often a projection or a device names another population by mistake.",
-    "{n} populations are connected to nothing, or never fire",
+    "{n} populations are not connected, or never fire",
     Weight.REMARK,
 )
 
 TOO_FAST = Explanation(
-    "A population fires as often as no neuron does.",
-    "The run is as written, but a weight, a current or a time constant is probably in another unit.",
-    "Compare the parameters of its cells and the weights onto them with the units of the cell model.",
-    "{n} populations fire as often as no neuron does",
+    "A population has an implausibly high firing rate.",
+    "A weight, a current or a time constant is probably in another unit; the run uses it unchanged.",
+    "Compare the cell parameters and the incoming weights with the units of the cell model.",
+    "{n} populations have an implausibly high firing rate",
     Weight.REMARK,
 )
 
 IMPLAUSIBLE = Explanation(
     "A value of the network is probably in another unit.",
-    "The network runs as written. PyNN's units are ms, mV, nF, nA, uS and Hz.",
+    "The network is simulated unchanged. PyNN's units are ms, mV, nF, nA, uS and Hz.",
     "Compare the value with the unit in the message; no action is needed if it is intended.",
     "{n} values of the network are probably in another unit",
     Weight.REMARK,
@@ -102,8 +102,8 @@ IMPLAUSIBLE = Explanation(
 
 UNLIKE_SCRIPT = Explanation(
     "A part of a brain script contradicts another part, or has no effect.",
-    "The network runs, but some label, current or limit is not the one in the script.",
-    "Give each population and projection a label of its own, inject each current source, and correct delays.",
+    "The network runs, but a label, current or limit differs from the script.",
+    "Give each population and projection a unique label, inject each current source, and correct delays.",
     "{n} parts of brain scripts contradict others or have no effect",
     Weight.REMARK,
 )
@@ -117,17 +117,17 @@ IMPOSSIBLE_VARIANT = Explanation(
 )
 
 IDLE_INTERVENTION = Explanation(
-    "An intervention affects no synapse.",
-    "It has no effect: the run is that of the brain without it.",
-    "Name cells that have synapses, and both ends in the right order.",
+    "An intervention does not affect any synapse.",
+    "The run is the same as without it.",
+    "Name cells that have synapses, and name sources and targets in the right order.",
     "{n} interventions have no effect",
     Weight.REMARK,
 )
 
 UNREACHABLE_THRESHOLD = Explanation(
     "Synapses or a device are too weak to make a cell fire.",
-    "The cells never fire, so whatever reads their spikes gets none.",
-    "Weights are in nA for cells with currents, in uS for cells with conductances; or lower the threshold.",
+    "The cells never fire, so their targets and devices do not receive spikes.",
+    "Increase the weights (nA for cells with currents, uS with conductances), or lower the threshold.",
     "{n} populations cannot fire with the weights of their inputs",
     Weight.ALTERED,
 )

@@ -19,16 +19,16 @@ UNKNOWN_KEY = Explanation(
 )
 
 WRONG_VALUE = Explanation(
-    "A value of the wrong kind, or out of range.",
+    "A value of the wrong type, or out of range.",
     "The run would differ from what you intended.",
-    "Write a value of the kind that the message names, within its limits.",
+    "Use a value of the type in the message, within its limits.",
     "{n} wrong values",
     Weight.ALTERED,
 )
 
 MISSING_KEY = Explanation(
     "A required key is missing.",
-    "No default suits every experiment.",
+    "The key does not have a default value.",
     "Add the key; `nrp schema experiment` shows its format.",
     "{n} missing keys",
     Weight.ALTERED,
@@ -100,7 +100,7 @@ MISSED_EVENT = Explanation(
 
 DEGREES = Explanation(
     "An angle without a unit exceeds a full turn.",
-    "Numbers without a unit are radians; 180 of them are nearly 29 turns.",
+    "Numbers without a unit are radians; 180 rad are nearly 29 turns.",
     "Write the unit: `180 deg`.",
     "{n} angles without a unit exceed a full turn",
     Weight.REMARK,
@@ -125,8 +125,8 @@ UNREADABLE_PARAMETER = Explanation(
 
 CONTRADICTORY_PARAMETER = Explanation(
     "A declaration of a parameter that contradicts itself or another one.",
-    "No value could meet both, so the script is not executed.",
-    "Make its default, range and unit fit each other; two declarations of one name must be equal.",
+    "No value satisfies the declarations, so the script is not executed.",
+    "Make default, range and unit consistent; two declarations of one name must be equal.",
     "{n} declarations of parameters contradict themselves or each other",
     Weight.ALTERED,
 )

@@ -21,9 +21,9 @@ NO_SUCH_IMPORT = Explanation(
 
 MAPPING_MISMATCH = Explanation(
     "A parameter and its mapping do not match.",
-    "Each parameter except `t` gets its value from one mapping; without a mapping it has none.",
+    "Each parameter except `t` needs exactly one mapping, which provides its value.",
     "Give each parameter the name in the first argument of one mapping.",
-    "{n} parameters without a fitting mapping",
+    "{n} parameters without a matching mapping",
     Weight.ALTERED,
 )
 
@@ -62,7 +62,7 @@ READ_ONLY = Explanation(
 
 WRONG_SETTING = Explanation(
     "A setting of a device that does not exist or is out of range.",
-    "The device refuses it: rates and deviations must not be negative, and all values must be finite.",
+    "The device rejects it: rates and deviations must not be negative, and all values must be finite.",
     "Use a setting and a value that the message allows.",
     "{n} wrong settings of devices",
     Weight.ALTERED,
@@ -78,7 +78,7 @@ NO_SUCH_FIELD = Explanation(
 
 WRONG_MESSAGE = Explanation(
     "The arguments of a message do not fit its fields.",
-    "The message could not be created, or its topic would refuse it.",
+    "The message cannot be created, or its topic rejects it.",
     "Give the fields in order or by name, each with the correct type.",
     "{n} messages with arguments that do not fit",
     Weight.ALTERED,
@@ -86,7 +86,7 @@ WRONG_MESSAGE = Explanation(
 
 WRONG_MESSAGE_TYPE = Explanation(
     "The type of a message differs from the type of its topic.",
-    "The topic refuses the message when it is published.",
+    "The topic rejects the message when it is published.",
     "Publish a message of the topic's type, or correct the type of the topic.",
     "{n} messages of another type than their topic",
     Weight.ALTERED,
@@ -102,7 +102,7 @@ TWO_PUBLISHERS = Explanation(
 
 TWO_SOURCES = Explanation(
     "Two sources of the same kind drive the same neurons.",
-    "Their effects add up, which is seldom intended.",
+    "Their effects add up, which is rarely intended.",
     "Use one source, or correct the indices.",
     "{n} pairs of sources drive the same neurons",
     Weight.REMARK,
@@ -119,7 +119,7 @@ SILENT_SOURCE = Explanation(
 
 WRONG_UNIT = Explanation(
     "A quantity in one unit is used as a quantity in another unit.",
-    "This is correct only if a factor carries the missing unit; such a factor should have a name.",
+    "This is correct only if a factor has the missing unit; such a factor should have a name.",
     "Check the gain: `rate_hz = GAIN_HZ_PER_MV * sink.voltage`.",
     "{n} quantities are used in another unit",
     Weight.REMARK,
@@ -135,7 +135,7 @@ SAME_NAME = Explanation(
 
 RETURN_VALUE = Explanation(
     "The return value of a function does not match its topic.",
-    "A value without a topic is lost, and a topic without a value stays silent.",
+    "A value without a topic is lost, and a topic without a value does not publish messages.",
     "Return a message, or name a topic: `@nrp.Neuron2Robot(Topic(...))`.",
     "{n} return values do not match their topic",
     Weight.REMARK,
@@ -175,7 +175,7 @@ NO_SUCH_NAME = Explanation(
 
 NOT_REPRODUCIBLE = Explanation(
     "A function depends on the wall clock or on a global random generator.",
-    "Two runs with the same seed will differ; while a function sleeps, simulated time stands still.",
+    "Two runs with the same seed will differ; while a function sleeps, simulated time does not advance.",
     "Use `t` for the time, and noise devices or a seeded generator in a variable for randomness.",
     "{n} functions depend on the wall clock or on a global random generator",
     Weight.REMARK,
@@ -216,7 +216,7 @@ WRONG_INDEX = Explanation(
 REASSIGNED_PARAMETER = Explanation(
     "A parameter is reassigned and then used as if it still had its original value.",
     "The assignment changes neither the variable nor the device; it only rebinds the name.",
-    "Set an attribute: `kept.value = ...`, `eye.rate = ...`, or use another name.",
+    "Set an attribute: `count.value = ...`, `eye.rate = ...`, or use another name.",
     "{n} parameters are reassigned",
     Weight.REMARK,
 )
@@ -231,7 +231,7 @@ WRONG_ROW = Explanation(
 
 HIDDEN_STATE = Explanation(
     "A function keeps state outside its variables.",
-    "A reset or a restored snapshot leaves that state as it is, so the next run begins differently.",
+    "A reset or a restored snapshot does not restore that state, so the next run starts differently.",
     "Keep it in a variable: `@nrp.MapVariable('count', initial_value=0)`, and use `count.value`.",
     "{n} places where functions keep state outside their variables",
     Weight.REMARK,
@@ -247,7 +247,7 @@ ENDS_PROCESS = Explanation(
 
 WRITES_FILE = Explanation(
     "A function writes a file.",
-    "A reset does not empty the file, a replay writes it again, and a confined run may not write it.",
+    "A reset does not empty the file, a replay writes it again, and a sandboxed run may not write it.",
     "Record values with `nrp.MapCSVRecorder`: a recording of the run contains its rows.",
     "{n} places where functions write files",
     Weight.REMARK,
@@ -271,15 +271,15 @@ PARAMETER_WITHOUT_EFFECT = Explanation(
 
 MESSAGE_OVERWRITTEN = Explanation(
     "A function sends two messages on one topic in the same step.",
-    "A topic keeps the last message of a step, so that the first one moves nothing.",
-    "Send one message that holds both, or use a topic for each.",
-    "{n} messages are overwritten before anything uses them",
+    "A topic keeps only the last message of a step, so the first one has no effect.",
+    "Send one message with both values, or use separate topics.",
+    "{n} messages are overwritten before they are used",
     Weight.REMARK,
 )
 
 COMMAND_IGNORED = Explanation(
     "A part of a command that the drive does not use.",
-    "The robot does not move as this part of the command asks.",
+    "This part of the command has no effect.",
     "Use the components that the message names, or another drive, such as `planar_move` for sideways motion.",
     "{n} parts of commands are ignored by their drives",
     Weight.REMARK,
@@ -287,14 +287,14 @@ COMMAND_IGNORED = Explanation(
 
 NOT_KEPT = Explanation(
     "A variable does not keep its value from call to call.",
-    "The function counts or adds up, and begins again in every call.",
+    "The function counts or sums, and starts again in every call.",
     "Change `name.value` itself, and do not set it at the beginning: `initial_value` does that once.",
     "{n} variables do not keep their values",
     Weight.REMARK,
 )
 
 NO_SUCH_JOINT = Explanation(
-    "A function asks a message for a joint that the robot does not have.",
+    "A function looks up a joint that the robot does not have.",
     "`index` raises an error in the first step, and a test with `in` is never true.",
     "Use one of the robot's joints; `nrp inspect` lists them.",
     "{n} names are not joints of the robot",
@@ -302,55 +302,55 @@ NO_SUCH_JOINT = Explanation(
 )
 
 LOST_NUMBER = Explanation(
-    "A variable of a transfer function has become NaN, not a number.",
-    "NumPy gives NaN for the mean of nothing and for 0 / 0, without an error; it never goes away again.",
-    "Test that there is something to compute with, as by `if len(values)`, before the variable is set.",
+    "A variable of a transfer function has become NaN.",
+    "NumPy returns NaN for the mean of an empty array and for 0 / 0, and every result of NaN is NaN.",
+    "Check for an empty input, for example with `if len(values)`, before the variable is set.",
     "{n} variables have become NaN",
     Weight.ALTERED,
 )
 
 MESSAGE_NOT_SENT = Explanation(
-    "A message is made or filled and not sent, or changed after it was sent.",
-    "Nothing receives it, or not what was set last.",
+    "A message is created but not sent, or changed after it was sent.",
+    "Subscribers do not receive the message or its last values.",
     "Return the message, or pass it to `send_message` when all its fields are set.",
-    "{n} messages are not sent as they are filled",
+    "{n} messages are not sent or changed too late",
     Weight.ALTERED,
 )
 
 NO_PREPROCESSED_RESULT = Explanation(
-    "The function of a preprocessed topic returns nothing.",
-    "Its result is the value of the topic, which is always None.",
+    "The function of a preprocessed topic does not return a value.",
+    "The value of the topic is its result, which is always None.",
     "Return the converted message.",
-    "{n} functions of preprocessed topics return nothing",
+    "{n} functions of preprocessed topics do not return a value",
     Weight.ALTERED,
 )
 
 WAITS = Explanation(
     "A transfer function waits.",
-    "Simulated time passes between its calls only, so a wait in it has no effect or never ends.",
-    "Return, and act in a later call: compare `t` with a time that a variable keeps.",
+    "Simulated time advances only between calls, so the wait has no effect or never ends.",
+    "Return, and act in a later call: compare `t` with a time stored in a variable.",
     "{n} transfer functions wait",
     Weight.ALTERED,
 )
 
 IMPOSSIBLE_COLOUR = Explanation(
-    "The bounds of a colour are met by no pixel, or are in another scale.",
-    "Nothing is found in any image. In OpenCV, hues are 0 to 179, saturations and values 0 to 255.",
+    "The bounds of a colour do not match any pixel, or have another scale.",
+    "The colour is never found. In OpenCV, hues are 0 to 179, saturations and values 0 to 255.",
     "Write the bounds in OpenCV's scale, the lower one first.",
-    "{n} colours can be found in no image",
+    "{n} colours are never found",
     Weight.ALTERED,
 )
 
 BEYOND_SCANNER = Explanation(
-    "A distance is compared with more than its scanner measures.",
-    "The comparison has the same result for all distances; a beam that reaches nothing is `inf`.",
+    "A distance is compared with a value beyond the range of its scanner.",
+    "The comparison has the same result for all distances; a beam without a hit is `inf`.",
     "Compare with a distance within the range of the scanner, or with `inf`.",
     "{n} comparisons are beyond the range of a scanner",
     Weight.ALTERED,
 )
 
 OTHER_STEP = Explanation(
-    "A constant time step is not how often the function runs.",
+    "A constant time step differs from the period of the function.",
     "Integrals and derivatives that use it are wrong by a factor.",
     "Compute the step from `t`, or set `timestep` of the experiment to it.",
     "{n} constant time steps differ from that of the loop",

@@ -11,8 +11,8 @@ CONVERTED = Explanation(
 )
 
 RESOURCE_MISSING = Explanation(
-    "A module, package or file that the experiment uses is not there.",
-    "Code that uses it fails, or does without it.",
+    "A module, package or file of the experiment is missing.",
+    "Code that uses it fails or is skipped.",
     "Install the module, or put the file where the experiment names it.",
     "{n} modules or files are missing",
     Weight.ALTERED,

@@ -19,15 +19,15 @@ STATE_MACHINE_LEFT_OUT = Explanation(
 )
 
 STATE_MACHINE_DOUBTFUL = Explanation(
-    "A state machine runs, and something in it is probably not meant.",
+    "A state machine runs, but a state or transition is probably a mistake.",
     "A state that no transition leads to is never entered, and an outcome without a transition ends it.",
     "Correct the states and transitions that the message names.",
-    "{n} states or transitions are probably not meant",
+    "{n} states or transitions are probably mistakes",
     Weight.REMARK,
 )
 
 FUNCTION_QUARANTINED = Explanation(
-    "A transfer function raised an error and is not called any more.",
+    "A transfer function raised an error and is no longer called.",
     "The rest of the run continues without this function.",
     "Correct the function; with `on_error: stop` the run ends at the first error.",
     "{n} transfer functions were stopped by an error",
@@ -60,7 +60,7 @@ NUMERICAL = Explanation(
 
 REPORTED = Explanation(
     "A report of an engine that does not have a code of its own.",
-    "The message says what the engine does differently.",
+    "The message describes the difference.",
     "Consult the documentation of the engine.",
     "{n} reports of engines",
     Weight.ALTERED,
@@ -75,10 +75,10 @@ NO_EFFECT = Explanation(
 )
 
 SERVICE_REFUSED = Explanation(
-    "A request or goal was refused.",
-    "The change that it asked for was not made.",
+    "A request or goal was rejected.",
+    "The requested change was not made.",
     "Correct the request as the message says.",
-    "{n} requests were refused",
+    "{n} requests were rejected",
     Weight.ALTERED,
 )
 
@@ -92,14 +92,14 @@ CALLBACK_FAILED = Explanation(
 
 MESSAGE_LOST = Explanation(
     "A message from or to another program was dropped, or cannot be carried.",
-    "The receiver does without it.",
+    "The receiver does not get the message.",
     "Correct the type or the values as the message says.",
     "{n} messages or topics were not carried",
     Weight.ALTERED,
 )
 
 LATE = Explanation(
-    "The loop does not keep up with a body that runs in its own time.",
+    "The loop does not keep up with a body that runs in real time.",
     "Commands reach the body later than in a simulation.",
     "Use a longer time step of the loop, a faster brain backend, or a slower body.",
     "{n} times the loop was late",
@@ -107,7 +107,7 @@ LATE = Explanation(
 )
 
 RECORDING_INCOMPLETE = Explanation(
-    "Something of the run cannot be recorded.",
+    "A part of the run cannot be recorded.",
     "The run is unaffected; the recording lacks this part, and a replay may differ.",
     "No action is needed unless the part is needed later; the message names it.",
     "{n} parts of the run are not recorded",
@@ -124,16 +124,16 @@ REPLAY_DIFFERS = Explanation(
 
 INTERRUPTED = Explanation(
     "The run was interrupted or killed.",
-    "Everything after this time is missing; criteria that were not decided by then stay open.",
+    "Everything after this time is missing; criteria that were not decided by then remain open.",
     "Run the experiment again; `--until` ends a run early without an interruption.",
     "{n} interruptions",
     Weight.INCOMPLETE,
 )
 
 BEYOND_THE_END = Explanation(
-    "A run that went on beyond the duration of its experiment.",
+    "A run that continued beyond the duration of its experiment.",
     "Criteria and results are those of the longer run, which other runs of the experiment do not have.",
-    "Raise `duration` in the experiment, or end the run in time: `run.run()` ends at the duration.",
-    "{n} runs went on beyond the duration of the experiment",
+    "Increase `duration` in the experiment, or end the run at the duration, as `run.run()` does.",
+    "{n} runs continued beyond the duration of the experiment",
     Weight.REMARK,
 )

@@ -28,7 +28,7 @@ ROBOT_LEFT_OUT = Explanation(
 
 ROOM_LEFT_OUT = Explanation(
     "The room is left out and replaced by a plain floor.",
-    "The robots meet neither the objects nor the lights of the room.",
+    "The objects and lights of the room are missing.",
     "Correct the cause that the message names: a missing file, or a file that cannot be read.",
     "{n} rooms are left out",
     Weight.INCOMPLETE,
@@ -36,7 +36,7 @@ ROOM_LEFT_OUT = Explanation(
 
 MESH_REPLACED = Explanation(
     "A shape from a file is replaced by a simple shape.",
-    "Cameras and rays see the simple shape, and other bodies touch it; a shape may also be left out.",
+    "Cameras, rays and contacts use the simple shape; a shape may also be left out.",
     "Put the file where the models are searched, or correct it.",
     "{n} meshes are replaced by simple shapes",
     Weight.ALTERED,
@@ -44,7 +44,7 @@ MESH_REPLACED = Explanation(
 
 APPEARANCE_REPLACED = Explanation(
     "A texture, material or colour is missing or not supported.",
-    "Cameras see the part in another colour; its motion is unaffected.",
+    "Images show the part in another colour; its motion is unaffected.",
     "Add the file or the material, or give the part a plain colour.",
     "{n} textures, materials or colours are replaced",
     Weight.ALTERED,
@@ -61,15 +61,15 @@ PART_LEFT_OUT = Explanation(
 UNKNOWN_PLUGIN = Explanation(
     "A plugin of a robot or room is not supported.",
     "Whatever the plugin would do in Gazebo does not happen here.",
-    "No action is needed if the experiment does without it; see docs/reference/scenes.md.",
+    "No action is needed if the experiment does not need it; see docs/reference/scenes.md.",
     "{n} plugins have no effect",
     Weight.ALTERED,
 )
 
 SENSOR_NOT_SIMULATED = Explanation(
     "A sensor, or a property of a sensor, is not simulated.",
-    "The sensor publishes nothing, or messages that differ from those that the file describes.",
-    "Use a supported sensor (docs/reference/scenes.md), or functions that do without it.",
+    "The sensor does not publish messages, or publishes other messages than the file describes.",
+    "Use a supported sensor (docs/reference/scenes.md), or functions that do not need it.",
     "{n} sensors are not simulated as described",
     Weight.ALTERED,
 )
@@ -84,7 +84,7 @@ VALUE_IGNORED = Explanation(
 
 VALUE_REPLACED = Explanation(
     "A value of a robot or room is missing or impossible, and another value is used.",
-    "The model moves or looks as the value in the message says.",
+    "The model is simulated with the value in the message.",
     "Write the intended value into the file.",
     "{n} values of models are replaced",
     Weight.ALTERED,
@@ -99,24 +99,24 @@ NOT_CONTROLLED = Explanation(
 )
 
 RENAMED = Explanation(
-    "A part of a robot or room gets another name, because its name is taken.",
+    "A part of a robot or room is renamed, because its name is already in use.",
     "Topics, services and recordings use the new name.",
-    "Give each part a name of its own.",
+    "Give each part a unique name.",
     "{n} parts of models are renamed",
     Weight.REMARK,
 )
 
 NO_SUBSCRIBER = Explanation(
-    "Commands are published on a topic that nothing subscribes to.",
+    "Commands are published on a topic without a subscriber.",
     "The commands have no effect.",
     "Publish on a topic that `nrp inspect` lists for the robot, or add the drive that subscribes to it.",
-    "{n} topics get commands without a subscriber",
+    "{n} topics receive commands without a subscriber",
     Weight.ALTERED,
 )
 
 NO_PUBLISHER = Explanation(
-    "A topic does not exist in the world, or nothing publishes on it.",
-    "Its subscribers get no messages unless a function publishes on the topic.",
+    "A topic does not exist in the world, or does not have a publisher.",
+    "Its subscribers do not receive messages unless a function publishes on the topic.",
     "Subscribe to a topic that `nrp inspect` lists for the robot, or add the sensor that publishes on it.",
     "{n} topics have no publisher",
     Weight.ALTERED,
@@ -125,46 +125,46 @@ NO_PUBLISHER = Explanation(
 STARTS_INSIDE = Explanation(
     "A robot starts inside the room or another robot.",
     "The physics engine pushes the robot out, often so fast that it is thrown metres away.",
-    "Move the start pose so that the robot overlaps nothing; inside the room, usually z is too low.",
+    "Move the start pose so that the robot does not overlap anything; usually z is too low.",
     "{n} robots start inside the room or another robot",
     Weight.ALTERED,
 )
 
 NO_GROUND = Explanation(
-    "There is nothing below a robot, or below a loose model of the room, at the start.",
-    "Gravity makes it fall: a robot's drive then has no effect, and a floor takes along what stands on it.",
-    "Add ground to the room, move the start pose above the ground, make what should stay `<static>`, or set "
+    "There is no ground below a robot or below a movable model of the room at the start.",
+    "The model falls. The drive of a falling robot has no effect; a floor falls with the objects on it.",
+    "Add ground to the room, move the start pose above the ground, make fixed models `<static>`, or set "
     "the gravity of the room to 0.",
-    "{n} models have nothing below them",
+    "{n} models have no ground below them",
     Weight.ALTERED,
 )
 
 FELL_OUT = Explanation(
     "A robot has fallen out of the room.",
-    "From then on its sensors and its drive act on nothing.",
+    "After that time its sensors and its drive have no objects to act on.",
     "Move the start pose above the ground, or make the ground larger.",
     "{n} robots have fallen out of the room",
     Weight.ALTERED,
 )
 
 NO_LIGHT = Explanation(
-    "Cameras draw light and shadows in a scene without a light.",
-    "Their images are dark: only ambient light and what glows is seen.",
-    "Add a <light> to the room, or include model://sun; or use the raster renderer, which needs none.",
+    "Cameras render light and shadows in a scene without a light.",
+    "Their images are dark: only ambient light and glowing objects are visible.",
+    "Add a <light> to the room, include model://sun, or use the raster renderer, which does not need lights.",
     "{n} scenes have no light",
     Weight.REMARK,
 )
 
 BEYOND_LIMIT = Explanation(
-    "A command is beyond what its joint or drive can do.",
+    "A command exceeds the limits of its joint or drive.",
     "A joint goes to its limit instead; a drive ignores motions it cannot perform, or moves unrealistically.",
     "Scale the command to the limits that `nrp inspect` lists, use m/s and rad/s, or change the robot file.",
-    "{n} topics get commands beyond what their joint or drive can do",
+    "{n} topics receive commands beyond the limits of their joint or drive",
     Weight.REMARK,
 )
 
 STARTS_HIGH = Explanation(
-    "A robot starts several metres above everything below it.",
+    "A robot starts several metres above the ground.",
     "Gravity makes the robot fall, and the impact can throw it over.",
     "Lower z of the start pose so that the robot begins on the ground.",
     "{n} robots start high above the ground",
@@ -173,17 +173,17 @@ STARTS_HIGH = Explanation(
 
 BELOW_GROUND = Explanation(
     "A model lies below the ground that robots stand on.",
-    "What is above the ground neither sees nor touches it.",
+    "Objects above the ground do not collide with it, and sensors do not detect it.",
     "Correct z of its pose; poses of models are in m, from the origin of the room.",
     "{n} models lie below the ground",
     Weight.REMARK,
 )
 
 STEP_OF_ENVIRONMENT = Explanation(
-    "An environment simulates another time in a step than the experiment gives it.",
-    "The brain runs for longer or shorter than the body between two observations.",
+    "The time step of an environment differs from that of the experiment.",
+    "Between two observations the brain runs for a longer or shorter time than the body.",
     "Set the time that the message names: `world: {options: {timestep: 50 ms}}`.",
-    "{n} environments simulate another time in a step",
+    "{n} environments have another time step",
     Weight.REMARK,
 )
 
@@ -197,15 +197,15 @@ OTHER_ENGINE = Explanation(
 
 FRAME_ELSEWHERE = Explanation(
     "A sensor names a frame in which its measurements would be misplaced.",
-    "Its messages are in a frame of its own, which the tree of transforms places correctly.",
-    "Name a link at the pose of the sensor; for a camera, one with z ahead, x right and y down.",
+    "Its messages use a separate frame, which has the correct pose in the transform tree.",
+    "Name a link at the pose of the sensor; for a camera, one with z forward, x right and y down.",
     "{n} sensors name frames that are elsewhere",
     Weight.REMARK,
 )
 
 TWO_DRIVES = Explanation(
     "A plugin of the simulator itself moves joints that a drive of nrp-core moves.",
-    "With both, the robot does not move as either of them says.",
+    "They conflict, so the robot does not move as commanded.",
     "Remove one of them from the file, or leave the drive to the simulator, on Gazebo by `drive: plugin`.",
     "{n} plugins move joints that a drive moves",
     Weight.ALTERED,
@@ -237,7 +237,7 @@ STEP_UNIT = Explanation(
 
 POSE_UNIT = Explanation(
     "A pose is probably in another unit than m and rad.",
-    "The part is far from where it should be, or turned by another angle.",
+    "The part is at a wrong position or has a wrong orientation.",
     'Write positions in m and angles in rad; SDF has `<pose degrees="true">`, xacro has `${radians(90)}`.',
     "{n} poses are probably in another unit",
     Weight.REMARK,
@@ -252,10 +252,10 @@ OWN_ROBOT_VIEW = Explanation(
 )
 
 WHEELS_WITHOUT_CONTACT = Explanation(
-    "Wheels of a drive touch nothing.",
+    "Wheels of a drive do not touch the ground.",
     "The wheels turn, and the robot does not move as commanded.",
     "Give each wheel a collision shape that reaches lower than the rest of the robot.",
-    "{n} drives have wheels that touch nothing",
+    "{n} drives have wheels without contact",
     Weight.ALTERED,
 )
 

@@ -60,7 +60,7 @@ def cockpit(
     compare: Annotated[
         str | None,
         typer.Option(
-            metavar="brain=NAME,world=NAME", help="Run the same experiment on other engines in step with it."
+            metavar="brain=NAME,world=NAME", help="Run the same experiment on other engines in lockstep."
         ),
     ] = None,
 ) -> None:

@@ -14,7 +14,7 @@ from nrp_core.cli.output import document
 
 def import_connectome(
     edges: Annotated[
-        Path, typer.Argument(metavar="EDGES", help="The table of edges: .csv, .feather or .parquet.")
+        Path, typer.Argument(metavar="EDGES", help="Table of edges: .csv, .feather or .parquet.")
     ],
     neurons: Annotated[
         Path | None,
@@ -23,7 +23,10 @@ def import_connectome(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="The file to write; by default EDGES.nrpnet, here."
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="The file to write; by default EDGES.nrpnet in the current folder.",
         ),
     ] = None,
     group: Annotated[

@@ -202,7 +202,7 @@ class Ladder:
         tasks: the tasks.
         brains, worlds: names of backends.
         seeds: number of seeds, counted up from the experiment's own, as in ``nrp diff``.
-        folder: the folder; runs that it already holds are not repeated.
+        folder: the folder; existing runs are reused.
 
     Raises:
         ExperimentError: a folder contains other results.

@@ -48,7 +48,7 @@ def benchmark(
         Path,
         typer.Option(
             metavar="DIR", envvar="NRP_OUT", file_okay=False,
-            help="Folder of the results; runs that it already holds are not repeated.",
+            help="Folder of the results; existing runs are reused.",
         ),
     ] = Path("benchmark"),
     json: Json = False,

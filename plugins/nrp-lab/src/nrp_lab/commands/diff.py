@@ -85,14 +85,14 @@ def diff(
         list[str] | None,
         typer.Option(
             metavar="METRIC=VALUE",
-            help="Largest difference that does not matter, in the metric's unit or as 2sd, for a METRIC or a "
+            help="Equivalence margin, in the metric's unit or as 2sd, for a METRIC or a "
             "METRIC/PART, or a measure of engines; repeatable.",
         ),
     ] = None,
     engines: Annotated[
         bool,
         typer.Option(
-            "--engines", envvar="NRP_ENGINES", help="Fail if the engines differ, whatever the finding is."
+            "--engines", envvar="NRP_ENGINES", help="Fail if the engines differ, independent of the finding."
         ),
     ] = False,
     baseline: Annotated[
@@ -112,7 +112,7 @@ def diff(
             metavar="DIR",
             envvar="NRP_RESULTS",
             file_okay=False,
-            help="Folder of the recorded runs; runs that it already holds are not repeated.",
+            help="Folder of the recorded runs; existing runs are reused.",
         ),
     ] = None,
     jobs: Annotated[

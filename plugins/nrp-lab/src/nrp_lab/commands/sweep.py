@@ -54,7 +54,7 @@ def sweep(
     emit: Annotated[
         str | None,
         typer.Option(
-            metavar="slurm|snakemake", help="Write job files for a computing centre instead of running here."
+            metavar="slurm|snakemake", help="Write job files for a cluster instead of running here."
         ),
     ] = None,
     measure: Annotated[
@@ -63,7 +63,10 @@ def sweep(
     plot: PlotFile = None,
     kind: Annotated[
         str | None,
-        typer.Option(metavar="curve|heat|parallel", help="The kind of figure; by default by what varies."),
+        typer.Option(
+            metavar="curve|heat|parallel",
+            help="The kind of figure; by default chosen by the varied settings.",
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
