@@ -15,7 +15,8 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   ├── UnknownNameError          (KeyError)      a result has no value of this name
     │   ├── ArgumentError             (TypeError)     a function is given an argument of the wrong kind
     │   ├── TransferFunctionError                     a transfer function is declared wrongly
-    │   │   └── TriggerError                          its trigger brings no messages or spikes
+    │   │   ├── TriggerError                          its trigger brings no messages or spikes
+    │   │   └── OutsideFolderError                    a file of a recorder lies outside the folder of the run
     │   ├── NetworkError                              a network contradicts itself
     │   │   ├── SlowScriptError                       a brain script takes longer than a check may last
     │   │   └── EndlessScriptError                    a brain script takes longer than the experiment allows

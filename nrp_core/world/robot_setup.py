@@ -278,7 +278,9 @@ def _root(model: Model) -> Link:
 def _start(model: Model, name: str, position: float) -> tuple[str, float]:
     joints = {joint.name: joint for joint in model.joints if joint.takes_commands}
     if name not in joints:
-        raise SceneError(f"'{model.name}' has no joint '{name}' that moves{did_you_mean(name, joints)}")
+        raise SceneError(
+            f"'{model.name}' has no joint '{name}' that takes commands{did_you_mean(name, joints)}"
+        )
     lower, upper = joints[name].lower, joints[name].upper
     if not lower <= position <= upper:
         limits = f"{lower:g} to {upper:g}"
@@ -354,7 +356,7 @@ def section_for(model: Model, file: str, args: Mapping[str, str] = _NONE) -> Ite
         args: the arguments that it was expanded with.
     """
     open_joints = without_commands(model)
-    yield from ("robots:", f"  {_quoted(_identifier(model.name))}:", f"    model: {_text(file)}")
+    yield from ("robots:", f"  {_quoted(_identifier(model.name))}:", f"    model: {_quoted(file)}")
     if args:
         given = ", ".join(f"{_quoted(name)}: {json.dumps(value)}" for name, value in args.items())
         yield f"    args: {{{given}}}"

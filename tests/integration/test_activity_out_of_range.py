@@ -42,12 +42,10 @@ _ROOM = '<sdf version="1.9"><world name="room"/></sdf>'
     [
         ("IF_curr_exp(i_offset=3.0, tau_refrac=2.0)", 0.1, []),
         ("IF_curr_exp(i_offset=49.0, tau_refrac=0.01)", 0.1, ["of the population 'cells' fired"]),
-        ("IF_curr_exp()", 5000.0, ["of the projection 'loop' is set to 100 nA, which leads to 2e+03 mV"]),
-        ("IF_curr_exp()", -1.0, ["of the excitatory projection 'loop' is set to -0.02: it inhibits"]),
     ],
-    ids=["ordinary", "fast", "strong", "negative"],
+    ids=["ordinary", "fast"],
 )
-def test_activity_and_weights_that_no_neuron_has_are_reported_once(
+def test_activity_that_no_neuron_has_is_reported_once(
     tmp_path: Path, cell: str, weight: float, words: list[str]
 ) -> None:
     texts = {
@@ -60,6 +58,6 @@ def test_activity_and_weights_that_no_neuron_has_are_reported_once(
         (tmp_path / name).write_text(text)
     with Run(load_experiment(str(tmp_path / "experiment.yaml"))) as run:
         run.run()
-        found = [str(one) for one in run.problems if "NRP325" in str(one) or "is set to" in str(one)]
+        found = [str(one) for one in run.problems if "NRP325" in str(one)]
     assert len(found) == len(words)
     assert all(word in one for word, one in zip(words, found, strict=True))

@@ -238,31 +238,3 @@ def test_a_variant_that_changes_nothing_is_a_warning(brain: str, setting: str, w
     plan = prepare(experiment_of(brain, f"brain.{setting}", "brain.backend=event"))
     found = [one.message for one in plan.warnings if one.code is Code.NRP336]
     assert [words in one for one in found] == [True] * bool(words)
-
-
-@pytest.mark.parametrize(
-    ("rate_hz", "weight", "words"),
-    [
-        (10, 100, "the weight of 'activate_last' is 100 nA, which leads to 2e+03 mV; is it meant in pA?"),
-        (10, -100, "is 100 nA"),
-        (1e6, 8, "the rate of 'activate_last' is 1e+06 Hz; is it meant in mHz?"),
-        (1e5, 40, ""),
-        (0.1, "8, duration: 200 ms", "spikes in all: is its rate or"),
-        (100, "8, duration: 200 ms", ""),
-        (0.1, 8, ""),
-    ],
-)
-def test_an_activation_in_another_unit_is_a_warning(
-    brain: str, rate_hz: float, weight: float | str, words: str
-) -> None:
-    section = f"{{activate: {{cells: last, rate: {rate_hz} Hz, weight: {weight}}}}}"
-    plan = prepare(experiment_of(brain, f"brain.interventions=[{section}]", "brain.backend=event"))
-    found = [one.message for one in plan.warnings if one.code is Code.NRP297 and "activate" in one.message]
-    assert [words in one for one in found] == [True] * bool(words)
-
-
-def test_a_conductance_of_exactly_100_is_too_strong_for_an_activation() -> None:
-    section = "{activate: {cells: sensors, rate: 10 Hz, weight: 100, duration: 1 s}}"
-    plan = prepare(load_experiment("braitenberg_husky", [f"brain.interventions=[{section}]"]))
-    (found,) = [one.message for one in plan.warnings if one.code is Code.NRP297]
-    assert found.endswith("is 100 uS, 4e+04 times the leak of a cell; is it meant in nS?")

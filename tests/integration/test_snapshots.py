@@ -105,7 +105,7 @@ def test_a_snapshot_that_an_engine_cannot_use_does_not_stop_the_run(recording: P
     outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
     assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
     (warning,) = outcome.warnings.messages
-    assert warning.startswith("MujocoEngine failed to restore at 0 s: ")
+    assert warning.startswith("MujocoEngine failed to restore at 0.4 s: ")
     assert warning.endswith("; the run starts at 0 instead")
 
 
@@ -132,7 +132,7 @@ def test_where_it_does_not_fit_the_error_says_why_and_what_can_be_done(continued
     with pytest.raises(SnapshotError) as refused:
         replayed(changed(continued, of_other_code), ReplayRequest())
     message = str(refused.value)
-    assert message.startswith("MujocoEngine failed to restore at 0 s: ")
+    assert message.startswith("MujocoEngine failed to restore at 0.5 s: ")
     assert "it was made by other code of nrp_brain_event" in message
     assert message.endswith("continue again from 'recording' at 0.5 s, from which this run started")
 

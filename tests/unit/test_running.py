@@ -78,7 +78,7 @@ def test_a_misspelt_name_in_a_result_is_explained(fakes: None, drive_to_the_wall
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"images": "exakt"}, "recorded in no way 'exakt'; did you mean 'exact'"),
+        ({"images": "exakt"}, "unknown image mode 'exakt'; did you mean 'exact'"),
         ({"snapshots_s": 0}, "snapshots_s is a time above 0 in s, or None, not 0"),
         ({"snapshots_s": float("nan")}, "not nan"),
         ({"snapshots_s": "1"}, "not '1'"),

@@ -170,23 +170,6 @@ def test_a_negative_weight_excites_as_on_the_machine_and_is_told(tmp_path: Path)
     assert not none + nothing
 
 
-@pytest.mark.parametrize(
-    ("cell", "before", "told"),
-    [
-        ("IF_curr_exp", True, ()),
-        ("IF_curr_exp", False, ("neurons per core for IF_curr_exp has no effect",)),
-        ("IF_cond_exp", True, ("neurons per core for IF_cond_exp has no effect",)),
-    ],
-)
-def test_cores_of_cells_that_are_not_made_after_it_are_told(
-    tmp_path: Path, cell: str, before: bool, told: tuple[str, ...]
-) -> None:
-    setting, made = f"p.set_number_of_neurons_per_core(p.{cell}, 5)\n", "p.Population(9, p.IF_curr_exp())\n"
-    script = run(tmp_path, HEAD + (setting + made if before else made + setting) + "network = p.network()\n")
-    assert len(script.network.remarks) == len(told)
-    assert all(words in text for words, text in zip(told, script.network.remarks, strict=True))
-
-
 @pytest.mark.parametrize(("given", "kept"), [("200 / 3", 66.0), ("(9.5, 2)", 18.0), ("None", None)])
 def test_parts_of_a_cell_on_a_core_are_left_out(tmp_path: Path, given: str, kept: float | None) -> None:
     setting = f"p.set_number_of_neurons_per_core(p.IF_curr_exp, {given})\n"

@@ -107,16 +107,6 @@ def test_a_script_without_end_is_told_to_look_at_its_loops(folder: Path) -> None
     assert "look at its loops" in found.code.suggestion
 
 
-def test_a_parameter_in_a_function_is_told_to_move(folder: Path) -> None:
-    drive = folder / "drive.py"
-    drive.write_text(
-        FUNCTIONS.replace("    cell.amplitude = gain", '    cell.amplitude = nrp.parameter("g", 1.0)')
-    )
-    (found,) = [one for one in validate_file(folder) if "top of its file" in one.message]
-    assert found.code is Code.NRP351
-    assert found.code.suggestion.startswith("Move the declaration to the top")
-
-
 @pytest.mark.parametrize(
     ("file", "words"),
     [("drive.py", "it is a file of transfer functions"), ("empty.py", "is it the file of the brain?")],

@@ -69,28 +69,3 @@ def test_a_brain_that_no_function_uses_is_not_doubted(check: Check) -> None:
         check(Code.NRP290, "experiment.yaml", ("transfer_functions: [steer.py]", "transfer_functions: []"))
         == []
     )
-
-
-def test_a_speed_that_is_rounded_under_a_name_is_found(check: Check) -> None:
-    (found,) = check(Code.NRP320, "steer.py", ("Vector3(forward)", "Vector3(int(forward))"))
-    assert "'int(forward)' is a whole number of m/s" in found
-
-
-@pytest.mark.parametrize(
-    ("angle", "is_found"),
-    [
-        ("np.arctan2(p.x, p.y)", True),
-        ("np.arctan2(8 - p.x, 0 - p.y)", True),
-        ("np.arctan2(dx, dy)", True),
-        ("np.arctan2(p.y, p.x)", False),
-        ("np.pi / 2 - np.arctan2(p.x, p.y)", False),
-        ("np.arctan2(-p.x, p.y)", False),
-        ("np.arctan2(p.x, p.z)", False),
-        ("np.arctan2(dx, p.y)", False),
-    ],
-)
-def test_an_angle_of_a_vector_with_x_first_is_found(check: Check, angle: str, is_found: bool) -> None:
-    begun = "    p = Vector3(left.rate, right.rate)\n    dx, dy = p.x, p.y\n"
-    body = f"{begun}    turn = turn + {angle} + dx + dy\n"
-    found = check(Code.NRP249, "steer.py", ("    return Twist", body + "    return Twist"))
-    assert ["has x first" in message for message in found] == [True] * is_found

@@ -103,7 +103,7 @@ def test_a_robot_stands_as_the_experiment_says(arm):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"joints": {"elbw": 1}}, "has no joint 'elbw' that moves; did you mean 'elbow'"),
+        ({"joints": {"elbw": 1}}, "has no joint 'elbw' that takes commands; did you mean 'elbow'"),
         ({"joints": {"elbow": 0.2}}, "'elbow' of 'arm' cannot start at 0.2: its limits are 0.5 to 2"),
         ({"control": {"elbw": {}}}, "no joint of 'arm' that can be commanded matches 'elbw'; did you mean"),
         ({"control": {"(": {}}}, "is not a regular expression for joints"),

@@ -215,13 +215,6 @@ def test_a_mistake_is_named(observe: Any, act: Any, message: str) -> None:
     assert message in str(raised.value)
 
 
-def test_a_source_that_is_too_strong_for_its_cells_is_warned_of() -> None:
-    weight = {"source:sensors": (0.0, 300.0, 6.0)}
-    words = "the weight of 'source:sensors' is 6 uS, .* times the leak of a cell; is it meant in nS"
-    with pytest.warns(UserWarning, match=words):
-        make_env("braitenberg_husky", observe=["rate:actors"], act=weight).close()
-
-
 def test_a_reward_that_is_no_number_and_half_a_step_are_refused() -> None:
     nowhere: dict[str, Any] = {"reward": lambda run, seen: float("nan")}
     with closing(make_env("slalom_pioneer", observe=["rate:wheels"], **nowhere)) as made:

@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from nrp_lab.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 
 from nrp_core.errors import NrpError
+from nrp_core.experiment.making.prepare import Plan
 from nrp_core.world.rigid import ModelMotion, Pose
 
 assert nrp_lab.gym, "importing it registers the shipped experiments"
@@ -129,7 +130,7 @@ def test_wrong_copies_are_noticed(
     if wrong == "one seed for all":
         monkeypatch.setattr(NrpVectorEnv, "_draw", lambda self, number: 3)
     else:
-        monkeypatch.setattr("nrp_core.experiment.running.run.renewed", lambda plan: plan)
+        monkeypatch.setattr(Plan, "with_fresh_functions", lambda plan: plan)
     mode = AutoresetMode.NEXT_STEP
     with (
         pytest.raises((AssertionError, NrpError)),
