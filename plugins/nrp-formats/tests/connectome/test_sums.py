@@ -9,11 +9,9 @@ import pyarrow as pa
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nrp_formats.connectome import repeats, sums, wiring
+from nrp_formats.connectome import wiring
 from nrp_formats.connectome.network import read_connectome
-from nrp_formats.connectome.places import Places
-from nrp_formats.connectome.repeats import Repeats
-from nrp_formats.connectome.sums import Sums
+from nrp_formats.connectome.wiring import Places, Repeats, Sums
 from pyarrow import csv, feather
 
 ROOT = 720575940600000000
@@ -31,7 +29,7 @@ def test_edges_are_the_sums_of_their_pairs_for_parts_of_any_size(
     expected: Counter[tuple[int, int]] = Counter()
     edges = Sums(N)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(sums, "PART", part)
+        patched.setattr(wiring, "PART", part)
         for first in range(0, len(rows), at_once):
             pre, post, weight = np.array(rows[first : first + at_once]).T
             edges.add(pre * N + post, np.abs(weight).astype(float))
@@ -90,7 +88,7 @@ def test_a_table_with_a_row_for_each_synapse_is_counted(tmp_path: Path) -> None:
 
 
 def test_repeats_are_found_in_a_sample_of_a_large_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(repeats, "MOST", 1000)
+    monkeypatch.setattr(wiring, "MAX_SAMPLED_ROWS", 1000)
     found, counts = Repeats(), np.arange(1.0, 10_001.0)
     for _ in range(2):
         found.add(np.arange(10_000), counts)

@@ -11,9 +11,7 @@ import numpy as np
 
 from nrp_core.brain import BoolArray, FloatArray, IntArray
 from nrp_core.errors import NetworkError
-from nrp_formats.connectome.ids import ids_of
-from nrp_formats.connectome.signs import sign_of
-from nrp_formats.connectome.tables import chosen_column, column_names, read_rows
+from nrp_formats.connectome.tables import chosen_column, column_names, ids_of, read_rows, sign_of
 
 PRE: Final = ("pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source", "Source")
 POST: Final = ("post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target", "Target")

@@ -17,11 +17,8 @@ from nrp_core.brain.network.cells import CELLS
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_formats.connectome.edges import read_edges
 from nrp_formats.connectome.neurons import Neurons, read_neurons
-from nrp_formats.connectome.places import Places
-from nrp_formats.connectome.repeats import Repeats
-from nrp_formats.connectome.sums import PART
 from nrp_formats.connectome.tables import checksum
-from nrp_formats.connectome.wiring import Wiring
+from nrp_formats.connectome.wiring import PART, Places, Repeats, Wiring
 
 _ROUNDED: Final = 1e-3
 _LARGE: Final = 0.5

@@ -12,9 +12,7 @@ import numpy as np
 
 from nrp_core.brain import FloatArray, IntArray
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_formats.connectome.ids import ids_of
-from nrp_formats.connectome.signs import sign_of
-from nrp_formats.connectome.tables import chosen_column, column_names, read_rows
+from nrp_formats.connectome.tables import chosen_column, column_names, ids_of, read_rows, sign_of
 
 IDS: Final = ("id", "root_id", "bodyId", "body", "Unnamed: 0", "", "neuron", "name")
 """Names of the column of ids: plain, FlyWire's, MaleCNS's, that of a table with an index, and of names."""

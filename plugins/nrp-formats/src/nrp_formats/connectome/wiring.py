@@ -4,17 +4,181 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from nrp_core.brain import FloatArray, IntArray, Projection
+from nrp_core.brain import BoolArray, FloatArray, IntArray, Projection
 from nrp_core.brain.network.indices import Indices
 from nrp_formats.connectome.edges import EdgeChunk, read_edges
-from nrp_formats.connectome.places import Places
-from nrp_formats.connectome.repeats import Repeats
-from nrp_formats.connectome.sums import PART, Sums
+
+MIX: Final = np.uint64(0x9E3779B97F4A7C15)
+"""Multiplication by the golden ratio spreads numbers over all those of 64 bits (Knuth)."""
+_SLOTS: Final = 8
+"""Slots of the table for each id; one id in 16 shares its slot and is searched for."""
+
+
+class Places:
+    """A hash table of unique ids."""
+
+    def __init__(self, ids: IntArray) -> None:
+        self._order = np.argsort(ids, kind="stable")
+        self._ids, self._ranked = ids, ids[self._order]
+        bits = max(int(_SLOTS * len(ids)).bit_length(), 1)
+        self._shift = np.uint64(64 - bits)
+        self._table = np.zeros(1 << bits, np.int32)
+        self._table[self._slots(ids)] = np.arange(len(ids))
+
+    def of(self, ids: IntArray) -> tuple[IntArray, BoolArray]:
+        """Return the place of each id, and whether it has one; that of an unknown id has no meaning."""
+        if not len(self._ids):
+            return np.zeros(len(ids), np.int64), np.zeros(len(ids), bool)
+        places = self._table[self._slots(ids)].astype(np.int64)
+        found = self._ids[places] == ids
+        if not found.all():
+            others = np.flatnonzero(~found)
+            rank = np.searchsorted(self._ranked, ids[others])
+            rank[rank == len(self._ids)] = 0
+            places[others] = self._order[rank]
+            found[others] = self._ranked[rank] == ids[others]
+        return places, found
+
+    def _slots(self, ids: IntArray) -> IntArray:
+        return (ids.astype(np.uint64) * MIX >> self._shift).astype(np.int64)
+
+
+MAX_SAMPLED_ROWS: Final = 1 << 20
+"""Rows kept; of larger tables, a half of the pairs, a quarter, ... are looked at, with all their rows."""
+
+
+class Repeats:
+    """Counts rows with the pair and the number of synapses of another row."""
+
+    def __init__(self) -> None:
+        self._halvings = 0
+        self._keys = np.empty(0, np.int64)
+        self._counts = np.empty(0)
+
+    @property
+    def are_exact(self) -> bool:
+        """Whether all rows were looked at."""
+        return not self._halvings
+
+    def add(self, keys: IntArray, counts: FloatArray) -> None:
+        """Add rows: the pair of cells of each as one number, and its synapses."""
+        mine = self._chosen(keys)
+        self._keys = np.concatenate([self._keys, keys[mine]])
+        self._counts = np.concatenate([self._counts, counts[mine]])
+        while len(self._keys) > MAX_SAMPLED_ROWS:
+            self._halvings += 1
+            mine = self._chosen(self._keys)
+            self._keys, self._counts = self._keys[mine], self._counts[mine]
+
+    def found(self) -> tuple[int, int]:
+        """Return how many of the rows that were looked at repeat another one, and how many there were."""
+        order = np.lexsort((self._counts, self._keys))
+        keys, counts = self._keys[order], self._counts[order]
+        return int(((keys[1:] == keys[:-1]) & (counts[1:] == counts[:-1])).sum()), len(keys)
+
+    def _chosen(self, keys: IntArray) -> slice | BoolArray:
+        if not self._halvings:
+            return slice(None)
+        chosen: BoolArray = keys.astype(np.uint64) * MIX >> np.uint64(64 - self._halvings) == 0
+        return chosen
+
+
+PART: Final = 1 << 20
+"""Edges handled at a time."""
+
+
+class Sums:
+    """The synapses from cell to cell, sorted by source, then target.
+
+    New edges are inserted where they belong. The arrays grow in place and are never held twice.
+
+    Attributes:
+        degrees: number of edges of each source, shape ``(n_cells,)``.
+        post: the target of each edge, 32 bits.
+        count: its number of synapses, 32 bits: whole numbers are exact up to 16 million.
+    """
+
+    def __init__(self, n_cells: int) -> None:
+        self._n = n_cells
+        self.degrees = np.zeros(n_cells, np.int64)
+        self.post = np.empty(0, np.int32)
+        self.count = np.empty(0, np.float32)
+
+    def __len__(self) -> int:
+        return len(self.post)
+
+    def add(self, keys: IntArray, counts: FloatArray) -> None:
+        """Add edges in any order; the synapses of a pair that is known already are added to its own.
+
+        Args:
+            keys: ``source * n_cells + target`` of each.
+            counts: synapses of each.
+        """
+        if not len(keys):
+            return
+        order = np.argsort(keys, kind="stable")
+        keys = keys[order]
+        counts = counts[order]
+        del order
+        first = np.flatnonzero(np.diff(keys, prepend=-1))
+        keys, counts = keys[first], np.add.reduceat(counts, first, dtype=float)
+        is_new = self._added(keys, counts)
+        self._insert(keys[is_new], counts[is_new])
+
+    def only(self, sources: BoolArray) -> Sums:
+        """Return the edges of the chosen sources."""
+        chosen, mine = Sums(self._n), np.repeat(sources, self.degrees)
+        chosen.degrees = np.where(sources, self.degrees, 0)
+        chosen.post, chosen.count = self.post[mine], self.count[mine]
+        return chosen
+
+    def _added(self, keys: IntArray, counts: FloatArray) -> BoolArray:
+        """Add the synapses of known pairs; return which pairs are new. The keys ascend."""
+        is_new = np.ones(len(keys), bool)
+        for low, high, first, last in self._parts():
+            known = self._keys(low, high, first, last)
+            mine = slice(*np.searchsorted(keys, (low * self._n, high * self._n)))
+            place = np.searchsorted(known, keys[mine])
+            place[place == len(known)] = 0
+            found = known[place] == keys[mine]
+            self.count[first + place[found]] += counts[mine][found]
+            is_new[mine] = ~found
+        return is_new
+
+    def _insert(self, keys: IntArray, counts: FloatArray) -> None:
+        """Insert new pairs, the last ones first, so that nothing is overwritten before it is moved."""
+        parts = self._parts() or [(0, self._n, 0, 0)]
+        self.post.resize(len(self) + len(keys), refcheck=False)
+        self.count.resize(len(self.post), refcheck=False)
+        bounds = np.searchsorted(keys, [low * self._n for low, *_ in parts] + [self._n**2])
+        for (low, high, first, last), (begin, end) in reversed([*zip(parts, pairwise(bounds), strict=True)]):
+            new = slice(begin, end)
+            place = np.searchsorted(self._keys(low, high, first, last), keys[new])
+            target = slice(first + begin, last + end)
+            self.post[target] = np.insert(self.post[first:last], place, keys[new] % self._n)
+            self.count[target] = np.insert(self.count[first:last], place, counts[new])
+        self.degrees += np.bincount(keys // self._n, minlength=self._n)
+
+    def _parts(self) -> list[tuple[int, int, int, int]]:
+        """Return ranges of sources with about as many edges each: first and last source and edge."""
+        begins = np.append(0, np.cumsum(self.degrees))
+        bounds = np.searchsorted(begins, np.arange(0, len(self), PART), "right") - 1
+        cells = np.unique(np.append(bounds, self._n)) if len(self) else np.empty(0, int)
+        if len(cells):
+            cells[0] = 0
+        edges = begins[cells]
+        return [*zip(*(one.tolist() for one in (cells[:-1], cells[1:], edges[:-1], edges[1:])), strict=True)]
+
+    def _keys(self, low: int, high: int, first: int, last: int) -> IntArray:
+        sources: IntArray = np.repeat(np.arange(low, high), self.degrees[low:high])
+        return sources * self._n + self.post[first:last]
+
 
 FEWEST: Final = 1 << 21
 """Rows read before they are summed; of large tables an eighth of the edges so far, which bounds both the time

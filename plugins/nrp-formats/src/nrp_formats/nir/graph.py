@@ -1,8 +1,8 @@
-"""The graph in a file: nodes without subgraphs, and the edges between them."""
+"""The graph in a file: nodes without subgraphs, the edges between them, and the delays of their spikes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -11,6 +11,46 @@ import numpy as np
 
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import existing_file
+
+Edge = tuple[str, str]
+
+
+def returning(order: list[str], edges: Iterable[Edge]) -> set[Edge]:
+    """Return the edges that close a loop; a spike takes one step on these where the network was trained."""
+    after: dict[str, list[str]] = {name: [] for name in order}
+    for start, end in edges:
+        after[start].append(end)
+    found: set[Edge] = set()
+    done: set[str] = set()
+
+    def follow(name: str, path: tuple[str, ...]) -> None:
+        for end in after[name]:
+            if end in (*path, name):
+                found.add((name, end))
+            elif end not in done:
+                follow(end, (*path, name))
+        done.add(name)
+
+    for name in order:
+        if name not in done:
+            follow(name, ())
+    return found
+
+
+def lags_of(order: list[str], shortest: Mapping[Edge, int], late: Mapping[str, int]) -> dict[str, int]:
+    """Return the lag of each node, in steps.
+
+    Args:
+        order: names of the nodes.
+        shortest: for each edge that does not close a loop, its shortest delay in the file, in steps.
+        late: 1 for a node on whose voltage an input acts one step after its arrival.
+    """
+    lags = dict.fromkeys(order, 0)
+    for _ in order:
+        for (start, end), delay in shortest.items():
+            lags[end] = max(lags[end], lags[start] + late[end] + max(1 - delay, 0))
+    return lags
+
 
 INSTALL = "pip install nir"
 _ENDS: Final = frozenset({"Input", "Output"})

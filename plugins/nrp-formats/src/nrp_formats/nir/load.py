@@ -13,10 +13,9 @@ from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.utilities import Named, checks_arguments
 from nrp_formats.nir.graded import GRADED, currents
-from nrp_formats.nir.graph import Graph, read_graph
+from nrp_formats.nir.graph import Graph, lags_of, read_graph, returning
 from nrp_formats.nir.linear import NEURONS, Signal, Signals, emitting
 from nrp_formats.nir.neurons import Cells, Method, Step, cells_of, late_of, relays
-from nrp_formats.nir.timing import lags_of, returning
 
 
 def never_fires(cells: Cells, matrices: Iterable[Any], step: Step) -> str:

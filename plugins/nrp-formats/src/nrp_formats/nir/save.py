@@ -11,9 +11,8 @@ from nrp_core.brain import STATIC, FloatArray, Network, Population, Projection
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import path_of
 from nrp_core.utilities import checks_arguments
-from nrp_formats.nir.graph import library
+from nrp_formats.nir.graph import library, returning
 from nrp_formats.nir.neurons import Method, Step, driven_by
-from nrp_formats.nir.timing import returning
 
 CELL_TYPES: Final = ("IF_curr_delta", "IF_curr_exp")
 _NO_LEAK_MS: Final = 1e12

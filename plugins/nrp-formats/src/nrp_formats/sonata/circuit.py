@@ -26,8 +26,7 @@ from nrp_formats.sonata.config import Config, Files, read_config
 from nrp_formats.sonata.edges import EDGE_NAMES, read_edges
 from nrp_formats.sonata.items import SonataItems, read_items, read_types
 from nrp_formats.sonata.node_sets import read_node_sets, without_nodes
-from nrp_formats.sonata.nodes import Nodes, read_nodes
-from nrp_formats.sonata.spikes import Trains, read_spikes
+from nrp_formats.sonata.nodes import Nodes, Trains, read_nodes, read_spikes
 from nrp_formats.sonata.synapses import MODEL_NAMES, unused_of_synapses
 
 _MAGIC = 0x0A7A

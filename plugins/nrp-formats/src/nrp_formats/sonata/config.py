@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from nrp_core.errors import NetworkError
 from nrp_formats.sonata.attribute_checks import unused_settings
-from nrp_formats.sonata.json_file import read_object
+from nrp_formats.sonata.items import read_object
 
 _SECTIONS: Final = (
     "manifest", "networks", "components", "node_sets_file", "network", "target_simulator", "simulation",

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from nrp_core.brain import IntArray
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_formats.sonata.json_file import read_object
+from nrp_formats.sonata.items import read_object
 from nrp_formats.sonata.nodes import Nodes
 
 Mask = npt.NDArray[np.bool_]
