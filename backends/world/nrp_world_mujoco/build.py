@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations, count
 from math import degrees, isfinite
+from sys import float_info
 from typing import Any
 
 from nrp_core.clock import seconds
@@ -235,7 +236,7 @@ class _Builder:
         if body.inertial is not None:
             element.explicitinertial = True
             element.mass = body.inertial.mass
-            element.inertia = body.inertial.inertia[:3]
+            element.inertia = _not_too_flat(body.inertial.inertia[:3])
             element.ipos = body.inertial.pose.position
             element.iquat = scalar_first(body.inertial.pose.orientation)
             element.gravcomp = body.weightless
@@ -316,6 +317,14 @@ class _Builder:
             one, other = (elements[index] for index in pair)
             if self._spec.worldbody not in (one, other):
                 self._spec.add_exclude(bodyname1=one.name, bodyname2=other.name)
+
+
+def _not_too_flat(moments: Sequence[float]) -> list[float]:
+    """Raise the smaller moments of a flat body by the rounding for which MuJoCo would refuse them."""
+    largest = max(range(3), key=moments.__getitem__)
+    lacking = 2 * moments[largest] - sum(moments) + 8 * float_info.epsilon * moments[largest]
+    raised = max(lacking, 0.0) / 2
+    return [moment if i == largest else moment + raised for i, moment in enumerate(moments)]
 
 
 def _freedoms(joints: Sequence[tuple[Joint, Any]], model: Any) -> Iterator[tuple[str, int]]:
