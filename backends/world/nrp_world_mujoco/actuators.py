@@ -15,9 +15,15 @@ from typing import Any, Literal
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.reading.context import Element
 from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.schema import stated
 
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 _PLAIN = (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+LAW = ("biasprm", "biastype", "ctrllimited", "ctrlrange", "dynprm", "dyntype", "forcelimited", "forcerange",
+       "gainprm", "gaintype", "gear", "inheritrange")  # fmt: skip
+"""Attributes that the compiled model has in another way."""
+_OF_CONTROLLER = (*LAW, "actearly", "actlimited", "actrange", "cranklength", "group", "input", "user")
+"""Attributes that a joint controller has, or without effect on it."""
 _SYSTEMS = {"position": "JointPositionController", "velocity": "JointController", "effort": "ApplyJointForce"}
 _TOPICS = {"position": "cmd_pos", "velocity": "cmd_vel", "effort": "cmd_effort"}
 
@@ -60,12 +66,18 @@ class Actuator:
         )
 
 
-def actuators_of(model: Any) -> list[Actuator]:
-    """Return the actuators that are joint controllers, for each joint the first of each kind."""
+def actuators_of(spec: Any, model: Any) -> list[Actuator]:
+    """Return the actuators that are joint controllers, for each joint the first of each kind.
+
+    Args:
+        spec: the specification that MuJoCo read.
+        model: the compiled model.
+    """
     found: dict[tuple[int, str], Actuator] = {}
-    for number in range(model.nu):
-        actuator = _read(model, number)
-        if actuator is not None:
+    usual = mujoco.MjSpec().add_actuator()
+    for each in spec.actuators:
+        actuator = _read(model, each.id)
+        if actuator is not None and not stated(each, usual, "general", _OF_CONTROLLER):
             found.setdefault((actuator.joint, actuator.kind), actuator)
     return list(found.values())
 
@@ -83,7 +95,7 @@ def _read(m: Any, number: int) -> Actuator | None:
     )
     if not plain:
         return None
-    gain = float(m.actuator_gainprm[number][0])
+    gain, control = float(m.actuator_gainprm[number][0]), int(m.actuator_ctrladr[number])
     constant, spring, brake = (float(value) for value in m.actuator_biasprm[number][:3])
     force = (
         abs(gear) * float(abs(m.actuator_forcerange[number]).max())
@@ -91,7 +103,9 @@ def _read(m: Any, number: int) -> Actuator | None:
         else inf
     )
     if (constant, spring, brake) == (0, 0, 0):
-        commanded = float(abs(m.actuator_ctrlrange[number]).max()) if m.actuator_ctrllimited[number] else inf
+        commanded = (
+            float(abs(m.actuator_ctrlrange[control]).max()) if m.actuator_ctrllimited[control] else inf
+        )
         return Actuator(number, joint, "effort", 0.0, 0.0, min(force, abs(gear * gain) * commanded))
     if constant == 0 and gain == -spring > 0:
         return Actuator(number, joint, "position", gear**2 * gain, gear**2 * -brake, force)
@@ -100,16 +114,17 @@ def _read(m: Any, number: int) -> Actuator | None:
     return None
 
 
-def warn_of_one_sided_limits(root: Element, model: Any, warnings: Findings) -> None:
+def warn_of_one_sided_limits(root: Element, spec: Any, model: Any, warnings: Findings) -> None:
     """Warn of actuators of joints whose force has another limit in each direction.
 
     Args:
         root: the root of the MJCF file.
+        spec: the specification that MuJoCo read.
         model: the compiled model.
         warnings: receives the findings.
     """
     elements = [one for group in root.all("actuator") for one in group.children]
-    for each in actuators_of(model):
+    for each in actuators_of(spec, model):
         low, high = model.actuator_forcerange[each.number].tolist()
         if not model.actuator_forcelimited[each.number] or low == -high:
             continue

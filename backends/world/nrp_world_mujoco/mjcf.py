@@ -31,7 +31,7 @@ from nrp_core.world.scene.reading.repairs import LEAST_MASS
 from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
-from nrp_world_mujoco.mjcf_native import Names, NativeElements
+from nrp_world_mujoco.mjcf_native import Names, NativeElements, not_passed
 from nrp_world_mujoco.native import files_of
 
 _WORLD = 0
@@ -40,8 +40,8 @@ _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 _HIDDEN_GROUP = 3
 """From this group on, MuJoCo's viewer hides geoms."""
 _DEFAULT_RESOLUTION = (320, 240)
-_BETWEEN = Inertial(LEAST_MASS, inertia=(LEAST_MOMENT, LEAST_MOMENT, LEAST_MOMENT, 0.0, 0.0, 0.0))
-"""Of a link between two joints of a body: the least that is not repaired."""
+_NOTHING = Inertial(LEAST_MASS, inertia=(LEAST_MOMENT, LEAST_MOMENT, LEAST_MOMENT, 0.0, 0.0, 0.0))
+"""Of a body without mass, and of a link between two joints of a body: the least that is not repaired."""
 
 _LEFT_OUT = {"nsensor": "sensors", "nhfield": "height fields", "nflex": "flexible bodies"}
 _NOT_KEPT = {
@@ -76,11 +76,12 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
     root = read_xml(path)
-    warn_of_one_sided_limits(root, model, warnings)
+    warn_of_one_sided_limits(root, spec, model, warnings)
+    left_out.extend(not_passed(model))
     if model.nkey:
         left_out.append(f"{model.nkey} keyframes; 'joints' of the robot sets where its joints start")
     cones = [one.attributes["cone"] for one in root.all("option") if "cone" in one.attributes]
-    writer = _Writer(model, path.stem, "".join(cones[-1:]), files_of(spec, path))
+    writer = _Writer(spec, model, path.stem, "".join(cones[-1:]), files_of(spec, path))
     text = "\n".join(writer.lines())
     if writer.flat:
         left_out.append(f"the images on capsules and meshes without texture coordinates: {writer.flat}")
@@ -101,11 +102,13 @@ def _read(path: Path, warnings: Findings) -> tuple[Any, Any]:
 
 
 class _Writer:
-    def __init__(self, model: Any, name: str, cone: str, meshes: Mapping[str, dict[str, str]]) -> None:
+    def __init__(
+        self, spec: Any, model: Any, name: str, cone: str, meshes: Mapping[str, dict[str, str]]
+    ) -> None:
         self._m, self._name = model, name
-        self._actuators = actuators_of(model)
+        self._actuators = actuators_of(spec, model)
         names = Names(self._body, self._joint_name, self._geom_name, self._owner)
-        self._native = NativeElements(model, names, cone, meshes)
+        self._native = NativeElements(spec, model, names, cone, meshes)
         self._touching = self._native.touching
         self._images = Images(model)
         self.flat = 0
@@ -171,7 +174,7 @@ class _Writer:
             return
         for joint in joints[:-1]:
             between = f"{self._body(body)}_{self._joint_name(joint)}_link"
-            yield f"<link name={quoteattr(between)}>{_pose(place, base)}{_inertial(_BETWEEN)}</link>"
+            yield f"<link name={quoteattr(between)}>{_pose(place, base)}{_inertial(_NOTHING)}</link>"
             yield from self._joint(joint, parent, between)
             parent, place, base = between, Pose(), between
         yield from self._link(body, place, base)
@@ -182,6 +185,8 @@ class _Writer:
         if self._m.body_gravcomp[body] == 1:
             yield "<gravity>false</gravity>"
         mass = float(self._m.body_mass[body])
+        if mass == 0 and body != _WORLD:
+            yield _inertial(_NOTHING)  # or its shapes would weigh something
         if mass > 0:
             centre = Pose(_vector(self._m.body_ipos[body]), _quaternion(self._m.body_iquat[body]))
             yield _inertial(Inertial(mass, centre, (*_vector(self._m.body_inertia[body]), 0.0, 0.0, 0.0)))

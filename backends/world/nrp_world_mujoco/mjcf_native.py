@@ -12,10 +12,11 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from nrp_world_mujoco.actuators import Actuator, actuators_of
+from nrp_world_mujoco.actuators import LAW, Actuator, actuators_of
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.mechanisms import WORLD
-from nrp_world_mujoco.native import pose_in_file
+from nrp_world_mujoco.native import OF_SCENE_JOINT, pose_in_file
+from nrp_world_mujoco.schema import stated
 
 _SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
 _GEOM: dict[str, Any] = {
@@ -52,12 +53,21 @@ _FLAGS = ("contact", "spring", "damper", "limit", "gravity", "equality", "filter
           "refsafe", "warmstart", "nativeccd", "multiccd")  # fmt: skip
 """Flags that a file may switch off without disabling the servos of this program."""
 _TENDON: dict[str, tuple[str, Any]] = {
-    **{name: (name, 0.0) for name in ("stiffness", "damping", "frictionloss", "armature", "margin")},
+    **{name: (name, 0.0) for name in ("frictionloss", "armature", "margin")},
     "solreflimit": ("solref_lim", _SOLREF),
     "solimplimit": ("solimp_lim", _SOLIMP),
     "solreffriction": ("solref_fri", _SOLREF),
     "solimpfriction": ("solimp_fri", _SOLIMP),
 }
+_OF_TENDON = (*_TENDON, "group", "limited", "material", "range", "rgba", "springlength", "user", "width")
+_OF_JOINT = (*OF_SCENE_JOINT, *_JOINT, *_OF_DOF, "springdamper")
+_OF_ACTUATOR = (*LAW, "actearly", "actlimited", "actrange", "cranklength", "group", "input", "user")
+"""Attributes that the compiled model has in another way, or that do not act; all others pass through."""
+_INPUTS = {1: "pos", 2: "vel"}
+"""What a control of one number means, by its bits."""
+_INERT = {"mjDSBL_SENSOR", "mjDSBL_MIDPHASE", "mjDSBL_ISLAND", "mjDSBL_EULERDAMP", "mjDSBL_AUTORESET",
+          "mjNDISABLE", "mjNENABLE", "mjENBL_ENERGY", "mjENBL_FWDINV", "mjENBL_SLEEP"}  # fmt: skip
+"""Flags that do not change a motion, or that the experiment sets."""
 _SHAPES = {mujoco.mjtGeom.mjGEOM_SPHERE: "sphere", mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder"}
 _LEFT_OUT = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
 """Shapes that a scene does not have."""
@@ -78,20 +88,29 @@ class NativeElements:
     """The elements of each model of a file.
 
     Args:
+        spec: the specification that MuJoCo read.
         model: the compiled model.
         names: the names of its parts in the scene.
         cone: the friction cones that the file asks for; empty for those of scenes.
         meshes: attributes of the meshes that are in files, by name.
     """
 
-    def __init__(self, model: Any, names: Names, cone: str, meshes: Mapping[str, dict[str, str]]) -> None:
+    def __init__(
+        self, spec: Any, model: Any, names: Names, cone: str, meshes: Mapping[str, dict[str, str]]
+    ) -> None:
         self._m, self._names, self._cone, self._meshes = model, names, cone, meshes
+        fresh = mujoco.MjSpec()
+        self._given = {
+            "joint": (spec.joints, fresh.worldbody.add_joint(), _OF_JOINT),
+            "tendon": (spec.tendons, fresh.add_tendon(), _OF_TENDON),
+            "general": (spec.actuators, fresh.add_actuator(), _OF_ACTUATOR),
+        }
         self._lines: dict[str, list[str]] = {}
         self._sites = dict[tuple[str, int], None]()
         self._ground = names.model(0)
         self._tops = {names.model(body): body for body in range(model.nbody) if not model.body_parentid[body]}
         """The first body of each model."""
-        self._controlled = {each.number: each for each in actuators_of(model)}
+        self._controlled = {each.number: each for each in actuators_of(spec, model)}
         self.actuators: dict[str, list[tuple[str, float, float]]] = {}
         """The actuators of each model that do not control a joint: name, and range of the control."""
         for part in (self._options, self._joints, self._geoms, self._tendons, self._equalities,
@@ -112,6 +131,12 @@ class NativeElements:
         masked = np.flatnonzero((m.geom_contype != 0) | (m.geom_conaffinity != 0)).tolist()
         touching = {*masked, *m.pair_geom1.tolist(), *m.pair_geom2.tolist()}
         return {geom for geom in touching if mujoco.mjtGeom(m.geom_type[geom]) not in _LEFT_OUT}
+
+    def _others(self, element: str, number: int) -> dict[str, str]:
+        """Return the attributes of a part that no other method here reads from the compiled model."""
+        parts, usual, without = self._given[element]
+        part = next(each for each in parts if each.id == number)
+        return stated(part, usual, element, without)
 
     # -- options and properties
 
@@ -140,7 +165,7 @@ class NativeElements:
     def _joints(self) -> Iterator[tuple[str, str]]:
         m = self._m
         for joint in range(m.njnt):
-            dof, values = m.jnt_dofadr[joint], {}
+            dof, values = m.jnt_dofadr[joint], self._others("joint", joint)
             if mujoco.mjtJoint(m.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_FREE:
                 yield from self._free(joint)
                 continue
@@ -204,6 +229,7 @@ class NativeElements:
                 for name, (field, usual) in _TENDON.items()
                 if np.any(getattr(m, f"tendon_{field}")[tendon] != usual)
             }
+            values |= self._others("tendon", tendon)
             shift = self._shift_of_tendon(tendon)
             if m.tendon_limited[tendon]:
                 values |= {"limited": "true", "range": _text(m.tendon_range[tendon] - shift)}
@@ -366,17 +392,21 @@ class NativeElements:
             if number in self._controlled:
                 yield from self._declared(self._controlled[number])
                 continue
+            if m.actuator_ctrlnum[number] != 1:
+                continue
             owner, target, shift = self._target(number)
             name = self._name("actuator", number)
-            values = {"name": name, **target, **self._law(number, shift)}
+            values = {"name": name, **target, **self._law(number, shift), **self._others("general", number)}
+            control = int(m.actuator_ctrladr[number])
             for limit, field in (("ctrl", "ctrlrange"), ("force", "forcerange"), ("act", "actrange")):
-                if getattr(m, f"actuator_{limit}limited")[number]:
+                at = control if limit == "ctrl" else number
+                if getattr(m, f"actuator_{limit}limited")[at]:
                     values |= {
                         f"{limit}limited": "true",
-                        field: _text(getattr(m, f"actuator_{field}")[number]),
+                        field: _text(getattr(m, f"actuator_{field}")[at]),
                     }
-            limited = bool(m.actuator_ctrllimited[number])
-            low, high = m.actuator_ctrlrange[number].tolist() if limited else (-np.inf, np.inf)
+            limited = bool(m.actuator_ctrllimited[control])
+            low, high = m.actuator_ctrlrange[control].tolist() if limited else (-np.inf, np.inf)
             self.actuators.setdefault(owner, []).append((name, low, high))
             yield owner, _element("actuator", {}, _inner("general", values))
 
@@ -430,6 +460,8 @@ class NativeElements:
         values |= {field: _text(each) for field, each in numbers.items()}
         if (m.actuator_lengthrange[number] != 0).any():
             values["lengthrange"] = _text(m.actuator_lengthrange[number] - shift)
+        if (control := int(m.actuator_ctrlspec[number])) in _INPUTS:
+            values["input"] = _INPUTS[control]
         if m.actuator_actearly[number]:
             values["actearly"] = "true"
         return values
@@ -481,6 +513,23 @@ class NativeElements:
         m = self._m
         place = self._place(owner, int(m.site_bodyid[site]), m.site_pos[site], m.site_quat[site])
         return _element("site", {"name": self._name("site", site), **place})
+
+
+def not_passed(model: Any) -> Iterator[str]:
+    """Yield what acts in a file and is not among the elements."""
+    for number in np.flatnonzero(model.actuator_ctrlnum != 1).tolist():
+        name = model.actuator(number).name or f"actuator_{number}"
+        yield f"the actuator '{name}', which has {model.actuator_ctrlnum[number]} controls"
+    passed = {f"mjDSBL_{name.upper()}" for name in _FLAGS} | _INERT
+    for flags, bits in (
+        (model.opt.disableflags, mujoco.mjtDisableBit),
+        (model.opt.enableflags, mujoco.mjtEnableBit),
+    ):
+        for name, bit in bits.__members__.items():
+            if name not in passed and flags & bit.value:
+                yield f"the flag {name.rpartition('_')[2].lower()} of its <option>"
+    if model.opt.disableactuator:
+        yield "actuatorgroupdisable of its <option>"
 
 
 _NO_TURN = [1.0, 0.0, 0.0, 0.0]

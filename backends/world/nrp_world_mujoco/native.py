@@ -29,6 +29,7 @@ from nrp_world_mujoco.mechanisms import (
     pose_of,
     write_element,
 )
+from nrp_world_mujoco.schema import attributes_of, field_of
 from nrp_world_mujoco.shapes import pos_quat
 
 
@@ -162,9 +163,11 @@ def pose_in_file(model: Any, geom: int) -> Mapping[str, Any]:
     return {"pos": position, "quat": turn}
 
 
-_SOLVER = {"solreflimit": "solref_limit", "solimplimit": "solimp_limit"}
-_SOLVER |= {"solreffriction": "solref_friction", "solimpfriction": "solimp_friction"}
-_OF_JOINT = ("armature", "margin", "springdamper", *_SOLVER)
+_SOLVER = ("solreflimit", "solimplimit", "solreffriction", "solimpfriction")
+OF_SCENE_JOINT = ("axis", "damping", "frictionloss", "group", "limited", "pos", "range", "ref", "springref",
+                  "stiffness", "type", "user")  # fmt: skip
+"""Attributes that the joint of a scene has, and those that do not act."""
+_OF_JOINT = tuple(name for name in attributes_of("joint") if name not in OF_SCENE_JOINT)
 _OF_FREE_JOINT = ("armature", "damping", "frictionloss", "stiffness", *_SOLVER)
 _OF_GEOM = ("adhesion", "conaffinity", "condim", "contype", "friction", "gap", "margin", "priority", "solimp",
             "solmix", "solref", "surfacevel")  # fmt: skip
@@ -290,8 +293,7 @@ def _values(element: Native, valid: Sequence[str], *owner: str) -> dict[str, Any
         ET.SubElement(body, "joint", given | kind)
     spec = parse_element(element, world, compiles=True)
     (part,) = spec.joints or spec.geoms
-    fields = {name: _SOLVER.get(name, name) for name in given}
-    return {field: getattr(part, field) for field in fields.values()}
+    return {field: getattr(part, field) for field in map(field_of, given)}
 
 
 def _geoms(element: Native, parts: BuiltParts) -> Sequence[Any]:

@@ -437,3 +437,77 @@ def test_the_places_of_a_robot_on_the_world_are_relative_to_where_it_stands(tmp_
             found.append(ours(world, {}, 0.5))
     assert abs(found[0]["elbow"]) > 0.1
     assert found[1] == pytest.approx(found[0], abs=1e-9)
+
+
+PULLED = """<mujoco><default><default class="of"><tendon {tendon}/><general {actuator}/>
+  <joint {joint}/></default></default><worldbody><body name="arm"><joint name="elbow" axis="0 1 0" class="of"
+  damping="0.1"/>
+  <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" mass="0.3"/></body></worldbody>
+  <tendon><fixed name="cord" class="of"><joint joint="elbow" coef="0.5"/></fixed></tendon><actuator>
+  <general name="pull" {target} class="of" gainprm="9"/></actuator></mujoco>"""
+PASSED = [
+    *[("actuator", f'{name}="{value}"') for name, value in (
+        ("damping", "0.5 0.2"), ("armature", "0.3"), ("delay", '0.05" nsample="40'))],
+    *[("tendon", f'{name}="{value}"') for name, value in (
+        ("actuatorfrcrange", "-1 2"), ("damping", "0.3 0.2"), ("stiffness", "2 1"), ("armature", "0.2"))],
+    ("joint", 'actuatorfrcrange="-1 1.5"'),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ['joint="elbow"', 'tendon="cord"'])
+@pytest.mark.parametrize(("where", "attribute"), PASSED)
+def test_attributes_of_a_file_act_as_in_mujoco_alone(tmp_path, where, attribute, target):
+    usual = dict.fromkeys(("joint", "actuator", "tendon"), "")
+    text = PULLED.format(**usual | {where: attribute}, target=target)
+    (tmp_path / "arm.xml").write_text(text)
+    with opened(read_scene(tmp_path / "arm.xml")) as world:
+        assert not world.warnings
+        commands = {"/arm/pull/cmd": 1.0, "/arm/elbow/cmd_effort": 9.0}  # the latter in N m
+        for topic in commands.keys() & set(world.topics):
+            world.advertise(topic).publish(Float64(commands[topic]))
+        found = ours(world, {}, 0.5)
+    wanted, without = (
+        alone(each, {"pull": 1.0}, 0.5) for each in (text, PULLED.format(**usual, target=target))
+    )
+    if where != "tendon" or target.startswith("tendon") or "frcrange" not in attribute:
+        assert abs(wanted["elbow"] - without["elbow"]) > 1e-4
+    assert found["elbow"] == pytest.approx(wanted["elbow"], abs=1e-9)
+
+
+@pytest.mark.parametrize(("flag", "told"), [('actuation="disable"', 1), ('constraint="disable"', 1), ("", 0)])
+def test_flags_that_are_not_used_are_reported(tmp_path, flag, told):
+    text = PULLED.format(joint="", actuator="", tendon="", target='joint="elbow"')
+    text = text.replace("<mujoco>", f"<mujoco><option><flag {flag}/></option>")
+    (tmp_path / "arm.xml").write_text(text)
+    found = [each.message for each in read_model(tmp_path / "arm.xml").warnings]
+    assert len(found) == told
+    assert all(flag.partition("=")[0] in each for each in found)
+
+
+def test_a_body_without_mass_weighs_nothing(tmp_path):
+    (tmp_path / "leg.xml").write_text(
+        '<mujoco><worldbody><body name="leg"><freejoint/><geom size="0.1" mass="1"/>'
+        '<body name="foot" pos="0 0 -0.3"><geom size="0.05" mass="0"/></body></body></worldbody></mujoco>'
+    )
+    with opened(read_scene(tmp_path / "leg.xml")) as world:
+        assert world.engine._model.body_mass.sum() == pytest.approx(1.0, abs=1e-9)
+
+
+def test_flat_bodies_have_their_inertia_in_any_rotation(tmp_path):
+    random = np.random.default_rng(5)
+    bodies = ""
+    for number in range(40):
+        turn, (a, b) = random.normal(size=4), random.uniform(0.001, 1, 2)
+        bodies += (
+            f'<body name="b{number}" pos="{number} 0 0"><freejoint/><inertial pos="0 0 0" mass="1" '
+            f'quat="{" ".join(map(str, turn))}" diaginertia="{a} {b} {a + b}"/>'
+            '<body><geom size="0.1" mass="0"/></body></body>'
+        )
+    (tmp_path / "flat.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "flat.xml"))
+    with opened(read_scene(tmp_path / "flat.xml")) as world:
+        model = world.engine._model
+        heavy = model.body_mass > 0.5
+        found, wanted = (np.sort(each, axis=1) for each in (
+            model.body_inertia[heavy], theirs.body_inertia[theirs.body_mass > 0.5]))  # fmt: skip
+    assert found == pytest.approx(wanted, rel=1e-9)
