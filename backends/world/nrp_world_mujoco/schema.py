@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from enum import Enum
 from functools import cache
 from typing import Any
 
@@ -55,12 +54,20 @@ def stated(part: Any, usual: Any, element: str, without: Collection[str]) -> dic
     """
     names = [name for name in attributes_of(element) if name not in without]
     values = {name: (getattr(part, field_of(name)), getattr(usual, field_of(name))) for name in names}
-    return {name: _text(given) for name, (given, default) in values.items() if np.any(given != default)}
+    return {name: _text(given, name) for name, (given, default) in values.items() if np.any(given != default)}
 
 
-def _text(value: Any) -> str:
-    if isinstance(value, Enum):
-        return value.name.rpartition("_")[2].lower()
-    if isinstance(value, bool):
-        return str(value).lower()
+_WORDS = {
+    "interp": ("zoh", "linear", "cubic"),
+    "actuatorgravcomp": ("false", "true"),
+    "actearly": ("false", "true"),
+}
+"""Words for the numbers of fields."""
+
+
+def _text(value: Any, name: str) -> str:
+    if name in _WORDS:
+        return _WORDS[name][int(value)]
+    if hasattr(value, "name"):  # of an enumeration
+        return str(value.name).rpartition("_")[2].lower()
     return " ".join(f"{float(number):.17g}" for number in np.ravel(value))
