@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from nrp_brain_event.grid.lazy.choice import lazy_grid
-from nrp_brain_event.options import EventOptions
+from nrp_brain_event.options import EventOptions, lazy_grid
 from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
@@ -51,7 +50,7 @@ class EventBackend(BrainBackend):
         assert isinstance(options, EventOptions)
         if options.resolution is not None:
             from nrp_brain_event.grid.brain import GridBrain
-            from nrp_brain_event.grid.lazy.brain import LazyBrain
+            from nrp_brain_event.grid.lazy_brain import LazyBrain
 
             kind = GridBrain if lazy_grid(network, options).obstacle else LazyBrain
             return kind(network, seed, self.capabilities(options), options, options.resolution)

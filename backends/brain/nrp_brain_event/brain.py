@@ -11,16 +11,14 @@ import numpy as np
 
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import places_of
-from nrp_brain_event.engine import build_engine, changing, enlarged
-from nrp_brain_event.equations.synapses import keep_kernels
+from nrp_brain_event.engine import StoredSpikes, build_engine, changing, enlarged
+from nrp_brain_event.equation_synapses import keep_kernels
 from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
-from nrp_brain_event.live import change_parameters, change_weights, weights_now
+from nrp_brain_event.live import change_parameters, change_weights, planned, run_reading, weights_now
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import CONSTANT, DIVERGED, FULL, Array, EngineArrays
-from nrp_brain_event.stored_spikes import StoredSpikes
-from nrp_brain_event.traces import planned, run_reading
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.sinks import Trace

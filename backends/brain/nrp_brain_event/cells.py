@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 
 from nrp_brain_event.cell_types import CELL_TYPES, GATES, TIME_CONSTANTS, CellType
-from nrp_brain_event.membranes import gate_rates
 from nrp_brain_event.records import (
     ADAPTIVE_EXPONENTIAL,
     EQUATIONS,
@@ -21,6 +20,7 @@ from nrp_brain_event.records import (
     Array,
     Cell,
 )
+from nrp_brain_event.runge_kutta import gate_rates
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.network.equations.model import INPUT

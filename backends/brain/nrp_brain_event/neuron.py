@@ -14,9 +14,9 @@ from nrp_brain_event.records import (
     Cell,
     Work,
 )
+from nrp_brain_event.rise import arrive, fade, left_of
 from nrp_brain_event.runge_kutta import rise_within_step, stand_at, state_at, take_step
 from nrp_brain_event.synapse_kernels import SIMULTANEOUS
-from nrp_brain_event.synaptic_inputs import arrive, fade, left_of
 from nrp_core._support.jit import inlined, jit
 
 

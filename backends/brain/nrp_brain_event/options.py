@@ -1,12 +1,20 @@
-"""Options of the ``event`` backend."""
+"""Options of the ``event`` backend.
+
+Whether a network runs on the lazy grid. Importing this does not load a compiler.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.backend import BrainOptions
+from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.limits import distinct
 from nrp_core.clock import NS_PER_MS
 from nrp_core.quantities import DurationNs
 
@@ -64,3 +72,97 @@ class EventOptions(BrainOptions):
         if self.resolution is not None and self.resolution > NS_PER_MS:
             raise ValueError(f"resolution must be 1 ms or finer, not {self.resolution / NS_PER_MS:g} ms")
         return self
+
+
+_CELLS: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_curr_exp_frozen"})
+"""Cells whose course between two events has a closed form on the grid."""
+MOST_KINDS: Final = 64
+"""Of cells with different parameters; each has a table of its course."""
+_FEWEST: Final = 2000
+_MOST_SYNAPSES: Final = 500
+"""Mean number of synapses onto a cell, or Poisson spikes per second, above which events are too frequent."""
+_MOST_RESTLESS: Final = 0.05
+"""Share of cells that fire without input: these are looked at in each step."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Whether a network runs on the lazy grid.
+
+    Args:
+        obstacle: why not; empty if it does.
+    """
+
+    obstacle: str
+
+
+def lazy_grid(network: Network, options: EventOptions) -> Choice:
+    """Return whether a network runs on the lazy grid under these options."""
+    if options.lazy == "never":
+        return Choice("`lazy: never`")
+    obstacle = _impossible(network, options)
+    return Choice(obstacle or ("" if options.lazy == "always" else _dear(network)))
+
+
+def _impossible(network: Network, options: EventOptions) -> str:
+    """Return why the lazy grid cannot run a network, or an empty text."""
+    if options.threads > 1:
+        return "several threads share the plain grid only"
+    if options.poisson == "grid":
+        return "`poisson: grid` gives input to all neurons in each step"
+    kinds = 0
+    for population in _simulated(network):
+        if population.cell_type not in _CELLS:
+            return (
+                f"{population.cell_type} of population '{population.label}' has no closed form between events"
+            )
+        kinds += _n_kinds(population)
+    if kinds > MOST_KINDS:
+        return f"the cells have {kinds} combinations of parameters, more than {MOST_KINDS}"
+    return ""
+
+
+def _dear(network: Network) -> str:
+    """Return why the plain grid is expected to be faster, or an empty text."""
+    cells = _simulated(network)
+    size = sum(population.size for population in cells)
+    if size < _FEWEST:
+        return f"the network has fewer than {_FEWEST} cells"
+    restless = sum(int(_restless(population).sum()) for population in cells)
+    if restless > _MOST_RESTLESS * size:
+        return f"{restless} of {size} cells fire without input"
+    load = 0.0
+    for projection in network.projections:
+        pre = network.populations[projection.pre]
+        if pre.cell_type == "SpikeSourcePoisson" and pre.size:
+            load += projection.size * float(pre.parameters["rate"].mean())
+        elif not pre.is_source:
+            load += projection.size
+    if load > _MOST_SYNAPSES * size:
+        return f"{load / size:.0f} synapses, or Poisson spikes a second, reach a cell on average"
+    return ""
+
+
+def _simulated(network: Network) -> list[Population]:
+    return [population for population in network.populations.values() if not population.is_source]
+
+
+def _n_kinds(population: Population) -> int:
+    """Return how many combinations of parameters, other than the constant current, cells have."""
+    varying = [
+        values for name, values in population.parameters.items()
+        if name != "i_offset" and (distinct(values) != values[:1]).any()
+    ]  # fmt: skip
+    if not varying:
+        return 1
+    codes = np.zeros(population.size, np.int64)
+    for values in varying:
+        _, own = np.unique(values, return_inverse=True)
+        _, codes = np.unique(codes * population.size + own, return_inverse=True)
+    return int(codes.max()) + 1
+
+
+def _restless(population: Population) -> FloatArray:
+    of = {name: distinct(values) for name, values in population.parameters.items()}
+    settled: FloatArray = of["v_rest"] + of["i_offset"] * of["tau_m"] / of["cm"]
+    return np.broadcast_to(settled >= of["v_thresh"], population.size)

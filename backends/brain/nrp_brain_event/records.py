@@ -163,7 +163,7 @@ class Cell(CellParameters):
 
 
 class Modes(Record):
-    """The state of a neuron that is a sum of exponentials, see :mod:`nrp_brain_event.modes`; a cache line."""
+    """The state of a neuron that is a sum of exponentials (:mod:`nrp_brain_event.linear`); a cache line."""
 
     x_e: float
     x_i: float
@@ -258,7 +258,7 @@ class ShortTerm(Record):
 
 
 class Plastic(Record):
-    """A plastic synapse, with the state of its law; see :mod:`nrp_brain_event.plasticity`."""
+    """A plastic synapse, with the state of its law; see :mod:`nrp_brain_event.synapse_kernels`."""
 
     rule: int
     target: int

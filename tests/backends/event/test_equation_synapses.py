@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_event import EventBackend
-from nrp_brain_event.equations import synapse_source
+from nrp_brain_event import EventBackend, equation_synapses
 
 from nrp_core import read_network, save_network
 from nrp_core.brain import builder
@@ -196,8 +195,8 @@ def test_a_law_that_we_do_not_have_is_right_by_its_formula(options: dict[str, An
 
 
 def test_statements_in_another_order_do_not_give_the_formula(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = synapse_source._changed
-    monkeypatch.setattr(synapse_source, "_changed", lambda model, changes: right(model, changes[::-1]))
+    right = equation_synapses._changed
+    monkeypatch.setattr(equation_synapses, "_changed", lambda model, changes: right(model, changes[::-1]))
     assert voltages(tired(), {}) != pytest.approx(formula(), rel=1e-3)
 
 
@@ -205,6 +204,6 @@ def test_a_rule_that_takes_the_sides_for_each_other_gives_other_weights(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     expected = activity(twin_network("pairs", own=False, on_grid=False), {}, 100.0)[2]
-    monkeypatch.setattr(synapse_source, "TARGET", 0)
+    monkeypatch.setattr(equation_synapses, "TARGET", 0)
     found = activity(twin_network("pairs", own=True, on_grid=False), {}, 100.0)[2]
     assert np.abs(found / expected - 1.0).max() > 1e-3

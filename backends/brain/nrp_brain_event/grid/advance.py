@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import Final
 
-from nrp_brain_event.addresses import call
-from nrp_brain_event.grid.delivery import send, send_all, store
 from nrp_brain_event.grid.inputs import arrange
 from nrp_brain_event.grid.readout import is_lost
 from nrp_brain_event.grid.records import (
@@ -30,7 +28,8 @@ from nrp_brain_event.grid.records import (
     GridClock,
 )
 from nrp_brain_event.grid.spiking import update_run
-from nrp_brain_event.handles import opened
+from nrp_brain_event.grid.synapses import send, send_all, store
+from nrp_brain_event.handles import call, opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array, constant
 from nrp_core._support.jit import inlined, jit
 

@@ -9,9 +9,9 @@ from math import ceil
 
 import numpy as np
 
-from nrp_brain_event.grid.merging import sorting
 from nrp_brain_event.grid.on_demand import with_kernels
 from nrp_brain_event.grid.records import DELIVER_LATE, Grid, GridClock, Input
+from nrp_brain_event.grid.sorting import sorting
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import inlined, jit

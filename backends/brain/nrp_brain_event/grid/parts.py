@@ -14,8 +14,7 @@ import numpy as np
 
 from nrp_brain_event.grid.advance import run
 from nrp_brain_event.grid.inputs import arrange
-from nrp_brain_event.grid.live import with_runs
-from nrp_brain_event.grid.loader import enlarged
+from nrp_brain_event.grid.loader import enlarged, with_runs
 from nrp_brain_event.grid.records import Grid
 from nrp_brain_event.handles import Handle, handle
 from nrp_brain_event.records import DONE, FULL, Array

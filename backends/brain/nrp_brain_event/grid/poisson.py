@@ -1,20 +1,186 @@
-"""The Poisson populations that the grid draws itself, and their tables."""
+"""The Poisson populations that the grid draws itself, and their tables.
+
+Poisson cells that the grid draws itself: a count for each cell and step, from the exact distribution.
+
+The numbers are a hash of a key, the step and the number of the cell (see
+:mod:`nrp_brain_event.random_numbers`), so nothing is stored and any step can be drawn again. Twelve bits
+determine most counts by a table; if two counts are possible, 52 more bits are drawn and compared with the
+distribution.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import exp, lgamma, log, sqrt
+from typing import Final
+
 import numpy as np
 
-from nrp_brain_event.grid.noise import N_GUIDE, guide, n_words
-from nrp_brain_event.grid.records import Noise
-from nrp_brain_event.grid.runs import line_of
-from nrp_brain_event.grid.tables import common
+from nrp_brain_event.grid.records import Grid, GridClock, Noise
+from nrp_brain_event.grid.synapses import store
+from nrp_brain_event.grid.tables import common, line_of
+from nrp_brain_event.handles import opened
+from nrp_brain_event.random_numbers import GOLDEN, mixed
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import IntArray
+from nrp_core._support.jit import inlined, jit
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.drawing import extremes
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.network.synapses import STATIC
+
+_BITS: Final = 12
+N_GUIDE: Final = 1 << _BITS
+"""Length of a guide table."""
+_PER_WORD: Final = 5
+_MASK: Final = np.uint64((1 << _BITS) - 1)
+_SHIFT: Final = np.uint64(_BITS)
+_REST: Final = np.uint64(64 - _BITS)
+_OPEN: Final = -1
+"""Entry of a guide table: the first bits do not determine the count."""
+
+
+def guide(mean: float) -> tuple[Array, Array]:
+    """Return the table of a Poisson distribution for the first bits, and its bounds for all 64.
+
+    A count k is drawn by bits u (as a number) with ``bounds[k - 1] <= u < bounds[k]``.
+    """
+    if mean == 0.0:
+        return np.zeros(N_GUIDE, np.int32), np.array([2**64 - 1], np.uint64)
+    most = int(mean + 12.0 * sqrt(mean) + 24.0)
+    counts = np.arange(most + 1)
+    density = np.array([exp(k * log(mean) - mean - lgamma(k + 1)) for k in counts])
+    below = np.minimum(np.cumsum(density), 1.0)
+    bounds = np.array([min(int(share * 2.0**64), 2**64 - 1) for share in below], np.uint64)
+    bounds[-1] = 2**64 - 1
+    cells = np.arange(N_GUIDE, dtype=np.uint64) << _REST
+    lowest = np.searchsorted(bounds, cells, "right")
+    highest = np.searchsorted(bounds, cells + np.uint64((1 << (64 - _BITS)) - 1), "right")
+    return np.where(lowest == highest, lowest, _OPEN).astype(np.int32), bounds
+
+
+def n_words(n_cells: int) -> int:
+    """Return the number of random words for the cells of a population in a step."""
+    return n_cells // _PER_WORD + 1
+
+
+def add_noise(places: Array, step: int) -> int:
+    """Deliver the spikes that the cells emitted one delay before."""
+    grid = opened(Grid, places)
+    lines = grid.state.reshape(-1)
+    for k in range(len(grid.noise)):
+        _add(grid.noise[k], grid, lines, step)
+    return 0
+
+
+def hear_noise(places: Array, step: int) -> int:
+    """Store the spikes that recorded cells emit in a step; 0 if there is no room for all."""
+    grid = opened(Grid, places)
+    for k in range(len(grid.noise)):
+        if grid.noise[k].heard and not _hear(grid.clock[0], grid.noise[k], grid, step):
+            return 0
+    return 1
+
+
+@jit
+def _add(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
+    emitted = step - noise.delay
+    if noise.begin < emitted <= noise.end and noise.last > noise.first:
+        targets = grid.noise_lines[noise.first : noise.last]
+        counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
+        place, word = (noise.first - noise.origin) % _PER_WORD, _first_word(noise, emitted)
+        if noise.consecutive:
+            onto = lines[np.int64(targets[0]) :][: len(targets)]
+            _add_counts(onto, targets, counts, bounds, word, place, noise.weight)
+        else:
+            _scatter_counts(lines, targets, counts, bounds, word, place, noise.weight)
+
+
+def _adding(line_of: Callable[[Array, int], int]) -> Callable[..., None]:
+    """Return the function that delivers counts to the line of each cell."""
+
+    def add(
+        lines: Array, targets: Array, counts: Array, bounds: Array, number: np.uint64, place: int,
+        weight: float,
+    ) -> None:  # fmt: skip
+        """Deliver counts; the first one is at a place in the word with a number."""
+        begun = min((_PER_WORD - place) % _PER_WORD, len(targets))
+        if begun > 0:
+            word = mixed(number)
+            number += GOLDEN
+            for i in range(begun):
+                lines[line_of(targets, i)] += weight * _count(counts, bounds, word, place + i)
+        whole = len(targets) - (len(targets) - begun) % _PER_WORD
+        for first in range(begun, whole, _PER_WORD):
+            word = mixed(number)
+            number += GOLDEN
+            for j in range(_PER_WORD):  # a constant, so that it is unrolled
+                lines[line_of(targets, first + j)] += weight * _count(counts, bounds, word, j)
+        word = mixed(number)
+        for i in range(whole, len(targets)):
+            lines[line_of(targets, i)] += weight * _count(counts, bounds, word, i - whole)
+
+    return jit(add)
+
+
+@inlined
+def _its_own(targets: Array, i: int) -> int:  # noqa: ARG001
+    return i
+
+
+@inlined
+def _listed(targets: Array, i: int) -> int:
+    line: int = targets[i]
+    return line
+
+
+_add_counts, _scatter_counts = _adding(_its_own), _adding(_listed)
+
+
+@jit
+def _hear(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
+    if not noise.begin < step <= noise.end:
+        return True
+    counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
+    number, place = _first_word(noise, step), (noise.first - noise.origin) % _PER_WORD
+    for first in range(noise.first - place, noise.last, _PER_WORD):
+        word = mixed(number)
+        number += GOLDEN
+        for i in range(max(first, noise.first), min(first + _PER_WORD, noise.last)):
+            count = _count(counts, bounds, word, i - first)
+            if clock.n_spikes + count > len(grid.spikes):
+                return False
+            for _ in range(count):
+                store(clock, grid, grid.noise_ids[i], step)
+    return True
+
+
+@jit
+def _first_word(noise: Noise, step: int) -> np.uint64:
+    """Return the number of the first word of a step; the words of all steps differ."""
+    words = step * noise.n_words + (noise.first - noise.origin) // _PER_WORD
+    return np.uint64(noise.key) + np.uint64(words) * GOLDEN
+
+
+@jit
+def _count(counts: Array, bounds: Array, word: np.uint64, j: int) -> int:
+    """Return the count of a word for its j-th cell."""
+    high = (word >> np.uint64(j * _BITS)) & _MASK
+    count = counts[high]
+    return _decide(bounds, high, word, j) if count == _OPEN else count
+
+
+@jit
+def _decide(bounds: Array, high: np.uint64, word: np.uint64, j: int) -> int:
+    """Return the count if the first bits do not determine it."""
+    low = mixed(~word + np.uint64(j) * GOLDEN)
+    u = (high << _REST) | (low >> _SHIFT)
+    count = 0
+    while u >= bounds[count] and count < len(bounds) - 1:
+        count += 1
+    return count
+
 
 _NEVER = 1 << 62
 

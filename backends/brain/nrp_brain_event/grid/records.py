@@ -83,7 +83,7 @@ class Block(Record):
     """A population whose cells are given as equations; see :mod:`nrp_brain_event.grid.equations`."""
 
     code: int
-    """Its kernel, see :func:`~nrp_brain_event.addresses.call`."""
+    """Its kernel, see :func:`~nrp_brain_event.handles.call`."""
     first: int
     last: int
     """Its rows."""
@@ -179,7 +179,7 @@ class Noise(Record):
 
 
 class Probe(Record):
-    """A state variable that is recorded while the grid runs; see :mod:`nrp_brain_event.grid.probes`."""
+    """A state variable that is recorded while the grid runs; see :mod:`nrp_brain_event.grid.readout`."""
 
     variable: int
     """Index in ``READABLE``."""
@@ -248,7 +248,7 @@ class Grid(NamedTuple):
         blocks: ``Block``; not kept in snapshots, since addresses belong to a process.
         values: variables of each block in SI units, one after the other, each with one value a row.
         constants: parameters and propagators of each block, in the same order.
-        codes: what :func:`~nrp_brain_event.addresses.call` needs to call the kernels that only some networks
+        codes: what :func:`~nrp_brain_event.handles.call` needs to call the kernels that only some networks
             need; not kept in snapshots, since addresses belong to a process.
         scratch: shape ``(4, BLOCK)``.
         fired: rows that fire in the current step.
@@ -274,7 +274,7 @@ class Grid(NamedTuple):
         noise: ``Noise``.
         noise_lines, noise_ids: index into the flattened state on which each Poisson cell acts (unsigned, so
             that it is not checked for a sign), and its global id.
-        noise_guides, noise_bounds: see :mod:`nrp_brain_event.grid.noise`.
+        noise_guides, noise_bounds: see :mod:`nrp_brain_event.grid.poisson`.
         probes: ``Probe``.
         probe_steps, probe_rows: steps and rows of the samples of each probe.
         probe_values: place of each of these in ``values``, or -1, and the size of its unit; shape ``(2, n)``.

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend, EventOptions
-from nrp_brain_event.grid.equations import crossing_source, magnus_bound
-from nrp_brain_event.grid.equations.tolerance import TOLERANCE
+from nrp_brain_event.grid.equations import blocks, runge_kutta_source
+from nrp_brain_event.grid.equations.layout import TOLERANCE
 from scipy.integrate import quad, solve_ivp
 
 from nrp_core.brain import builder
@@ -68,7 +68,7 @@ def test_the_error_of_a_step_is_below_the_tolerance_for_any_conductances() -> No
 
 
 def test_steps_that_are_not_bounded_are_beyond_the_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(magnus_bound, "SAFETY", 1e15)
+    monkeypatch.setattr(blocks, "SAFETY", 1e15)
     errors = errors_in_tolerances()
     assert errors.max() > 100.0
     assert errors.min() < 0.01, "the expansion is good where conductances are small"
@@ -136,5 +136,5 @@ def test_crossings_are_found_where_the_closed_formula_says(threshold: str) -> No
 
 
 def test_a_chord_that_is_wrong_still_leads_to_the_crossing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(crossing_source, "_LEAST", 0.4)
+    monkeypatch.setattr(runge_kutta_source, "_LEAST", 0.4)
     test_crossings_are_found_where_the_closed_formula_says("v > 15*mV")

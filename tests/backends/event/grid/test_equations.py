@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_event import EventBackend, EventOptions
-from nrp_brain_event.equations import functions
+from nrp_brain_event import EventBackend, EventOptions, equation_functions
 from nrp_brain_event.grid.equations import blocks, runge_kutta_source
 
 from nrp_core.brain import builder
@@ -217,10 +216,10 @@ def test_cells_that_become_different_and_equal_again_go_on_as_they_are() -> None
 
 def test_the_exponential_function_is_that_of_the_c_library() -> None:
     for x in [*np.linspace(-707.0, 709.7, 5001).tolist(), 0.0, -0.0, 1e-20, -1e-9]:
-        assert functions.exp(x) == pytest.approx(exp(x), rel=1e-15, abs=0.0)
-    assert functions.exp(-709.0) == functions.exp(-np.inf) == 0.0
-    assert functions.exp(710.0) == functions.exp(np.inf) == np.inf
-    assert np.isnan(functions.exp(np.nan))
+        assert equation_functions.exp(x) == pytest.approx(exp(x), rel=1e-15, abs=0.0)
+    assert equation_functions.exp(-709.0) == equation_functions.exp(-np.inf) == 0.0
+    assert equation_functions.exp(710.0) == equation_functions.exp(np.inf) == np.inf
+    assert np.isnan(equation_functions.exp(np.nan))
 
 
 def test_a_wrong_propagator_does_not_give_the_closed_formula(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
-from nrp_brain_event.grid.lazy.brain import LazyBrain
-from nrp_brain_event.grid.lazy.choice import lazy_grid
+from nrp_brain_event.grid.lazy_brain import LazyBrain
+from nrp_brain_event.options import lazy_grid
 from pydantic import ValidationError
 
 from nrp_core.brain.devices.sinks import SpikeRecorder

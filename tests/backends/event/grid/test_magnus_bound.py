@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from nrp_brain_event.grid.equations.magnus_bound import SAFETY, bound
-from nrp_brain_event.grid.equations.tolerance import TOLERANCE
+from nrp_brain_event.grid.equations.blocks import SAFETY, bound
+from nrp_brain_event.grid.equations.layout import TOLERANCE
 
 from nrp_core.brain.network.equations.linear import ONE
 

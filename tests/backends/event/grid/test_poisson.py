@@ -7,8 +7,7 @@ from math import exp, lgamma, log
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend, EventOptions
-from nrp_brain_event.grid.noise import N_GUIDE, _add_counts, _scatter_counts, guide
-from nrp_brain_event.grid.poisson import drawable
+from nrp_brain_event.grid.poisson import N_GUIDE, _add_counts, _scatter_counts, drawable, guide
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain

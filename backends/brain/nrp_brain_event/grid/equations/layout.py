@@ -1,6 +1,8 @@
 """What a kernel has for each cell: the names of the rows of values and of constants.
 
 In a kernel a name stands for the value of cell i, and ``all_`` before it for the array of a block of cells.
+
+The largest local error of what is integrated.
 """
 
 from __future__ import annotations
@@ -12,11 +14,23 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from nrp_brain_event.equations.expressions import DEFINITION, PARAMETER, STATE
+from nrp_brain_event.equation_source import DEFINITION, PARAMETER, STATE
 from nrp_brain_event.runge_kutta import NODES
 from nrp_core._support.arrays import CACHE_LINE
 from nrp_core.brain.network.equations.linear import ONE, columns, columns_of, driven, linear_part, pattern
-from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
+from nrp_core.brain.network.equations.model import EXACT, INPUT, Model, Variable
+from nrp_core.brain.network.equations.units import AMPERE, NONE, SECOND, SIEMENS, VOLT
+
+TOLERANCE: Final = 1e-7
+"""The largest local error of a sub-step, in units of a variable's scale and value together."""
+_SCALES: Final = {VOLT: 1e-3, AMPERE: 1e-9, SIEMENS: 1e-9, SECOND: 1e-3, NONE: 1e-2}
+"""Sizes of variables by dimension, in SI units: mV, nA, nS, ms and percent."""
+
+
+def scale_of(variable: Variable) -> float:
+    """Return the size of a variable at which its error counts like that of larger values, in SI units."""
+    return min(variable.unit.scale, _SCALES.get(variable.unit.dimension, variable.unit.scale))
+
 
 STREAM: Final = "stream"
 """The stream of random numbers of a cell, see :func:`nrp_brain_event.random_numbers.uniform_at`."""
@@ -126,7 +140,7 @@ class Factors(NamedTuple):
     Args:
         whole_a, moment_a: factors of :class:`~nrp_core.brain.network.equations.linear.Integrals`, by column.
         whole_b, moment_b: the same for the other coefficient.
-        bound: of :class:`~nrp_brain_event.grid.equations.magnus_bound.Bound`, by its fields and columns.
+        bound: of :class:`~nrp_brain_event.grid.equations.blocks.Bound`, by its fields and columns.
     """
 
     whole_a: Mapping[str, str]

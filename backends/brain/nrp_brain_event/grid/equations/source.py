@@ -14,8 +14,9 @@ from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from re import findall
 from typing import Final
 
-from nrp_brain_event.equations.expressions import DEFINITION, IMPORTS, STATE, needed, source_of
+from nrp_brain_event.equation_source import DEFINITION, IMPORTS, STATE, needed, source_of
 from nrp_brain_event.grid.equations import exact_source, runge_kutta_source
+from nrp_brain_event.grid.equations.exact_source import bounded
 from nrp_brain_event.grid.equations.layout import (
     DRIVE,
     GAIN,
@@ -31,7 +32,6 @@ from nrp_brain_event.grid.equations.layout import (
     stored,
     values_of,
 )  # fmt: skip
-from nrp_brain_event.grid.equations.magnus_source import bounded
 from nrp_brain_event.grid.equations.runge_kutta_source import attempted, changed, tested_again
 from nrp_brain_event.grid.records import X
 from nrp_core.brain.network.equations.expressions import RANDOM, STEP
@@ -50,7 +50,7 @@ _HEAD: Final = f'''"""Advances cells that a user gave as equations; written by n
 {IMPORTS}
 from numpy import uint64
 
-from nrp_brain_event.equations.functions import exp
+from nrp_brain_event.equation_functions import exp
 from nrp_core._support.jit import inlined
 '''
 
@@ -61,7 +61,7 @@ def kernel_source(model: Model, *, equal: bool, driven: bool = False) -> str:
     Args:
         model: the cell.
         equal: whether all cells have the same constants.
-        driven: whether cells attempt a step by :mod:`nrp_brain_event.grid.equations.magnus_source`.
+        driven: whether cells attempt a step by :mod:`nrp_brain_event.grid.equations.exact_source`.
     """
     exact, load, arrays = model.method == EXACT, list(loaded(model, equal=equal)), _arrays(model, equal=equal)
     functions = {"move": [*_moving(model, load, driven=driven)]}

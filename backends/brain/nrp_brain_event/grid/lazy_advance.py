@@ -5,16 +5,12 @@ from __future__ import annotations
 from math import isfinite
 from typing import Final
 
-from nrp_brain_event.addresses import call
 from nrp_brain_event.grid.advance import accept, emit
-from nrp_brain_event.grid.delivery import delivering
 from nrp_brain_event.grid.inputs import arrange
-from nrp_brain_event.grid.lazy.neuron import bring, may_fire, receive
-from nrp_brain_event.grid.lazy.records import Lazy
-from nrp_brain_event.grid.lazy.show import show
+from nrp_brain_event.grid.lazy_neuron import Lazy, bring, may_fire, receive, show
 from nrp_brain_event.grid.records import PLASTIC, TAKE_SAMPLES, Grid, GridClock, Table
-from nrp_brain_event.grid.synapses import transmitted
-from nrp_brain_event.handles import opened
+from nrp_brain_event.grid.synapses import delivering, transmitted
+from nrp_brain_event.handles import call, opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array
 from nrp_brain_event.synapse_kernels import released_share
 from nrp_core._support.jit import borrowed, inlined, jit, prefetch

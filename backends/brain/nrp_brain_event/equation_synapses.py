@@ -1,0 +1,247 @@
+"""Fills the records of synapses whose law is given as equations.
+
+Where the records of synapses have room for the parameters and variables of laws given as equations.
+
+The records are those of all laws, so that the engine is compiled once. A law given as equations uses the
+fields of the others, which are free in its synapses. All fields have the same size, so a field is a place in
+an array.
+
+Writes the kernels of a synapse law that is given as equations.
+
+A kernel gets the records of a synapse, and of its rule if it changes the weight, as arrays of numbers, in
+which parameters and state variables have the places of :mod:`nrp_brain_event.equation_synapses`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from textwrap import indent
+from typing import Final, NamedTuple
+
+from nrp_brain_event.equation_source import IMPORTS, PARAMETER, STATE, Arguments, compiled, needed, source_of
+from nrp_brain_event.records import Array, Plastic, Rule, ShortTerm
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.data import Projection
+from nrp_core.brain.network.equations.declarations import Assignments
+from nrp_core.brain.network.equations.expressions import WEIGHT
+from nrp_core.brain.network.equations.synapse import SHARE, SYNAPSE_TYPE, ZERO, SynapseEquations, SynapseModel
+from nrp_core.brain.network.equations.units import Unit
+from nrp_core.errors import CapabilityError
+
+_SHORT_TERM: Final = ShortTerm.dtype().names or ()
+_PLASTIC: Final = Plastic.dtype().names or ()
+_RULE: Final = Rule.dtype().names or ()
+_LAST: Final = "pre_t"
+"""The time of the last spike of either side at a plastic synapse."""
+
+
+class Places(NamedTuple):
+    """The fields of a law.
+
+    Args:
+        parameters: of the record of the synapse, or of the rule of a plastic one.
+        state: of the record of the synapse.
+        last: the time of the last update, ms.
+        share: of the record of the synapse.
+        weight: the magnitude of a plastic weight.
+        scale: what it is multiplied by in the equations.
+    """
+
+    parameters: dict[str, int]
+    state: dict[str, int]
+    last: int
+    share: int = -1
+    weight: int = -1
+    scale: int = -1
+
+
+def places_of(model: SynapseModel, owner: str) -> Places:
+    """Return the fields of a law.
+
+    Args:
+        model: the law.
+        owner: the projection, for the message.
+
+    Raises:
+        CapabilityError: the records have too few.
+    """
+    if not model.is_plastic:
+        free = _free(_SHORT_TERM, ("law", "tau_psc", "t", "stream", "own", "share"))
+        _require(
+            len(model.parameters) + len(model.variables), len(free), "parameters and state variables", owner
+        )
+        state = dict(zip(model.variables, free, strict=False))
+        parameters = dict(zip(model.parameters, free[len(state) :], strict=False))
+        return Places(parameters, state, _SHORT_TERM.index("t"), share=_SHORT_TERM.index("share"))
+    free = _free(_PLASTIC, ("rule", "target", "weight", "dendritic_delay", "last_seen", _LAST))
+    scale, *of_rule = _free(_RULE, ("law", "sign", "own"))
+    _require(len(model.variables), len(free), "state variables", owner)
+    _require(len(model.parameters), len(of_rule), "parameters", owner)
+    return Places(
+        dict(zip(model.parameters, of_rule, strict=False)), dict(zip(model.variables, free, strict=False)),
+        _PLASTIC.index(_LAST), weight=_PLASTIC.index("weight"), scale=scale,
+    )  # fmt: skip
+
+
+def _free(names: Sequence[str], used: Iterable[str]) -> list[int]:
+    return [place for place, name in enumerate(names) if name not in used]
+
+
+def _require(needed: int, room: int, what: str, owner: str) -> None:
+    if needed > room:
+        raise CapabilityError(
+            f"{owner}: its equations have {needed} {what}; on 'event' an {SYNAPSE_TYPE} of this kind has at "
+            f"most {room}"
+        )
+
+
+OF_SHARE: Final[Arguments] = (("synapse", "*float64"), ("now", "float64"))
+OF_RULE: Final[Arguments] = (
+    ("rule", "*float64"),
+    ("synapse", "*float64"),
+    ("now", "float64"),
+    ("side", "int64"),
+)
+"""The arguments of the kernels; times are in ms."""
+SOURCE: Final = 0
+TARGET: Final = 1
+"""The sides of a synapse."""
+_HEAD: Final = f'"""A synapse law that a user gave as equations; written by nrp_brain_event."""\n{IMPORTS}'
+_S_PER_MS: Final = "1e-3"
+
+
+def share_source(model: SynapseModel, places: Places) -> str:
+    """Return the module with the function ``strength``, which stores the share of a spike in the synapse."""
+    body = "\n".join(
+        [
+            *_loaded(model, places),
+            *_changed(model, model.on_pre),
+            *_stored(model, places),
+            f"synapse[{places.share}] = {SHARE}",
+            "return 0",
+        ]
+    )
+    return f"{_HEAD}\n\n@jit\ndef strength(synapse, now):\n{indent(body, '    ')}\n"
+
+
+def rule_source(model: SynapseModel, places: Places) -> str:
+    """Return the module with the function ``learn``, for a spike of a side of the synapse."""
+    sides = {"on_source": model.on_pre, "on_target": model.on_post}
+    functions = [_learning(name, changes, model, places) for name, changes in sides.items()]
+    choice = (
+        "@jit\ndef learn(rule, synapse, now, side):\n"
+        f"    if side == {TARGET}:\n        return on_target(rule, synapse, now)\n"
+        "    return on_source(rule, synapse, now)\n"
+    )
+    return "\n\n".join([_HEAD, *functions, choice])
+
+
+def _learning(name: str, changes: Assignments, model: SynapseModel, places: Places) -> str:
+    scale, weight = f"rule[{places.scale}]", f"synapse[{places.weight}]"
+    body = "\n".join(
+        [
+            *_loaded(model, places),
+            f"{WEIGHT} = {weight} * {scale}",
+            *_changed(model, changes),
+            *_stored(model, places),
+            *([f"{weight} = {WEIGHT} / {scale}"] if any(one == WEIGHT for one, _ in changes) else []),
+            "return 0",
+        ]
+    )
+    return f"@jit\ndef {name}(rule, synapse, now):\n{indent(body, '    ')}\n"
+
+
+def _loaded(model: SynapseModel, places: Places) -> Iterator[str]:
+    """Yield the lines that read a synapse and bring it to the present."""
+    holder = "rule" if model.is_plastic else "synapse"
+    for name in model.parameters:
+        yield f"{PARAMETER}{name} = {holder}[{places.parameters[name]}]"
+    for name in model.variables:
+        yield f"{STATE}{name} = synapse[{places.state[name]}]"
+    yield f"t = now * {_S_PER_MS}"
+    if not model.variables:
+        return
+    yield f"dt = max(now - synapse[{places.last}], 0.0) * {_S_PER_MS}"
+    yield from needed([c for course in model.courses.values() for c in course.coefficients], model)
+    for name, course in model.courses.items():
+        yield f"r_{name} = {source_of(course.rate, model)}"
+        yield f"k_{name} = exp(r_{name} * dt)"
+    for name, course in model.courses.items():
+        terms = [f"{STATE}{name} * k_{name}"]
+        if course.constant is not ZERO:  # the product with a zero would be computed
+            terms.append(f"({source_of(course.constant, model)}) * dt * exprel(r_{name} * dt)")
+        terms += [
+            f"driven(dt, k_{name}, k_{driver}, r_{name} - r_{driver}, "
+            f"({source_of(factor, model)}) * {STATE}{driver}, 0.0)"
+            for driver, factor in course.drivers.items()
+        ]
+        yield f"y_{name} = {' + '.join(terms)}"
+    yield from (f"{STATE}{name} = y_{name}" for name in model.variables)
+
+
+def _changed(model: SynapseModel, changes: Assignments) -> Iterator[str]:
+    for name, value in changes:
+        yield from needed([value], model)
+        yield f"{name if name in (WEIGHT, SHARE) else STATE + name} = {source_of(value, model)}"
+
+
+def _stored(model: SynapseModel, places: Places) -> Iterator[str]:
+    yield from (f"synapse[{places.state[name]}] = {STATE}{name}" for name in model.variables)
+    yield f"synapse[{places.last}] = now"
+
+
+def fill_share(table: Array, projection: Projection) -> None:
+    """Store parameters, initial state and kernel of synapses that transmit a share.
+
+    Raises:
+        CapabilityError: the law has more of them than the engine has room for.
+    """
+    law, places = _law_of(projection)
+    for name, values in law.in_si(projection.synapse_parameters).items():
+        table[_SHORT_TERM[places.parameters[name]]] = values
+    _fill_state(table, _SHORT_TERM, law, places)
+    table["own"] = compiled(share_source(law.model, places), "strength", OF_SHARE)
+
+
+def fill_plastic(table: Array, rows: Array, projection: Projection) -> None:
+    """Store the initial state of plastic synapses in rows of a table."""
+    law, places = _law_of(projection)
+    own = table[rows]
+    _fill_state(own, _PLASTIC, law, places)
+    table[rows] = own
+
+
+def rules_of(projection: Projection, unit: Unit) -> dict[str, float | FloatArray]:
+    """Return the columns of ``Rule`` for each synapse: parameters and kernel.
+
+    Args:
+        projection: plastic synapses.
+        unit: the unit of their weights in scripts.
+
+    Raises:
+        CapabilityError: the law has more parameters or variables than the engine has room for.
+    """
+    law, places = _law_of(projection)
+    columns: dict[str, float | FloatArray] = {
+        _RULE[places.parameters[name]]: values
+        for name, values in law.in_si(projection.synapse_parameters).items()
+    }
+    kernel = compiled(rule_source(law.model, places), "learn", OF_RULE)
+    return columns | {_RULE[places.scale]: law.weight_scale(unit), "own": float(kernel)}
+
+
+def _law_of(projection: Projection) -> tuple[SynapseEquations, Places]:
+    law = projection.equations
+    assert law is not None
+    return law, places_of(law.model, f"projection '{projection.label}'")
+
+
+def _fill_state(table: Array, names: tuple[str, ...], law: SynapseEquations, places: Places) -> None:
+    table[names[places.last]] = 0.0
+    for name, value in law.model.initial.items():
+        table[names[places.state[name]]] = value
+
+
+def keep_kernels(table: Array, initial: Array) -> None:
+    """Give restored synapses the kernels of this process, in which addresses may be others."""
+    table["own"] = initial["own"]
