@@ -5,35 +5,138 @@ beginning of the previous tick and up to its own beginning. A threshold crossed 
 time step, so the spike is reported at the end of the step; the machine labels it with the beginning, one step
 earlier. Between neurons a delay counts from the label, as on the machine: a spike reported at time ``t`` with
 a delay of ``d`` steps acts from ``t + (d - 1)`` steps on.
+
+Input from devices: events whose weights were unknown when the shifts were chosen.
+
+A device is not part of the network and must not change it, so its input does not pass through the 16-bit ring
+buffer, where it would use headroom of the network's weights or lose bits. Its weight is converted to s16.15,
+as the host converts any number (conductances times 1024), and is added to the buffer's value after the shift.
+Several events in one tick are summed.
+
+State of neurons between two ticks, in users' units.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from nrp_brain_spinnaker.device_input import DeviceInput
 from nrp_brain_spinnaker.engine import MachineEngine
-from nrp_brain_spinnaker.host.conversion import to_accum
+from nrp_brain_spinnaker.host.cells import GATES, ROWS, Grid, state_scale
+from nrp_brain_spinnaker.host.weights import weight_factors
 from nrp_brain_spinnaker.live import LiveNetwork
 from nrp_brain_spinnaker.loader import load
-from nrp_brain_spinnaker.machine.generator import kiss_state
-from nrp_brain_spinnaker.machine.poisson import Sources, change_sources, draw, load_sources
-from nrp_brain_spinnaker.models import cell_models
+from nrp_brain_spinnaker.machine import kinds
+from nrp_brain_spinnaker.machine.fixed_point import from_accum, to_accum
+from nrp_brain_spinnaker.machine.generator import Sources, change_sources, draw, kiss_state, load_sources
+from nrp_brain_spinnaker.machine.hodgkin_huxley import OPEN
+from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.synaptic_inputs import Ring, add_arrived, read_values, transfer
+from nrp_brain_spinnaker.models import GSYN, ISYN, CellModel, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_brain_spinnaker.readout import read
 from nrp_brain_spinnaker.synapses.sites import seed_sites
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
+from nrp_core.errors import CapabilityError
 from nrp_core.findings import Code
 from nrp_core.findings.refusals import no_variable
+
+
+class DeviceInput:
+    """Converts events for the neurons of a machine.
+
+    Args:
+        cells: the neurons.
+        models: the cell type of each population.
+        grid: the time step.
+        n_sources: number of global ids.
+
+    Attributes:
+        lost: whether a weight was below the machine's resolution.
+    """
+
+    def __init__(self, cells: Cells, models: Sequence[CellModel], grid: Grid, n_sources: int) -> None:
+        self.lost = False
+        self._grid, self._n_sources = grid, n_sources
+        n = cells.ids.size
+        self._line_of = np.full(2 * n_sources, -1, np.int64)
+        self._line_of[cells.ids], self._line_of[cells.ids + n_sources] = np.arange(n), np.arange(n, 2 * n)
+        factor = np.ones((2, n))
+        for population, model in enumerate(models):
+            own = cells.neurons(population)
+            factors = weight_factors(cells, own, model)
+            factor[:, own] = model.weight_scale * (1.0 if factors is None else factors)
+            if not model.is_conductance_based:
+                factor[1, own] *= -1  # PyNN's inhibitory currents are negative; the machine subtracts
+        self._factor = factor.ravel()
+
+    def convert(self, parts: Sequence[SynapticEvents]) -> IntArray:
+        """Return tick, line and s16.15 value of each event, shape ``(3, n)``.
+
+        Raises:
+            CapabilityError: an event is for a source cell or too large for the machine's numbers.
+        """
+        lines = self._line_of[np.concatenate([self._places(part) for part in parts])]
+        if lines.min() < 0:
+            raise CapabilityError("source cells only emit spikes; a device cannot act on them")
+        sizes = np.concatenate([part.weights for part in parts]) * self._factor[lines]
+        entries = np.empty((3, lines.size), np.int64)
+        entries[0] = self._grid.first_tick_at(np.concatenate([part.times_ms for part in parts]))
+        entries[1] = lines
+        try:
+            entries[2] = to_accum(sizes, "the weight of a device")
+        except ValueError as error:
+            raise CapabilityError(str(error)) from None
+        if not entries[2].all():
+            self.lost = self.lost or bool(sizes[entries[2] == 0].any())
+        return entries
+
+    def _places(self, events: SynapticEvents) -> IntArray:
+        """Return the indices of the targets' lines in the table."""
+        inhibitory = RECEPTORS.index(events.receptor)
+        return events.neurons + self._n_sources if inhibitory else events.neurons
+
+
+def read(cells: Cells, ring: Ring, tick: int, population: int, model: CellModel, variable: str) -> FloatArray:
+    """Return a state variable of a population at the beginning of a tick."""
+    own = cells.neurons(population)
+    if variable in GATES:
+        return np.asarray(cells.state[GATES[variable], own] / OPEN)
+    if variable not in (*GSYN, *ISYN):
+        return from_accum(cells.state[ROWS[variable], own]) / state_scale(model, variable)
+    values = _with_input(cells, ring, tick, population)
+    raw = values[int(variable.endswith("inh"))]
+    if model.input == kinds.CONDUCTANCE:  # the machine uses and records it without the last ten bits
+        return from_accum(raw >> 10)
+    return from_accum(raw) / model.weight_scale
+
+
+def _with_input(cells: Cells, ring: Ring, tick: int, population: int) -> IntArray:
+    """Return the synaptic values that a machine records, with the input of the tick, shape ``(2, n)``."""
+    own, n = cells.neurons(population), cells.ids.size
+    size = own.stop - own.start
+    parts = cells.populations[[population]]
+    parts[0, [kinds.FIRST, kinds.LAST]] = 0, size
+    apart = cells._replace(
+        populations=parts, synapse_constants=cells.synapse_constants[..., own].copy(),
+        synapse_state=cells.synapse_state[..., own].copy(), ids=cells.ids[own].copy(),
+        arrived=np.zeros((2, size), np.int64), value=np.empty((2, size), np.int64),
+    )  # fmt: skip
+    lines = [slice(first + own.start, first + own.stop) for first in (0, n)]
+    now = ring.slots[tick & (ring.slots.shape[0] - 1)]
+    waiting = (np.concatenate([line[each] for each in lines]) for line in (now, ring.device, ring.saturated))
+    slots, device, saturated = waiting
+    transfer(apart, Ring(slots[None], device, saturated), 0, 0)
+    add_arrived(apart, 0)
+    read_values(apart, 0)
+    return apart.value
 
 
 class SpinnakerBrain(Brain):

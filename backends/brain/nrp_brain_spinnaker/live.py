@@ -13,7 +13,7 @@ from nrp_brain_spinnaker.host.cells import Grid, load_cells, tau_syn_of_lines
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.loader import Loaded
 from nrp_brain_spinnaker.machine.rewiring import FIRST_ROW
-from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY, WeightArray
+from nrp_brain_spinnaker.machine.synaptic_inputs import LARGEST_ENTRY, WeightArray
 from nrp_brain_spinnaker.models import SYNAPSES
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.synapses.laws import follow_targets

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from nrp_brain_spinnaker.host.conversion import from_accum, to_accum
-from nrp_brain_spinnaker.machine.exponential import exp_accum, exp_fraction
 from nrp_brain_spinnaker.machine.fixed_point import (
     FRACTION_LARGEST,
     LARGEST,
@@ -18,8 +16,12 @@ from nrp_brain_spinnaker.machine.fixed_point import (
     ceiling,
     clamp,
     div,
+    exp_accum,
+    exp_fraction,
+    from_accum,
     mul,
     scale,
+    to_accum,
     wrap,
 )
 

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 from nrp_brain_spinnaker import SpinnakerBackend
-from nrp_brain_spinnaker.host.delays import slots_available, slots_used
-from nrp_brain_spinnaker.host.distributions import binomial_quantile
+from nrp_brain_spinnaker.host.weights import binomial_quantile
+from nrp_brain_spinnaker.host.wiring import slots_available, slots_used
 from nrp_brain_spinnaker.loader import lay_out
 from nrp_brain_spinnaker.mapping import fidelity, plan
-from nrp_brain_spinnaker.mapping.activity import share_above
-from nrp_brain_spinnaker.mapping.fidelity import Fidelity
-from nrp_brain_spinnaker.mapping.machine_map import MachineMap
+from nrp_brain_spinnaker.mapping.fidelity import Fidelity, share_above
+from nrp_brain_spinnaker.mapping.plan import MachineMap
 from nrp_brain_spinnaker.options import SpinnakerOptions
 
 from nrp_core.brain.network.data import Network, Origin, Population, Projection

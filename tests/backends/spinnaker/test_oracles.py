@@ -6,18 +6,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_spinnaker.host.cells import Grid, load_cells
-from nrp_brain_spinnaker.host.constants import membrane_constants, synapse_constants
-from nrp_brain_spinnaker.host.conversion import to_accum
+from nrp_brain_spinnaker.engine import begin_tick, finish_tick
+from nrp_brain_spinnaker.host.cells import Grid, load_cells, membrane_constants, synapse_constants
 from nrp_brain_spinnaker.machine import kinds
-from nrp_brain_spinnaker.machine.exponential import exp_accum, exp_fraction
-from nrp_brain_spinnaker.machine.fixed_point import mul, scale
-from nrp_brain_spinnaker.machine.generator import exponential_variate, next_word, valid_state
-from nrp_brain_spinnaker.machine.poisson import draw, load_sources, mean_interval, mean_per_tick
-from nrp_brain_spinnaker.machine.ring import Ring, add_entry
-from nrp_brain_spinnaker.machine.synaptic_inputs import read_values
+from nrp_brain_spinnaker.machine.fixed_point import exp_accum, exp_fraction, mul, scale, to_accum
+from nrp_brain_spinnaker.machine.generator import (
+    draw,
+    exponential_variate,
+    load_sources,
+    mean_interval,
+    mean_per_tick,
+    next_word,
+    valid_state,
+)
+from nrp_brain_spinnaker.machine.synaptic_inputs import Ring, add_entry, read_values
 from nrp_brain_spinnaker.models import cell_models
-from nrp_brain_spinnaker.tick import begin_tick, finish_tick
 
 from nrp_core.brain.network.data import Population
 

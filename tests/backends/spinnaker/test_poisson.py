@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from nrp_brain_spinnaker.hardware import POISSON_SOURCES_PER_CORE
-from nrp_brain_spinnaker.machine.poisson import mean_interval
+from nrp_brain_spinnaker.machine.generator import mean_interval
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain

@@ -4,10 +4,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_brain_spinnaker.host.delays import longest_delay, stages
-from nrp_brain_spinnaker.host.distributions import binomial_quantile, parse_distribution, poisson_share_below
-from nrp_brain_spinnaker.host.shifts import Expectation, Incoming, largest_input, left_shift
-from nrp_brain_spinnaker.host.weights import host_raw, machine_raw
+from nrp_brain_spinnaker.host.weights import (
+    Expectation,
+    Incoming,
+    binomial_quantile,
+    host_raw,
+    largest_input,
+    left_shift,
+    machine_raw,
+    parse_distribution,
+    poisson_share_below,
+)
+from nrp_brain_spinnaker.host.wiring import longest_delay, stages
 
 MILLISECOND = Expectation(step_ms=1.0)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_spinnaker.synapses.rewiring_rules import formation_probabilities
+from nrp_brain_spinnaker.synapses.rewired import formation_probabilities
 
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection

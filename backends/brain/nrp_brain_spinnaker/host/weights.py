@@ -1,20 +1,217 @@
-"""Convert weights of a network to raw 16-bit weights on the machine."""
+"""Convert weights of a network to raw 16-bit weights on the machine.
+
+The host's estimates of random weights, delays and connection counts before they are drawn.
+
+The binary point of ring-buffer entries, chosen before the run from the expected weights.
+
+One left shift for each population and receptor must leave room for the input in one tick and keep the
+resolution of small weights. The rules are those of sPyNNaker 7.4.1, whose sum of all weights omits the scale
+of conductances.
+"""
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from statistics import NormalDist
+
 import numpy as np
 
-from nrp_brain_spinnaker.host.conversion import from_accum, to_accum
-from nrp_brain_spinnaker.host.distributions import Distribution, binomial_quantile, parse_distribution
-from nrp_brain_spinnaker.host.shifts import Incoming
 from nrp_brain_spinnaker.machine import kinds
+from nrp_brain_spinnaker.machine.fixed_point import from_accum, to_accum
 from nrp_brain_spinnaker.machine.kinds import Cells
-from nrp_brain_spinnaker.machine.ring import WeightArray
+from nrp_brain_spinnaker.machine.synaptic_inputs import WeightArray
 from nrp_brain_spinnaker.models import EXTENDED_SYNAPSES, CellModel
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Projection
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.synapses import STDP
+
+_TEXT = re.compile(r"\s*(\w+)\((.*)\)\s*\Z")
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """A random distribution.
+
+    Args:
+        mean, variance: its moments.
+        quantile: the value below which a share of the draws is.
+    """
+
+    mean: float
+    variance: float
+    quantile: Callable[[float], float]
+
+    def most_probable_extreme(self, n: int) -> float:
+        """Return the absolute value that the largest of ``n`` draws exceeds with probability 1 %."""
+        chance = 0.01 / max(n, 1)
+        return abs(self.quantile(chance if self.mean < 0 else 1 - chance))
+
+
+def parse_distribution(text: object) -> Distribution | None:
+    """Read the text of a distribution such as ``normal(mu=0.5, sigma=0.1)``; None for others."""
+    match = _TEXT.match(text) if isinstance(text, str) else None
+    if match is None or match[1] not in _KNOWN:
+        return None
+    try:
+        pairs = (part.split("=") for part in match[2].split(","))
+        parameters = {name.strip(): float(value) for name, value in pairs}
+        return _KNOWN[match[1]](parameters)
+    except (ValueError, KeyError):
+        return None
+
+
+def _uniform(given: Mapping[str, float]) -> Distribution:
+    low, high = given["low"], given["high"]
+    return Distribution((low + high) / 2, (high - low) ** 2 / 12, lambda p: low + p * (high - low))
+
+
+def _normal(given: Mapping[str, float]) -> Distribution:
+    normal = NormalDist(given["mu"], given["sigma"])
+    return Distribution(normal.mean, normal.variance, normal.inv_cdf)
+
+
+def _clipped(given: Mapping[str, float], *, redrawn: bool) -> Distribution:
+    """Return a truncated normal distribution with moments from a fine grid of quantiles."""
+    normal, low, high = NormalDist(given["mu"], given["sigma"]), given["low"], given["high"]
+    first, last = (normal.cdf(low), normal.cdf(high)) if redrawn else (0.0, 1.0)
+
+    def quantile(p: float) -> float:
+        inside = min(max(first + p * (last - first), 1e-12), 1 - 1e-12)
+        return min(max(normal.inv_cdf(inside), low), high)
+
+    values = np.array([quantile((k + 0.5) / 1000) for k in range(1000)])
+    return Distribution(float(values.mean()), float(values.var()), quantile)
+
+
+def _exponential(given: Mapping[str, float]) -> Distribution:
+    beta = given["beta"]
+    return Distribution(beta, beta**2, lambda p: -beta * math.log1p(-p))
+
+
+def _lognormal(given: Mapping[str, float]) -> Distribution:
+    mu, sigma = given["mu"], given["sigma"]
+    mean = math.exp(mu + sigma**2 / 2)
+    variance = math.expm1(sigma**2) * mean**2
+    return Distribution(mean, variance, lambda p: math.exp(NormalDist(mu, sigma).inv_cdf(p)))
+
+
+_KNOWN: Mapping[str, Callable[[Mapping[str, float]], Distribution]] = {
+    "uniform": _uniform,
+    "normal": _normal,
+    "normal_clipped": partial(_clipped, redrawn=True),
+    "normal_clipped_to_boundary": partial(_clipped, redrawn=False),
+    "exponential": _exponential,
+    "lognormal": _lognormal,
+}
+
+
+def binomial_quantile(n: int, probability: float, share: float) -> int:
+    """Return the quantile ``share`` of a binomial distribution."""
+    if n == 0 or probability <= 0:
+        return 0
+    if probability >= 1 or share >= 1:
+        return n
+    k = np.arange(n + 1)
+    factorials = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, n + 1)))])
+    logs = factorials[n] - factorials[k] - factorials[n - k]
+    logs += k * math.log(probability) + (n - k) * math.log1p(-probability)
+    above: FloatArray = np.cumsum(np.exp(logs)[::-1])[::-1] - np.exp(logs)
+    return int(np.argmax(above <= 1 - share))
+
+
+def poisson_share_below(limit: int, mean: float) -> float:
+    """Return the probability that a Poisson variate is below ``limit``."""
+    return math.fsum(math.exp(k * math.log(mean) - mean - math.lgamma(k + 1)) for k in range(limit))
+
+
+@dataclass(frozen=True, slots=True)
+class Incoming:
+    """The possible input from one projection to a receptor of one neuron.
+
+    Args:
+        connections: the largest probable number of synapses onto one neuron.
+        largest: the largest probable absolute weight.
+        mean, variance: moments of the absolute weights.
+        delay_variance: variance of the delays in the projection.
+    """
+
+    connections: int
+    largest: float
+    mean: float
+    variance: float
+    delay_variance: float
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """The host's assumptions about activity.
+
+    Args:
+        spikes_per_second: rate of every source neuron.
+        sigma: number of standard deviations of the summed input that must fit.
+        step_ms: length of a tick, ms.
+    """
+
+    step_ms: float
+    spikes_per_second: float = 30.0
+    sigma: float = 5.0
+
+
+def left_shift(largest: float) -> int:
+    """Return the shift with which a weight of this size, and one bit more, fits 16 bits."""
+    if largest <= 0:
+        return 0
+    shift = math.ceil(max(0.0, math.log2(largest)))
+    return shift + 1 if 2**shift <= largest else shift
+
+
+def largest_input(
+    incoming: Sequence[Incoming], weight_scale: int, expected: Expectation, *, total_scale: int = 1
+) -> float:
+    """Return the largest input to one receptor in one tick, in the units of the synapse.
+
+    With equal delays in each projection all input is assumed to arrive at once; else the bound is
+    statistical.
+
+    Args:
+        incoming: the possible input from each projection.
+        weight_scale: scale of the synapse, 1024 for conductances.
+        expected: the assumed activity.
+        total_scale: the same for the sum of all weights; sPyNNaker omits it.
+    """
+    spikes_a_tick = max(1.0, expected.spikes_per_second * expected.step_ms / 1000)
+    total = total_scale * sum(spikes_a_tick * part.largest * part.connections for part in incoming)
+    biggest = max((part.largest * weight_scale for part in incoming), default=0.0)
+    if all(part.delay_variance == 0 for part in incoming):
+        return max(total, biggest)
+    return max(min(_statistical_bound(incoming, weight_scale, expected), total), biggest)
+
+
+def _statistical_bound(incoming: Sequence[Incoming], weight_scale: int, expected: Expectation) -> float:
+    n = sum(part.connections for part in incoming)
+    mean = sum(part.connections * part.mean for part in incoming) / n
+    square = sum(part.connections * (part.variance + part.mean**2) for part in incoming) / n
+    variance = max(square - mean**2, 0.0) * weight_scale**2
+    mean *= weight_scale
+    rate = n * expected.spikes_per_second * expected.step_ms / 1000
+    spread = rate * mean**2 + _weight_variance(rate, variance)
+    return rate * mean + expected.sigma * math.sqrt(spread)
+
+
+def _weight_variance(rate: float, variance: float) -> float:
+    """Return the part of the variance of a tick's input that is due to unequal weights."""
+    if variance == 0 or rate == 0:
+        return 0.0
+    most = round(rate + 3 * math.sqrt(rate))
+    if not -701 < most * math.log(rate) - math.lgamma(most + 1) < 701:
+        return 0.0
+    return rate * variance * poisson_share_below(most, rate)
+
 
 GENERATED_ON_MACHINE = frozenset(
     f"{name}Connector"

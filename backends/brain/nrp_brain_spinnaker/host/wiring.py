@@ -1,4 +1,9 @@
-"""Projections on the machine: raw weights, delays in ticks, and the shift of their receptor."""
+"""Projections on the machine: raw weights, delays in ticks, and the shift of their receptor.
+
+Delays in ticks, and the limits of the machine's slots and delay extensions.
+
+Convert projections to synapses ordered by source neuron.
+"""
 
 from __future__ import annotations
 
@@ -8,28 +13,68 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nrp_brain_spinnaker.hints import hints_of
-from nrp_brain_spinnaker.host.delays import longest_delay, to_ticks
-from nrp_brain_spinnaker.host.distributions import parse_distribution
-from nrp_brain_spinnaker.host.shifts import Expectation, Incoming, largest_input, left_shift
 from nrp_brain_spinnaker.host.weights import (
+    Expectation,
+    Incoming,
     host_raw,
     incoming_of,
     is_machine_generated,
+    largest_input,
+    left_shift,
     machine_raw,
+    parse_distribution,
     sizes_of,
     weight_factors,
     weight_scale,
 )
 from nrp_brain_spinnaker.machine.kinds import Cells
-from nrp_brain_spinnaker.machine.ring import WeightArray
+from nrp_brain_spinnaker.machine.synaptic_inputs import Rows, WeightArray
 from nrp_brain_spinnaker.models import CellModel, cell_models
-from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_brain_spinnaker.options import SpinnakerOptions, hints_of
+from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projection
 from nrp_core.brain.network.limits import check_synapses, distinct
 from nrp_core.errors import NetworkError
 from nrp_core.findings import Code, Findings
+
+RING_BITS = 14
+"""Bits of the index into a core's ring buffer: 16384 entries of 16 bits."""
+MOST_STAGES = 8
+"""Stages of a delay extension, each as long as the ring."""
+N_RECEPTORS = 2
+
+
+def bits_for(n: int) -> int:
+    """Return the number of bits of an index over ``n`` items, at least 1."""
+    return max(1, (n - 1).bit_length())
+
+
+def slots_available(neurons_on_core: int) -> int:
+    """Return the maximum delay in the ring buffer of a core, in ticks."""
+    return 1 << (RING_BITS - bits_for(neurons_on_core) - bits_for(N_RECEPTORS))
+
+
+def slots_used(neurons_on_core: int, longest: int) -> int:
+    """Return the number of slots for a longest delay in ticks, 0 without any synapse."""
+    if not longest:
+        return 1
+    return min(slots_available(neurons_on_core), 1 << bits_for(longest))
+
+
+def longest_delay(neurons_on_core: int) -> int:
+    """Return the longest delay in ticks with all stages of a delay extension."""
+    return slots_available(neurons_on_core) * (MOST_STAGES + 1)
+
+
+def stages(neurons_on_core: int, longest: int) -> int:
+    """Return the number of stages of the delay extension for a longest delay in ticks."""
+    return -(-longest // slots_available(neurons_on_core)) - 1
+
+
+def to_ticks(delays_ms: FloatArray, step_us: int, *, drawn_on_machine: bool) -> IntArray:
+    """Convert delays to ticks, possibly 0: to the nearest, or truncated if a core draws them."""
+    ticks = delays_ms * 1000 / step_us
+    return (np.floor(ticks) if drawn_on_machine else np.rint(ticks)).astype(np.int64)
 
 
 @dataclass
@@ -225,3 +270,47 @@ def _is_rounded(part: Wires, step_ms: float) -> bool:
 
 def _names(wires: Sequence[Wires]) -> str:
     return ", ".join(f"'{part.projection.label}'" for part in wires)
+
+
+@dataclass(frozen=True, slots=True)
+class Synapses:
+    """The synapses of several projections, ordered by source neuron.
+
+    Args:
+        order: index of each synapse in the concatenated projections.
+        pre: global ids, ascending.
+        line, weight, delay: as in :class:`~nrp_brain_spinnaker.machine.synaptic_inputs.Rows`.
+    """
+
+    order: IntArray
+    pre: IndexArray
+    line: IndexArray
+    weight: WeightArray
+    delay: WeightArray
+
+    def rows(self, n_sources: int) -> Rows:
+        """Return them with the index of the first synapse of each of ``n_sources`` global ids."""
+        start = np.zeros(n_sources + 1, np.int64)
+        np.cumsum(np.bincount(self.pre, minlength=n_sources), out=start[1:])
+        return Rows(start, self.line, self.weight, self.delay)
+
+
+def collect(wires: Sequence[Wires], n: int) -> Synapses:
+    """Order the synapses of projections onto the lines of ``n`` neurons; a stable order."""
+    no_index, no_weight = np.empty(0, np.int32), np.empty(0, np.uint16)
+    pre = np.concatenate([no_index, *(part.projection.pre_index + part.pre_first for part in wires)])
+    line = np.concatenate([no_index, *(_lines(part, n) for part in wires)])
+    weight = np.concatenate([no_weight, *(part.raw for part in wires)])
+    delay = np.concatenate([no_weight, *(_delays(part) for part in wires)])
+    order = np.argsort(pre, kind="stable")
+    return Synapses(
+        order, pre[order].astype(np.int32), line[order].astype(np.int32), weight[order], delay[order]
+    )
+
+
+def _delays(part: Wires) -> WeightArray:
+    return np.broadcast_to(part.ticks.astype(np.uint16), part.projection.pre_index.shape)
+
+
+def _lines(part: Wires, n: int) -> IndexArray:
+    return part.projection.post_index + np.int32(part.receptor * n + part.post_first)

@@ -10,10 +10,8 @@ from __future__ import annotations
 from typing import Final
 
 from nrp_brain_spinnaker.machine import kinds
-from nrp_brain_spinnaker.machine.exponential import exp_accum
-from nrp_brain_spinnaker.machine.fixed_point import ONE, clamp, mul
-from nrp_brain_spinnaker.machine.kinds import Cells
-from nrp_brain_spinnaker.machine.spiking import note_spike
+from nrp_brain_spinnaker.machine.fixed_point import ONE, clamp, exp_accum, mul
+from nrp_brain_spinnaker.machine.kinds import Cells, note_spike
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy.typing as npt
 
 from nrp_brain_spinnaker.machine.kinds import Cells
-from nrp_brain_spinnaker.machine.ring import Ring, WeightArray
 from nrp_brain_spinnaker.machine.stdp import deliver_row, remember
 from nrp_brain_spinnaker.machine.stdp_rows import StdpRows, changing_rows
+from nrp_brain_spinnaker.machine.synaptic_inputs import Ring, WeightArray
 from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
 

@@ -1,4 +1,9 @@
-"""The losses of a network on the machine: rounded, vanished or wrapped weights and saturated input."""
+"""The losses of a network on the machine: rounded, vanished or wrapped weights and saturated input.
+
+The assumed activity of a network before a run.
+
+Weight changes that plastic synapses lose, because the machine stores weights in steps.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +13,85 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrp_brain_spinnaker.host.weights import poisson_share_below
 from nrp_brain_spinnaker.host.wiring import Wires
-from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY
-from nrp_brain_spinnaker.mapping.activity import share_above, spikes_per_tick
-from nrp_brain_spinnaker.mapping.learning import lost_changes
+from nrp_brain_spinnaker.machine.synaptic_inputs import LARGEST_ENTRY
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import RECEPTORS, Network
+from nrp_core.brain.network.data import RECEPTORS, Network, Population
+from nrp_core.brain.network.limits import distinct
+from nrp_core.brain.network.synapses import STDP
 from nrp_core.findings import Code, Finding, Findings
+
+
+def spikes_per_tick(population: Population, options: SpinnakerOptions) -> float:
+    """Return the assumed spikes of each cell per tick: a Poisson source's own, else the options'."""
+    return rate_hz(population, options) * options.step_us * 1e-6
+
+
+def rate_hz(population: Population, options: SpinnakerOptions) -> float:
+    """Return the assumed rate of each cell: that of a Poisson source, else the option's."""
+    rates = population.parameters.get("rate")
+    if population.is_source and rates is not None:
+        return float(rates.mean())
+    return options.spikes_per_second
+
+
+def share_above(limit: float, mean: float, variance: float) -> float:
+    """Return the probability that the weights of a Poisson number of spikes add up to more than a limit.
+
+    Exact for equal weights; others are replaced by equal ones that give the same mean and variance.
+
+    Args:
+        limit: the limit, in the units of the weights, as are the moments.
+        mean: mean of the sum.
+        variance: variance of the sum.
+    """
+    if mean <= 0 or variance <= 0:
+        return 0.0
+    weight = variance / mean
+    return max(0.0, 1.0 - poisson_share_below(int(limit / weight) + 1, mean / weight))
+
+
+def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:
+    """Return the changes of weights by a pair of spikes that are at most smaller than a step.
+
+    A changed weight is rounded down to a step: an increase by less than a step is lost, a decrease by less
+    than a step becomes a whole step.
+
+    Args:
+        part: a projection on the machine.
+        options: the options of the user.
+    """
+    projection = part.projection
+    if (
+        projection.synapse_type != STDP
+        or not projection.size
+        or "A_plus" not in projection.synapse_parameters
+    ):
+        return None  # only the rule of pairs loses as much each time
+    step = 1.0 / part.scale
+    given = {name: float(distinct(values)[0]) for name, values in projection.synapse_parameters.items()}
+    factor = 1.0 if part.factor is None else float(np.min(part.factor))
+    low, high = abs(given["w_min"]) * factor, abs(given["w_max"]) * factor
+    if projection.plasticity["weight_dependence"] == "MultiplicativeWeightDependence":
+        most = high - low
+    else:
+        most = high if options.semantics == "pynn" else 1.0
+    up, down = given["A_plus"] * most, given["A_minus"] * most
+    lines = []
+    if 0 < up < step:
+        lines.append(f"a pair of spikes adds at most {up:.3g}, which is rounded to 0")
+    if 0 < down < step:
+        lines.append(f"a pair of spikes should subtract at most {down:.3g}, but subtracts a whole step")
+    if not lines:
+        return None
+    return (
+        f"projection '{projection.label}': its weights are stored in steps of {step:.3g}: "
+        f"{'; '.join(lines)}; "
+        "increase A_plus and A_minus, or the range of the weights"
+    )
+
 
 _COARSE = 0.05
 _RARE = 1e-4

@@ -2,25 +2,160 @@
 
 Counts (cores, keys, shifts, delay slots) equal those of sPyNNaker 7.4.1; time and power are estimates from
 instruction counts and the assumed rates.
+
+Advice on the parts of a network that would not fit a machine or not keep up.
+
+A network on a real machine, as data.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil, sqrt
 
+import numpy as np
+
 from nrp_brain_spinnaker import hardware
-from nrp_brain_spinnaker.host.delays import slots_available, slots_used
-from nrp_brain_spinnaker.host.wiring import Wires, sending
+from nrp_brain_spinnaker.host.wiring import Wires, sending, slots_available, slots_used
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
-from nrp_brain_spinnaker.mapping.activity import rate_hz, spikes_per_tick
-from nrp_brain_spinnaker.mapping.advice import advise
-from nrp_brain_spinnaker.mapping.machine_map import MachineMap, VertexMap
-from nrp_brain_spinnaker.mapping.memory import dtcm_bytes, longest_row, neuron_core_bytes, source_bytes
-from nrp_brain_spinnaker.mapping.partition import Core, Vertex, place, vertices_of
+from nrp_brain_spinnaker.mapping.fidelity import rate_hz, spikes_per_tick
+from nrp_brain_spinnaker.mapping.partition import (
+    Core,
+    Vertex,
+    dtcm_bytes,
+    longest_row,
+    neuron_core_bytes,
+    place,
+    source_bytes,
+    vertices_of,
+)
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.network.data import Network
+
+
+@dataclass(frozen=True, slots=True)
+class VertexMap:
+    """One population, or a delay extension, on the machine.
+
+    Args:
+        label, cell_type, size: as in the network.
+        cores: its cores.
+        sdram_bytes: SDRAM of each core, estimated.
+        packets_per_s: packets sent by all its cores, 1/s.
+        left_shifts: excitatory and inhibitory left shift; empty for sources.
+        delay_slots: slots available on a core and used; empty for sources.
+        dtcm_bytes: DTCM of each core, 0 for sources.
+        utilisation: used fraction of a time step on the fullest core, estimated; 0 for sources.
+        spikes_per_step: spikes that reach the fullest core at the assumed rates; 0 for sources.
+        longest_row: largest number of synapses from one neuron into one core.
+        synapse_cores: synapse-only cores of each slice.
+    """
+
+    label: str
+    cell_type: str
+    size: int
+    cores: tuple[Core, ...]
+    sdram_bytes: int
+    packets_per_s: float
+    left_shifts: tuple[int, ...] = ()
+    delay_slots: tuple[int, ...] = ()
+    dtcm_bytes: int = 0
+    utilisation: float = 0.0
+    spikes_per_step: float = 0.0
+    longest_row: int = 0
+    synapse_cores: int = 0
+
+    @property
+    def late(self) -> float:
+        """Share of the fullest core's work in a step that would be late."""
+        return max(0.0, 1.0 - 1.0 / self.utilisation) if self.utilisation else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class MachineMap:
+    """A network on the machine.
+
+    Args:
+        vertices: populations in definition order, then delay extensions.
+        chips, boards: numbers of used ones.
+        application_cores, system_cores: numbers of used ones.
+        router_entries: routing entries of the fullest chip, one for each sender that reaches it.
+        packets_per_s: packets of the whole network, 1/s.
+        power_w: estimated power, W.
+        slowdown: factor relative to real time at which no core is late.
+        advice: advice on parts that would not fit or be late.
+    """
+
+    vertices: tuple[VertexMap, ...]
+    chips: int
+    boards: int
+    application_cores: int
+    system_cores: int
+    router_entries: int
+    packets_per_s: float
+    power_w: float
+    slowdown: int
+    advice: tuple[str, ...]
+
+    @property
+    def joules_per_simulated_s(self) -> float:
+        """Energy of one simulated second, estimated."""
+        return self.power_w * self.slowdown
+
+
+def advise(maps: Sequence[VertexMap], chips: int, entries: int, packets_per_s: float) -> tuple[str, ...]:
+    """Return a sentence for each problem.
+
+    Args:
+        maps: all vertices.
+        chips: number of used chips.
+        entries: number of routing entries of the fullest chip.
+        packets_per_s: packets of the whole network, 1/s.
+    """
+    advice = [line for vertex in maps for line in _on_vertex(vertex)]
+    if chips > hardware.LARGEST_MACHINE_CHIPS:
+        advice.append(f"{chips} chips: the largest machine has {hardware.LARGEST_MACHINE_CHIPS}")
+    if entries > hardware.ROUTER_ENTRIES:
+        advice.append(f"{entries} routing entries: a chip has {hardware.ROUTER_ENTRIES}; merge populations")
+    if packets_per_s > hardware.LINK_PACKETS_PER_S:
+        advice.append(f"{packets_per_s:.3g} packets/s: a link carries {hardware.LINK_PACKETS_PER_S:.0g}")
+    sdram = np.bincount(
+        [core.chip for vertex in maps for core in vertex.cores],
+        weights=[vertex.sdram_bytes for vertex in maps for _ in vertex.cores],
+    )
+    if sdram.size and sdram.max() > hardware.SDRAM_BYTES:
+        needed, has = (n >> 20 for n in (int(sdram.max()), hardware.SDRAM_BYTES))
+        advice.append(f"{needed} MB of SDRAM on one chip: it has {has}; use fewer neurons_per_core")
+    return tuple(advice)
+
+
+def _on_vertex(vertex: VertexMap) -> list[str]:
+    where, row, queue = f"population '{vertex.label}'", hardware.LONGEST_ROW, hardware.QUEUED_SPIKES
+    advice = []
+    if vertex.left_shifts and vertex.cell_type not in hardware.UPDATE_INSTRUCTIONS:
+        advice.append(f"{where}: sPyNNaker has no {vertex.cell_type} cells; the load is a rough estimate")
+    if vertex.longest_row > row:
+        advice.append(f"{where}: {vertex.longest_row} synapses from one neuron; a row holds {row}")
+    if vertex.synapse_cores > hardware.SYNAPSE_CORES:
+        advice.append(
+            f"{where}: {vertex.synapse_cores} cores for the synapses of each core of neurons; a chip has "
+            f"{hardware.SYNAPSE_CORES}; use fewer neurons_per_core or a time step of 1 ms"
+        )
+    if vertex.dtcm_bytes > hardware.DTCM_BYTES:
+        advice.append(f"{where}: a core's own memory is too small; use fewer neurons_per_core")
+    if vertex.spikes_per_step > queue:
+        advice.append(
+            f"{where}: {vertex.spikes_per_step:.0f} spikes in a time step; a core can queue {queue}"
+        )
+    if vertex.utilisation > hardware.BUSY:
+        slower = ceil(vertex.utilisation / hardware.BUSY)
+        advice.append(
+            f"{where}: a core is busy for {vertex.utilisation:.0%} of a time step; run {slower} times slower "
+            "(time_scale_factor) or use fewer neurons_per_core"
+        )
+    return advice
 
 
 def map_network(

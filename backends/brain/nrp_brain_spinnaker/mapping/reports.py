@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from nrp_brain_spinnaker import hardware
 from nrp_brain_spinnaker.loader import lay_out
 from nrp_brain_spinnaker.mapping.fidelity import Fidelity, weigh
-from nrp_brain_spinnaker.mapping.machine_map import MachineMap
-from nrp_brain_spinnaker.mapping.plan import map_network
+from nrp_brain_spinnaker.mapping.plan import MachineMap, map_network
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.capabilities import Fact, Quantity, Report, Table, Value
 from nrp_core.brain.network.data import Network

@@ -2,6 +2,8 @@
 
 A law has a module with its arrays, its kernel and their loading. Here it has a field with its name, a line
 in the kernels and a loader; :mod:`nrp_brain_spinnaker.models` says whether the released software has it.
+
+Load the synapses that reward or punish, for :mod:`~nrp_brain_spinnaker.machine.stdp`.
 """
 
 from __future__ import annotations
@@ -9,17 +11,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
+import numpy as np
 import numpy.typing as npt
 
-from nrp_brain_spinnaker.host.plastic_rows import load_plastic
-from nrp_brain_spinnaker.host.rows import collect
-from nrp_brain_spinnaker.host.wiring import Wires
-from nrp_brain_spinnaker.machine.neuromodulation import Rewards, deliver_rewards
-from nrp_brain_spinnaker.machine.ring import Ring, Rows, deliver
-from nrp_brain_spinnaker.machine.stdp import deliver_plastic, remember
+from nrp_brain_spinnaker.host.cells import Layout
+from nrp_brain_spinnaker.host.stdp_rules import load_plastic
+from nrp_brain_spinnaker.host.weights import host_raw, is_machine_generated, machine_raw
+from nrp_brain_spinnaker.host.wiring import Wires, collect
+from nrp_brain_spinnaker.machine.stdp import Rewards, deliver_plastic, deliver_rewards, remember
 from nrp_brain_spinnaker.machine.stdp_rows import StdpRows, changing_rows
-from nrp_brain_spinnaker.synapses.layout import Layout
-from nrp_brain_spinnaker.synapses.rewards import load_rewards, modulations_of
+from nrp_brain_spinnaker.machine.synaptic_inputs import Ring, Rows, deliver
+from nrp_brain_spinnaker.models import CellModel
 from nrp_brain_spinnaker.synapses.tsodyks_markram import (
     TsodyksRows,
     deliver_dynamic,
@@ -28,7 +30,92 @@ from nrp_brain_spinnaker.synapses.tsodyks_markram import (
 )
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
+from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.errors import CapabilityError, NetworkError
+
+_SHIFT = 4
+"""Dopamine is s4.11, like a weight with this left shift."""
+_LARGEST = (1 << 15) - 1
+
+
+def modulations_of(network: Network) -> dict[str, Neuromodulation]:
+    """Return what the rewards and punishments of each population have in common, by its label.
+
+    Raises:
+        CapabilityError: they have not, or no STDP that they decide on.
+    """
+    found: dict[str, Neuromodulation] = {}
+    for one in network.projections:
+        if one.neuromodulation is None:
+            continue
+        known = found.setdefault(one.post, one.neuromodulation)
+        if known != one.neuromodulation:
+            raise CapabilityError(
+                f"projection '{one.label}': on the machine all rewards and punishments of one population "
+                "have the same tau_c, tau_d, w_min and w_max"
+            )
+        onto = [other for other in network.projections if other.post == one.post]
+        if any(other.rewiring is not None for other in onto):
+            raise CapabilityError(
+                f"projection '{one.label}': rewards and structural plasticity on one population are not "
+                "supported together"
+            )
+        if not any(other.synapse_type == STDP and other.size for other in onto):
+            raise CapabilityError(
+                f"projection '{one.label}': rewards and punishments decide on changes by STDP; no synapses "
+                f"onto '{one.post}' have it"
+            )
+        if any(other.pre == one.pre and other.neuromodulation is None for other in onto):
+            raise CapabilityError(
+                f"projection '{one.label}': on the machine '{one.pre}' cannot reward '{one.post}' and have "
+                "other synapses onto it, too; use another source population"
+            )
+    return found
+
+
+def load_rewards(wires: Sequence[Wires], layout: Layout) -> Rewards | None:
+    """Return the synapses that reward or punish cells onto which wires have STDP, if there are any.
+
+    Raises:
+        NetworkError: a weight or a delay is not one of the machine.
+    """
+    targets = {part.projection.post: part for part in wires if part.projection.synapse_type == STDP}
+    ids, to, dopamine = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+    for one in layout.network.projections:
+        if one.neuromodulation is not None and one.size:
+            target = targets[one.post]
+            ids.append(one.pre_index.astype(np.int64) + layout.network.offsets[one.pre])
+            to.append(one.post_index.astype(np.int64) + target.post_first)
+            dopamine.append(_dopamine(one, target.model, layout))
+    every = np.concatenate(ids)
+    if not every.size:
+        return None
+    order = np.argsort(every, kind="stable")
+    start: IntArray = np.searchsorted(every[order], np.arange(layout.n_sources + 1)).astype(np.int64)
+    return Rewards(start, np.concatenate(to)[order], np.concatenate(dopamine)[order])
+
+
+def _dopamine(projection: Projection, model: CellModel, layout: Layout) -> IntArray:
+    """Return the change of dopamine by each synapse, s4.11."""
+    where, weight = f"projection '{projection.label}'", projection.weight
+    step_ms = layout.grid.step_us / 1000
+    late = np.flatnonzero(projection.delay_ms > step_ms * (1 + 1e-9))
+    if late.size:
+        raise NetworkError(
+            f"{where}: the delay of synapse {late[0]} is {projection.delay_ms[late[0]]:g} ms; rewards and "
+            f"punishments act at once on the machine: leave the delay out, or give a step, {step_ms:g} ms"
+        )
+    wrong = np.flatnonzero((weight < 0) | (np.rint(weight * 2**11) > _LARGEST))
+    if wrong.size:
+        raise NetworkError(
+            f"{where}: the weight of synapse {wrong[0]} is {weight[wrong[0]]:g}; dopamine is a number from 0 "
+            "to less than 16 on the machine; a punishment has the receptor 'punishment'"
+        )
+    on_machine = layout.options.weights == "machine" and is_machine_generated(projection, model)
+    raw = (machine_raw if on_machine else host_raw)(weight, _SHIFT, 1).astype(np.int64)
+    return raw if projection.receptor == "reward" else -raw
 
 
 class Stores(NamedTuple):

@@ -9,12 +9,11 @@ from itertools import count
 import numpy as np
 import numpy.typing as npt
 
-from nrp_brain_spinnaker.hints import cells_per_core, slices_of
-from nrp_brain_spinnaker.host.delays import slots_available
-from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.host.cells import Layout
+from nrp_brain_spinnaker.host.wiring import Wires, slots_available
 from nrp_brain_spinnaker.machine.generator import valid_state
 from nrp_brain_spinnaker.machine.rewired_rows import Rewired
-from nrp_brain_spinnaker.synapses.layout import Layout
+from nrp_brain_spinnaker.options import cells_per_core, slices_of
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.network.synapses import STATIC, STDP

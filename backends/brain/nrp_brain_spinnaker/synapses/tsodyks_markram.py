@@ -12,12 +12,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from nrp_brain_spinnaker.host.conversion import to_accum
-from nrp_brain_spinnaker.host.rows import collect
-from nrp_brain_spinnaker.host.wiring import Wires
-from nrp_brain_spinnaker.machine.exponential import exp_fraction
-from nrp_brain_spinnaker.machine.ring import Ring, WeightArray, add_entry
-from nrp_brain_spinnaker.synapses.layout import Layout
+from nrp_brain_spinnaker.host.cells import Layout
+from nrp_brain_spinnaker.host.wiring import Wires, collect
+from nrp_brain_spinnaker.machine.fixed_point import exp_fraction, to_accum
+from nrp_brain_spinnaker.machine.synaptic_inputs import Ring, WeightArray, add_entry
 from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.network.data import Projection
