@@ -32,8 +32,8 @@ from nrp_brain_spinnaker.loader import load
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.fixed_point import from_accum, to_accum
 from nrp_brain_spinnaker.machine.generator import Sources, change_sources, draw, kiss_state, load_sources
-from nrp_brain_spinnaker.machine.hodgkin_huxley import OPEN
 from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.neuron_kernels import OPEN
 from nrp_brain_spinnaker.machine.synaptic_inputs import Ring, add_arrived, read_values, transfer
 from nrp_brain_spinnaker.models import GSYN, ISYN, CellModel, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions

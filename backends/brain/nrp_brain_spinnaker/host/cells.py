@@ -32,8 +32,8 @@ from nrp_brain_spinnaker.machine.fixed_point import (
     to_accum,
     to_fraction,
 )
-from nrp_brain_spinnaker.machine.hodgkin_huxley import FINE_BITS, LIFT_BITS, OPEN, gate_rates
 from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.neuron_kernels import FINE_BITS, LIFT_BITS, OPEN, gate_rates
 from nrp_brain_spinnaker.models import CONDUCTANCE_SCALE, GSYN, ISYN, CellModel, Semantics, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core._support.arrays import FloatArray, IntArray

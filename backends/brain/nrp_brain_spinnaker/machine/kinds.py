@@ -2,8 +2,6 @@
 
 The neurons of all populations are consecutive; a population is a range of them. An array of state or
 constants has one row per variable and one column per neuron.
-
-The list of neurons that spiked.
 """
 
 from __future__ import annotations
@@ -11,7 +9,6 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 from nrp_core._support.arrays import IntArray
-from nrp_core._support.jit import jit
 
 # The time course of a synapse after an input.
 EXPONENTIAL: Final = 0
@@ -92,10 +89,3 @@ class Cells(NamedTuple):
         """Return the range of a population's neurons."""
         first, last = self.populations[population, [FIRST, LAST]].tolist()
         return slice(first, last)
-
-
-@jit
-def note_spike(cells: Cells, i: int) -> None:
-    """Add neuron ``i`` to those that spiked in this tick."""
-    cells.fired[cells.n_fired[0]] = i
-    cells.n_fired[0] += 1
