@@ -9,7 +9,7 @@ import zipfile
 from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from nrp_core._support.disk_cache import kept_folder
+from nrp_core._support.files import kept_folder
 from nrp_core.errors import ExperimentError
 
 MAX_FILES = 20_000

@@ -10,18 +10,41 @@ import argparse
 import ast
 import builtins
 import importlib
+import os
 import sys
+import threading
 import traceback
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from copy import copy
 from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
-from nrp_core._support.encoding import Misfit, decoded_python
-from nrp_core._support.exits import noticed_exits
+from nrp_core._support.text import Misfit, decoded_python
 from nrp_core.errors import ExperimentError, NrpError
+
+
+@contextmanager
+def intercept_os_exit() -> Iterator[None]:
+    """Let ``os._exit`` raise SystemExit within the block, in this thread and this process.
+
+    A process that the block forks, as ``multiprocessing`` does, still ends by it.
+    """
+    leave, own = os._exit, (os.getpid(), threading.get_ident())
+
+    def refuse(status: int) -> NoReturn:
+        if (os.getpid(), threading.get_ident()) != own:
+            leave(status)
+        raise SystemExit(f"os._exit({status}) would end the whole program")
+
+    os._exit = refuse
+    try:
+        yield
+    finally:
+        os._exit = leave
+
 
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 Missing: TypeAlias = Callable[[str, Mapping[str, Any]], ModuleType | None]
@@ -86,7 +109,7 @@ class Scope:
         before = sys.modules.get(module.__name__)
         sys.modules[module.__name__] = module
         try:
-            with noticed_exits():
+            with intercept_os_exit():
                 exec(code or self._compiled(path), module.__dict__)
         finally:
             del sys.modules[module.__name__]

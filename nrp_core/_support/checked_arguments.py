@@ -8,14 +8,187 @@ from __future__ import annotations
 
 import reprlib
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable as CallableABC
 from dataclasses import fields
+from enum import Enum
 from functools import cache, wraps
 from inspect import Parameter, Signature, signature
-from typing import Any, Final, ParamSpec, TypeVar
+from itertools import islice
+from numbers import Integral
+from os import PathLike
+from pathlib import PurePath
+from types import NoneType, UnionType
+from typing import Annotated, Any, Final, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
-from nrp_core._support.kinds import admits, in_words
+from nrp_core._support.numbers import is_number
 from nrp_core.errors import ArgumentError, did_you_mean
+
+_LOOKED_AT: Final = 1000
+"""Items of a list that are looked at."""
+_SINGULAR: Final = {
+    bool: "True or False",
+    int: "a whole number",
+    float: "a number",
+    str: "a text",
+    NoneType: "None",
+}
+_PLURAL: Final = {int: "whole numbers", float: "numbers", str: "texts"}
+_FLAGS: Final = "b"
+_NUMBERS: Final = "biuf"
+"""NumPy's kind codes of real numbers."""
+
+
+_CALLABLE: Final[Any] = CallableABC
+
+
+def admits(hint: Any, value: object) -> bool:
+    """Return whether a value is of the kind that a hint means.
+
+    Numbers of NumPy are numbers, a truth value is not one, a text is not a list, and lists, tuples and arrays
+    may stand for each other. What this knows nothing of, it admits.
+    """
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return admits(parts[0], value)
+    if origin in (Union, UnionType):
+        if _is_array_like(parts):
+            return (value is None and NoneType in parts) or _are_numbers(value)
+        return any(admits(part, value) for part in parts)
+    if origin is Literal:
+        return any(isinstance(value, type(part)) and value == part for part in parts)
+    kind = origin or hint
+    if not isinstance(kind, type) or kind in (Any, object):
+        return True
+    return _admits_type(kind, parts, value)
+
+
+def _admits_type(kind: type, parts: tuple[Any, ...], value: object) -> bool:
+    simple = {
+        bool: lambda: isinstance(value, bool) or _dtype_kind(value) == _FLAGS,
+        int: lambda: isinstance(value, Integral) and not isinstance(value, bool),
+        float: lambda: is_number(value),
+        type: lambda: isinstance(value, type),
+        CallableABC: lambda: callable(value),
+    }
+    if kind in simple:
+        return simple[kind]()
+    if issubclass(kind, PurePath):
+        return isinstance(value, PathLike)
+    if issubclass(kind, Enum):
+        return isinstance(value, kind) or (isinstance(value, str) and value in [*kind])
+    if issubclass(kind, Mapping):
+        return isinstance(value, Mapping) and (not parts or _admits_items(parts, value))
+    if kind.__module__ == "numpy":
+        return kind.__name__ != "ndarray" or _is_listed(value)
+    if kind not in (str, bytes) and issubclass(kind, Iterable) and kind.__module__ in _CONTAINERS:
+        is_kept = not (issubclass(kind, Sequence) and isinstance(value, Mapping))
+        return is_kept and _is_listed(value) and _admits_each(kind, parts, value)
+    if getattr(kind, "_is_protocol", False):
+        return callable(value) or "__call__" not in vars(kind)
+    return isinstance(value, kind)
+
+
+_CONTAINERS: Final = frozenset({"builtins", "collections.abc"})
+
+
+def _admits_items(parts: tuple[Any, ...], value: Mapping[Any, Any]) -> bool:
+    key, item = parts
+    return all(admits(key, name) and admits(item, one) for name, one in islice(value.items(), _LOOKED_AT))
+
+
+def _admits_each(kind: type, parts: tuple[Any, ...], value: Any) -> bool:
+    """Return whether items are of the right kinds; those of an iterator are not looked at."""
+    if kind is tuple and parts and parts[-1] is not Ellipsis:
+        return hasattr(value, "__len__") and len(value) == len(parts) and all(map(admits, parts, value))
+    if not parts or not isinstance(value, list | tuple | set | frozenset):
+        return True
+    return all(admits(parts[0], one) for one in islice(value, _LOOKED_AT))
+
+
+def _is_listed(value: object) -> bool:
+    return hasattr(value, "__iter__") and not isinstance(value, str | bytes)
+
+
+def _dtype_kind(value: object) -> str:
+    return str(getattr(getattr(value, "dtype", None), "kind", ""))
+
+
+def _is_array_like(parts: tuple[Any, ...]) -> bool:
+    """Return whether these are the parts of NumPy's ``ArrayLike``."""
+    return any(getattr(get_origin(part) or part, "__name__", "") == "_SupportsArray" for part in parts)
+
+
+def _are_numbers(value: object) -> bool:
+    import numpy as np
+
+    try:
+        return np.asarray(value).dtype.kind in _NUMBERS
+    except (ValueError, TypeError):
+        return False
+
+
+def in_words(hint: Any) -> str:
+    """Return what a hint asks for, such as ``a number or None``."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return in_words(parts[0])
+    if origin in (Union, UnionType):
+        if _is_array_like(parts):
+            return "a number, or numbers"
+        return _joined(_without_repeated_paths([in_words(part) for part in parts]))
+    if origin is Literal:
+        return _joined([repr(part) for part in parts])
+    kind = origin or hint
+    if kind in _SINGULAR:
+        return _SINGULAR[kind]
+    return _type_in_words(kind, parts) if isinstance(kind, type) else str(hint)
+
+
+def _type_in_words(kind: type, parts: tuple[Any, ...]) -> str:
+    if kind is _CALLABLE or (getattr(kind, "_is_protocol", False) and "__call__" in vars(kind)):
+        return "a function"
+    if kind is type:
+        return "a class"
+    if issubclass(kind, PurePath | PathLike):
+        return "a path"
+    if issubclass(kind, Enum):
+        return _joined([repr(getattr(one, "value", one)) for one in kind])
+    if issubclass(kind, Mapping):
+        return "a dictionary"
+    if kind is tuple and parts and parts[-1] is not Ellipsis:
+        return f"{len(parts)} {_PLURAL.get(parts[0], 'values')}"
+    if kind.__module__ == "numpy":
+        return "an array"
+    if kind.__module__ in _CONTAINERS:
+        return f"a list of {_PLURAL.get(parts[0]) or _each(parts[0])}" if parts else "a list"
+    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
+
+
+def _each(hint: Any) -> str:
+    words = in_words(hint)
+    return "paths" if words == "a path" else f"items that are each {words}"
+
+
+def _without_repeated_paths(words: list[str]) -> list[str]:
+    """Return alternatives without "a text" where a path may be given, which is a text."""
+    return [one for one in dict.fromkeys(words) if not (one == "a text" and "a path" in words)]
+
+
+def _joined(words: list[str]) -> str:
+    return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def takes(function: Callable[..., object], number: int) -> bool:
+    """Return whether a function can be called with a number of arguments; functions in C may not say."""
+    try:
+        signature(function).bind(*[None] * number)
+    except ValueError:
+        return True
+    except TypeError:
+        return False
+    return True
+
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -24,20 +197,20 @@ _SEVERAL: Final = (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
 _UNEXPECTED: Final = "unexpected keyword argument"
 
 
-def checks_arguments(*but: str, **closer: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def checks_arguments(*skip: str, **overrides: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator: the function raises an ArgumentError for an argument of the wrong kind.
 
     A call takes some microseconds longer, so it is not for calls of each step.
 
     Args:
-        but: arguments that the function checks itself, with better advice.
-        closer: hints that are closer than the declared ones.
+        skip: arguments that the function checks itself, with better advice.
+        overrides: hints that are narrower than the declared ones.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         @wraps(function)
         def checked(*args: P.args, **named: P.kwargs) -> R:
-            _require_all(function, but, closer, args, named)
+            _require_all(function, skip, overrides, args, named)
             return function(*args, **named)
 
         return checked
@@ -80,8 +253,8 @@ def require_fields(record: object, owner: str, *names: str) -> None:
 
 def _require_all(
     function: Callable[..., Any],
-    but: tuple[str, ...],
-    closer: dict[str, Any],
+    skip: tuple[str, ...],
+    overrides: dict[str, Any],
     args: tuple[Any, ...],
     named: dict[str, Any],
 ) -> None:
@@ -90,8 +263,8 @@ def _require_all(
     arguments, failure = _bound(declared, args, named)
     for name, value in arguments.items():
         kind = declared.parameters[name].kind
-        hint = hints.get(name, Any) if kind in _SEVERAL else closer.get(name, hints.get(name, Any))
-        for called, one in _given(name, value, kind) if name not in but else ():
+        hint = hints.get(name, Any) if kind in _SEVERAL else overrides.get(name, hints.get(name, Any))
+        for called, one in _given(name, value, kind) if name not in skip else ():
             require_kind(owner, called, hint, one)
     if failure is not None:
         raise ArgumentError(f"{owner}: {_reason(failure, declared, named)}") from None

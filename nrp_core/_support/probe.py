@@ -19,8 +19,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-from nrp_core._support.forked import Forker
-from nrp_core._support.patience import ends_within
+from nrp_core._support.forked import Forker, ends_within
 
 LIBRARIES = Path("/etc/ld.so.cache")
 """Files that change when a system library is installed or removed."""

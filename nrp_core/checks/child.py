@@ -18,8 +18,7 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nrp_core._support.confinement import confine
-from nrp_core._support.environment import noting_variables, values_of
+from nrp_core._support.confinement import confine, noting_variables, values_of
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.findings import Code, Findings
 

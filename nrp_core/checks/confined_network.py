@@ -23,7 +23,7 @@ from typing import Any
 
 import nrp_core.brain
 from nrp_core import errors
-from nrp_core._support.environment import have_changed
+from nrp_core._support.confinement import have_changed
 from nrp_core._support.machine import cores
 from nrp_core._support.probe import ChildResult, run_module, run_probe
 from nrp_core.brain.backend import BrainBackend, BrainOptions

@@ -17,11 +17,11 @@ from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 from typing import Any, Final, Self, TypeVar
 
-from nrp_core._support import handlers, interruption
+from nrp_core._support import signals
 
 INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that ask a process to end."""
-_RAISING = (signal.default_int_handler, interruption.interrupt)
+_RAISING = (signal.default_int_handler, signals.interrupt)
 
 
 class DeferredInterrupt:
@@ -38,13 +38,13 @@ class DeferredInterrupt:
         self._held: int | None = None
         self._handlers: dict[signal.Signals, Any] = {}
         if threading.current_thread() is threading.main_thread():
-            if interruption.asked:
+            if signals.asked:
                 raise KeyboardInterrupt
             for number in INTERRUPTS:
-                handler = handlers.getsignal(number)
+                handler = signals.getsignal(number)
                 if handler in _RAISING or (number == signal.SIGINT and callable(handler)):
                     self._handlers[number] = handler
-                    handlers.signal(number, self._hold)
+                    signals.signal(number, self._hold)
         return self
 
     def _hold(self, number: int, frame: FrameType | None) -> None:
@@ -56,7 +56,7 @@ class DeferredInterrupt:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         for number, handler in self._handlers.items():
-            handlers.signal(number, handler)
+            signals.signal(number, handler)
         if error is None and self._held is not None:
             self._handlers[signal.Signals(self._held)](self._held, None)
 
@@ -126,7 +126,7 @@ class TimeLimit:
             return
         self._tracer = sys.gettrace()
         main = threading.current_thread() is threading.main_thread()
-        before = handlers.signal(signal.SIGURG, self._on_signal) if main else None
+        before = signals.signal(signal.SIGURG, self._on_signal) if main else None
         with self._lock:
             self._thread, self._watched, self._in_main = threading.get_ident(), True, main
             if self._watcher is None or not self._watcher.is_alive():  # threads do not survive a fork
@@ -138,7 +138,7 @@ class TimeLimit:
             with self._lock:
                 self._watched = False
             if main:
-                handlers.signal(signal.SIGURG, before or handlers.SIG_DFL)
+                signals.signal(signal.SIGURG, before or signals.SIG_DFL)
 
     # -- in the thread that watches
 

@@ -11,7 +11,7 @@ import signal
 import sys
 
 from nrp_core._support.collector import CollectorPaused
-from nrp_core._support.interruption import interrupt
+from nrp_core._support.signals import interrupt
 
 _INTERRUPTED = 130
 

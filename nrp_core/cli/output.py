@@ -24,7 +24,7 @@ def reserve_stdout() -> None:
 
 def document(data: Any) -> None:
     """Write the JSON document of a command."""
-    from nrp_core._support.jsonable import to_jsonable
+    from nrp_core._support.json_values import to_jsonable
 
     stream = _document_stream or sys.stdout
     json.dump(to_jsonable(data), stream, indent=2, allow_nan=False, ensure_ascii=False)

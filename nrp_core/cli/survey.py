@@ -18,7 +18,7 @@ from signal import Signals
 from typing import Any
 
 from nrp_core._support.diagnosis import Diagnosis
-from nrp_core._support.jsonable import to_jsonable
+from nrp_core._support.json_values import to_jsonable
 from nrp_core._support.probe import ChildResult, run_probe
 from nrp_core.brain.backends import brains
 from nrp_core.errors import BackendError, NrpError

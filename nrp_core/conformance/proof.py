@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from nrp_core._support.jsonable import to_jsonable
+from nrp_core._support.json_values import to_jsonable
 from nrp_core._support.machine import describe
 from nrp_core.brain.backends import brains
 from nrp_core.conformance import SUITES

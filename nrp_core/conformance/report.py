@@ -83,7 +83,7 @@ class KitReport:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, with counts."""
-        from nrp_core._support.jsonable import to_jsonable
+        from nrp_core._support.json_values import to_jsonable
 
         counts = Counter(str(result.outcome) for result in self.results)
         data = to_jsonable({**asdict(self), "conforms": self.conforms, "counts": dict(counts)})

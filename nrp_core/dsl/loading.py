@@ -18,7 +18,7 @@ from typing import Any
 
 from nrp_core import dsl
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.encoding import Misfit, decoded_python
+from nrp_core._support.text import Misfit, decoded_python
 from nrp_core.dsl import tf_lib
 from nrp_core.dsl.functions import TransferFunction, collecting
 from nrp_core.dsl.messages import message_packages, service_packages

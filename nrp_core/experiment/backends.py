@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from nrp_core._support.fingerprint import fingerprint
+from nrp_core._support.packages import fingerprint
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
 from nrp_core.errors import BackendError, BackendLoadError, NrpError

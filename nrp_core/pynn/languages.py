@@ -11,7 +11,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Protocol
 
-from nrp_core._support.encoding import Misfit, decoded_python
+from nrp_core._support.text import Misfit, decoded_python
 from nrp_core.errors import NrpError
 from nrp_core.registry import Registry
 from nrp_core.scripts import unbound_names

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import logging
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -13,7 +14,6 @@ import numpy as np
 from pydantic import ValidationError
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.lone_names import lone_names
 from nrp_core.brain.backends import brains
 from nrp_core.brain.changes import Rewirings, Synapses
 from nrp_core.brain.interface import Brain
@@ -27,6 +27,49 @@ from nrp_core.findings import Findings
 from nrp_core.pynn.currents import Current, Waveform
 from nrp_core.pynn.shares import Shares
 from nrp_core.seeds import Seeds
+
+_LOOKUPS = (ast.Name, ast.Attribute, ast.Subscript)
+_ACTIVE = (ast.Call, ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)
+"""Expressions with effects."""
+
+
+def acts(value: ast.expr) -> bool:
+    """Return whether an expression may have an effect."""
+    return any(isinstance(one, _ACTIVE) for one in ast.walk(value))
+
+
+def useless_expression(value: ast.expr) -> str:
+    """Return that an expression which is a statement has no effect; empty if it is more than a name."""
+    if not isinstance(value, _LOOKUPS) or acts(value):
+        return ""
+    return f"'{ast.unparse(value):.60}' alone has no effect: it is not called, assigned or returned"
+
+
+def useless_expressions(script: bytes) -> Iterator[str]:
+    """Yield a sentence for each line of a script that only names a thing, and is not tried.
+
+    Args:
+        script: its text; one that is not Python yields nothing.
+    """
+    try:
+        tree = ast.parse(script)
+    except (SyntaxError, ValueError):
+        return
+    tried = {
+        id(one)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Try)
+        for statement in node.body
+        for one in ast.walk(statement)
+    }
+    for node in ast.walk(tree):
+        if (
+            isinstance(node, ast.Expr)
+            and id(node) not in tried
+            and (message := useless_expression(node.value))
+        ):
+            yield f"line {node.lineno}: {message}"
+
 
 DEFAULT_BACKEND = "event"
 _SHORTEST_MS = 1.0
@@ -282,7 +325,7 @@ class RunningState(State):
 
 def warnings_about(script: Path) -> Iterator[str]:
     """Yield a sentence for each line of a script that only names something."""
-    yield from lone_names(script.read_bytes())
+    yield from useless_expressions(script.read_bytes())
 
 
 def _warnings_about_main() -> Iterator[str]:

@@ -32,7 +32,7 @@ def test_nothing_in_the_middle_loads_a_simulator_or_a_backend(statement: str) ->
 
 
 def test_the_command_line_starts_without_heavy_packages() -> None:
-    heavy = {"numpy", "numba", "pydantic", "pyNN", "cv2", "matplotlib", "rosbags", "mcap", "stevedore"}
+    heavy = {"numpy", "numba", "pydantic", "pyNN", "cv2", "matplotlib", "rosbags", "mcap"}
     assert not modules_after("import nrp_core.cli") & heavy
 
 

@@ -24,7 +24,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from nrp_core._support.forks import take_over
+from nrp_core._support.forked import take_over
 
 LOADED = (
     "cv2", "h5py", "matplotlib.pyplot", "nrp_brain_event.brain", "nrp_brain_spinnaker.brain",

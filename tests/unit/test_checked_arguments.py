@@ -19,8 +19,7 @@ from nrp_lab.comparison import Margin
 
 import nrp_core
 from nrp_core._support.arrays import FloatArray
-from nrp_core._support.checked_arguments import checks_arguments, require_fields
-from nrp_core._support.kinds import admits, in_words
+from nrp_core._support.checked_arguments import admits, checks_arguments, in_words, require_fields
 from nrp_core.errors import ArgumentError, NeuronSelectionError, SceneError
 
 DOORS = ("nrp_core", "nrp_lab.sweep", "nrp_lab.evolve")

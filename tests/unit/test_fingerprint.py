@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core._support.fingerprint import fingerprint
+from nrp_core._support.packages import fingerprint
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from nrp_core._support.jsonable import to_jsonable
+from nrp_core._support.json_values import to_jsonable
 from nrp_core.simulation import Determinism
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 

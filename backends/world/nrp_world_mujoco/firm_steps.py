@@ -9,11 +9,76 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.jit import inlined, jit
-from nrp_core._support.memory import address_at, call, integer_at, number_at, put_number
+from nrp_core._support.jit import COMPILED, inlined, jit
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_paths import advance, turn_from, velocities_to
 from nrp_world_mujoco.library import mujoco, note, structures
+
+if COMPILED:
+    from llvmlite import ir  # type: ignore[import-untyped]
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    def _loading(element: Any, result: Any) -> Any:
+        """Return the function that loads a number of a type, in LLVM and in Numba."""
+
+        @intrinsic  # type: ignore[untyped-decorator]
+        def load(_typing: Any, address: Any) -> Any:
+            def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+                value = builder.load(builder.inttoptr(arguments[0], element.as_pointer()))
+                return builder.sext(value, ir.IntType(64)) if element == ir.IntType(32) else value
+
+            return result(address), generate
+
+        return load
+
+    integer_at = _loading(ir.IntType(32), types.int64)
+    address_at = _loading(ir.IntType(64), types.int64)
+    number_at = _loading(ir.DoubleType(), types.float64)
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def put_number(_typing: Any, address: Any, number: Any) -> Any:
+        """Store a number at an address."""
+
+        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            builder.store(arguments[1], builder.inttoptr(arguments[0], ir.DoubleType().as_pointer()))
+            return context.get_dummy_value()
+
+        return types.none(address, number), generate
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def call(_typing: Any, function: Any, first: Any, second: Any) -> Any:
+        """Call a function of C with two addresses."""
+
+        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64)] * 2)
+            builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+            return context.get_dummy_value()
+
+        return types.none(function, first, second), generate
+
+else:
+
+    def integer_at(address: int) -> int:
+        """Return the 32-bit integer at an address."""
+        return ctypes.c_int32.from_address(int(address)).value
+
+    def address_at(address: int) -> int:
+        """Return the address at an address; 0 for none."""
+        return ctypes.c_int64.from_address(int(address)).value
+
+    def number_at(address: int) -> float:
+        """Return the double at an address."""
+        return ctypes.c_double.from_address(int(address)).value
+
+    def put_number(address: int, number: float) -> None:
+        """Write a double to an address."""
+        ctypes.c_double.from_address(int(address)).value = number
+
+    def call(function: int, first: int, second: int) -> None:
+        """Call the function at an address with two pointers; it returns nothing."""
+        ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(int(function))(int(first), int(second))
+
 
 ARRAYS: Final = ("efc_id", "efc_KBIP", "efc_aref", "efc_force", "efc_type")
 """Of each constraint what it constrains; its stiffness, damping and impedance, 4 numbers; its reference

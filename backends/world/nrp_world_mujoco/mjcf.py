@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from nrp_core._support.disk_cache import kept_folder
+from nrp_core._support.files import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
 from nrp_core.world.render.cameras import looking

@@ -25,7 +25,7 @@ from nrp_bibi.model.functions import (
 from nrp_bibi.python.layout import laid_out
 from nrp_bibi.python.printer import flat, quoted
 from nrp_bibi.templates import environment
-from nrp_core._support.encoding import Misfit, decoded_python
+from nrp_core._support.text import Misfit, decoded_python
 from nrp_core.errors import did_you_mean
 
 _MARK = "\x1f"

@@ -7,16 +7,19 @@ Every PyNN simulator that the script imports, including ``nrp_core.pynn``, is th
 from __future__ import annotations
 
 import importlib
+import random
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.global_generators import seeded
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
@@ -26,6 +29,24 @@ from nrp_core.seeds import Seeds, require_seed
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.dialects import Modules
+
+
+@contextmanager
+def seeded(seed: int) -> Iterator[None]:
+    """Seed both generators within a block; afterwards they are in the state of before.
+
+    Args:
+        seed: an unsigned integer of 32 bits.
+    """
+    states = random.getstate(), np.random.get_state()  # noqa: NPY002
+    random.seed(seed)
+    np.random.seed(seed)  # noqa: NPY002
+    try:
+        yield
+    finally:
+        random.setstate(states[0])
+        np.random.set_state(states[1])  # noqa: NPY002
+
 
 # modules of PyNN that are not simulators
 _LIBRARY = frozenset(

@@ -132,7 +132,7 @@ def _ended(command: list[str]) -> int:
 
 
 def _write(path: Path, found: Any) -> None:
-    from nrp_core._support.writing import writing
+    from nrp_core._support.files import writing
 
     with writing(path):
         path.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")

@@ -191,7 +191,7 @@ def _open_joints(scene: Scene, file: Path, models: list[Path], args: dict[str, s
 
 def _as_data(scene: Scene) -> dict[str, Any]:
     """Return all data about a scene; the keys are the field names of the scene's classes."""
-    from nrp_core._support.jsonable import to_jsonable
+    from nrp_core._support.json_values import to_jsonable
 
     return {
         "gravity": scene.gravity,

@@ -91,7 +91,7 @@ def _write(folder: Path, templates: Path, values: Mapping[str, Any]) -> list[Pat
     """Fill a new or empty folder and return its files."""
     import jinja2
 
-    from nrp_core._support.writing import writing
+    from nrp_core._support.files import writing
     from nrp_core.errors import ExperimentError
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):

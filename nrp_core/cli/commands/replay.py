@@ -141,7 +141,7 @@ def _not_identical(flaws: Sequence[Flaw]) -> str:
 
 
 def _data(outcome: ReplayResult) -> dict[str, Any]:
-    from nrp_core._support.jsonable import to_jsonable
+    from nrp_core._support.json_values import to_jsonable
 
     return dict(to_jsonable(outcome))
 

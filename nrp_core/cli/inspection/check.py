@@ -7,7 +7,7 @@ from typing import Any
 
 import typer
 
-from nrp_core._support.jsonable import to_jsonable
+from nrp_core._support.json_values import to_jsonable
 from nrp_core.cli.failure import NO, complain
 from nrp_core.cli.output import document, size_text
 from nrp_core.recording.reading.check import Check

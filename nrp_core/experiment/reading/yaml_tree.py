@@ -12,7 +12,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
-from nrp_core._support.encoding import misfit
+from nrp_core._support.text import misfit
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.tree import Place, Tree
 from nrp_core.experiment.reading.yaml_mistakes import explained, unreadable

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 
-from nrp_core._support.writing import writing
+from nrp_core._support.files import writing
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.reading.recording import Recording
 

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nrp_core._support.writing import writing
+from nrp_core._support.files import writing
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.reading.recording import Recording
 

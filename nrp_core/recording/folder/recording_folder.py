@@ -18,7 +18,7 @@ from ruamel.yaml import YAML
 
 from nrp_core._support import machine
 from nrp_core._support.arrays import IntArray
-from nrp_core._support.jsonable import to_jsonable
+from nrp_core._support.json_values import to_jsonable
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.mappings import write_csv

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from nrp_core._support.writing import writing
+from nrp_core._support.files import writing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.reading.recording import Recording

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.words import first_of
+from nrp_core._support.text import join_with_limit
 from nrp_core.clock import seconds
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
@@ -256,7 +256,7 @@ def _spikes_of(message: Spikes) -> Iterator[tuple[float, int]]:
 
 def _spike_words(spikes: Collection[tuple[float, int]]) -> str:
     words = [f"neuron {neuron} at {time_ms!r} ms" for time_ms, neuron in sorted(spikes)]
-    return first_of(words, _MOST_VALUES) or "nothing"
+    return join_with_limit(words, _MOST_VALUES) or "nothing"
 
 
 def _without_header(paths: Iterable[str]) -> list[str]:
@@ -266,7 +266,7 @@ def _without_header(paths: Iterable[str]) -> list[str]:
 
 def _words(leaves: Mapping[str, Any], paths: Iterable[str]) -> str:
     words = [f"{path.strip('.') or 'value'} {leaves.get(path, 'missing')}" for path in paths]
-    return first_of(words, _MOST_VALUES) or "nothing"
+    return join_with_limit(words, _MOST_VALUES) or "nothing"
 
 
 def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from chains import LINKS, chain, command
 from jointed import HANGING, axis, joint, link, read, told
+from nrp_world_mujoco.firm_steps import address_at, call, integer_at, number_at, put_number
 
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
-from nrp_core._support.memory import address_at, call, integer_at, number_at, put_number
 from nrp_core.errors import SceneError, SimulationError
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Quaternion

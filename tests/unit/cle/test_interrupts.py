@@ -11,7 +11,7 @@ from collections.abc import Callable
 import pytest
 
 import nrp_core.dsl as nrp
-from nrp_core._support import interruption
+from nrp_core._support import signals
 from nrp_core.cle import ClosedLoop
 from nrp_core.cle.time_limit import DeferredInterrupt
 from nrp_core.clock import NS_PER_MS
@@ -117,8 +117,8 @@ def test_in_another_thread_nothing_is_changed() -> None:
 def test_an_interrupt_that_c_code_swallows_ends_the_run_at_its_next_step(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(interruption, "asked", False)
-    previous = signal.signal(signal.SIGTERM, interruption.interrupt)
+    monkeypatch.setattr(signals, "asked", False)
+    previous = signal.signal(signal.SIGTERM, signals.interrupt)
     brain, world = MockBrain({"cells": 1}), MockWorld(engine=MockEngine(step_ns=PERIOD))
     try:
         with ClosedLoop(brain, world, [], period_ns=PERIOD, concurrent=False) as loop:

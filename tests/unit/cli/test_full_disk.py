@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from nrp_core._support.writing import writing
+from nrp_core._support.files import writing
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import MCAP_NAME
 from nrp_core.recording.reading.recording import Recording

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from nrp_core._support.disk_cache import kept_folder
+from nrp_core._support.files import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
 from nrp_core.world.scene.meshes.stl import write_coordinates, write_stl

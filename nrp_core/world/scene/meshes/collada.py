@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nrp_core._support.xml_text import strict_xml
 from nrp_core.world.scene.meshes.stl import mean_color
 from nrp_core.world.scene.meshes.triangles import Coordinates, Surface
+from nrp_core.xml import strict_xml
 
 if TYPE_CHECKING:
     from nrp_core.world.scene.meshes.obj import ReadBeside

@@ -10,9 +10,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from nrp_core._support.xml_text import strict_xml
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.scene.reading.context import Element, parse_xml, read_xml, without_lines
+from nrp_core.xml import strict_xml
 
 _SUBSTITUTION = ("$(", "${")
 _ARGUMENT = re.compile(r"\$\(arg (\w+)\)")

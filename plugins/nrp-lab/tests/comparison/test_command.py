@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from nrp_core._support.fingerprint import fingerprint
+from nrp_core._support.packages import fingerprint
 
 
 @pytest.fixture(scope="module")

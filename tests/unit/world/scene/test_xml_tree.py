@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from nrp_core._support.xml_text import strict_xml
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.reading.context import Element, parse_xml, read_xml
+from nrp_core.xml import strict_xml
 
 FILE = Path("robot.sdf")
 

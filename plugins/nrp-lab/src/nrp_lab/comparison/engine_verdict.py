@@ -13,7 +13,7 @@ from typing import Literal
 
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.recording import Images, Recording, with_recorded_brain, with_recorded_world
-from nrp_core.utilities import first_of, strict_json, writing
+from nrp_core.utilities import join_with_limit, strict_json, writing
 from nrp_lab.comparison.engine_measures import BRAIN, WORLD, EngineMargins, Measure, measured
 from nrp_lab.comparison.grid import GridCell, RunGrid, is_whole, record
 from nrp_lab.comparison.signals import RunSignals, missing_from
@@ -151,7 +151,7 @@ def _named(differences: Sequence[EngineDifference]) -> str:
         f"{one.measure.title} ({one.side} {one.one} -> {one.other}, {one.part}: {one.effect})"
         for one in worst
     ]
-    return first_of(names, _MAX_NAMED, "; ")
+    return join_with_limit(names, _MAX_NAMED, "; ")
 
 
 _GROWTH = 0.25

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from nrp_core.recording import Difference
-from nrp_core.utilities import first_of
+from nrp_core.utilities import join_with_limit
 from nrp_lab.comparison.divergence import Divergence
 from nrp_lab.comparison.engine_verdict import EngineVerdict
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
@@ -83,7 +83,7 @@ def advice(diff: GridDiff) -> str | None:
     without = [judged for judged in diff.judgements if any(map(_lacks_spread, judged.parts))]
     if not without:
         return None
-    names = first_of([judged.metric.title.lower() for judged in without], _MAX_NAMED)
+    names = join_with_limit([judged.metric.title.lower() for judged in without], _MAX_NAMED)
     first = without[0].metric
     unit = f" (in {first.unit})" if first.unit else ""
     return (

@@ -14,7 +14,7 @@ from nrp_core.errors import LifecycleError
 from nrp_core.experiment import recorded_judgement
 from nrp_core.findings import Weight
 from nrp_core.recording import Numbers, Recording, Role, Series, groups_of
-from nrp_core.utilities import checks_arguments, first_of
+from nrp_core.utilities import checks_arguments, join_with_limit
 from nrp_core.world.model_states import MODEL_STATES
 
 
@@ -194,7 +194,9 @@ def incompleteness(runs: Mapping[str, RunSignals]) -> list[str]:
     for name, run in runs.items():
         if reason := missing_from(run):
             concerned.setdefault(reason, []).append(name)
-    return [f"not complete: {first_of(names, _MAX_NAMED)}: {reason}" for reason, names in concerned.items()]
+    return [
+        f"not complete: {join_with_limit(names, _MAX_NAMED)}: {reason}" for reason, names in concerned.items()
+    ]
 
 
 def missing_from(run: RunSignals) -> str:

@@ -1,14 +1,37 @@
-"""A cache on disk for results that take long to compute, one folder for each content."""
+"""Files: failures of the disk as errors, and a cache of results, one folder for each content."""
 
 from __future__ import annotations
 
+import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
 from platformdirs import user_cache_path
+
+from nrp_core.errors import ExperimentError
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Run a block that writes a file or a folder.
+
+    Raises:
+        ExperimentError: the disk refused a write; the message names the path and the reason.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise ExperimentError(f"cannot be written: {_reason(error)}", path=path) from error
+
+
+def _reason(error: OSError) -> str:
+    """Return the system's message for the number of an error; HDF5 buries it in a paragraph of text."""
+    return str(error) if error.errno is None else os.strerror(error.errno)
+
 
 Fill = Callable[[Path], None]
 Check = Callable[[Path], bool]

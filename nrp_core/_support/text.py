@@ -1,10 +1,17 @@
-"""Where bytes are not the text that they should be."""
+"""Text: where bytes are not in its encoding, and lists in sentences."""
 
 from __future__ import annotations
 
 import io
 import tokenize
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+
+def join_with_limit(words: Sequence[str], most: int, between: str = ", ") -> str:
+    """Return the first words of a list, and how many more there are; empty for an empty list."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return between.join(words[:most]) + more
 
 
 @dataclass(frozen=True, slots=True)

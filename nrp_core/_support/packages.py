@@ -1,0 +1,107 @@
+"""Installed packages: their entry points, digests of their code, and those that an extra installs."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cache, lru_cache
+from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES, ModuleSpec
+from importlib.metadata import Distribution, EntryPoint, EntryPoints
+from importlib.util import find_spec
+from pathlib import Path
+
+from nrp_core.errors import BackendLoadError
+
+
+def require_extra(module: str, requirement: str, what: str) -> None:
+    """Refuse to go on without a package that an extra installs.
+
+    Args:
+        module: the name under which it is imported.
+        requirement: the distribution and its extra, as in ``nrp-lab[gym]``.
+        what: the thing that needs it, for the message.
+
+    Raises:
+        BackendLoadError: it is not installed; the message has the command that installs it.
+    """
+    try:
+        found = find_spec(module)
+    except ValueError:  # it was made unavailable in this process
+        found = None
+    if found is None:
+        raise BackendLoadError(f"{what} needs {module}", remedy=f"pip install '{requirement}'")
+
+
+_SUFFIXES = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
+
+
+@cache
+def fingerprint(package: str) -> str:
+    """Return a digest of the code of a top-level package or module, the same wherever it is installed.
+
+    It is computed once for each process. A module without files has an empty digest.
+    """
+    digest = hashlib.blake2b(digest_size=8)
+    files = dict(_files(_spec(package)))
+    for name in sorted(files):
+        digest.update(name.encode() + b"\0" + files[name].read_bytes())
+    return digest.hexdigest() if files else ""
+
+
+def _spec(package: str) -> ModuleSpec | None:
+    try:
+        return find_spec(package)
+    except ValueError:  # a module created in memory
+        return None
+
+
+def _files(spec: ModuleSpec | None) -> Iterator[tuple[str, Path]]:
+    """Return the files of a package or module, by their relative names."""
+    if spec is None:
+        return
+    for folder in map(Path, spec.submodule_search_locations or ()):
+        for path in folder.rglob("*"):
+            if path.name.endswith(_SUFFIXES) and path.is_file():
+                yield path.relative_to(folder).as_posix(), path
+    if spec.submodule_search_locations is None and spec.origin and Path(spec.origin).is_file():
+        yield Path(spec.origin).name, Path(spec.origin)
+
+
+State = tuple[tuple[str, int], ...]
+"""The folders of ``sys.path`` and the times of the last installation or removal there, ns."""
+
+
+def installed() -> State:
+    """Return what the entry points depend on, as a key of caches."""
+    state = []
+    for entry in sys.path:
+        with suppress(OSError):  # a folder that is not there, as Python allows
+            state.append((entry, os.stat(entry or os.curdir).st_mtime_ns))  # noqa: PTH116  this runs often
+    return tuple(state)
+
+
+def entries(group: str) -> list[EntryPoint]:
+    """Return the entry points of a group; of two distributions of one name the first on the path counts."""
+    found: dict[str, list[EntryPoint]] = {}
+    for folder, changed_ns in installed():
+        for distribution, every in _read(folder, changed_ns):
+            if of_group := list(every.select(group=group)):
+                found.setdefault(_normalized_name(distribution), of_group)
+    return [entry for some in found.values() for entry in some]
+
+
+@lru_cache(maxsize=64)
+def _read(folder: str, _changed_ns: int) -> list[tuple[Distribution, EntryPoints]]:
+    """Return the distributions in a folder that have entry points."""
+    every = ((one, one.entry_points) for one in importlib.metadata.distributions(path=[folder]))
+    return [(distribution, entries) for distribution, entries in every if entries]
+
+
+@lru_cache(maxsize=64)
+def _normalized_name(distribution: Distribution) -> str:
+    return re.sub(r"[-_.]+", "_", distribution.name).lower()
