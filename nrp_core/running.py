@@ -7,8 +7,7 @@ from contextlib import ExitStack
 from math import inf
 from pathlib import Path
 
-from nrp_core._support.checked_arguments import checks_arguments, takes
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import checks_arguments, is_number, takes
 from nrp_core.checks.warnings import with_warnings
 from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean

@@ -15,13 +15,12 @@ from enum import Enum
 from functools import cache, wraps
 from inspect import Parameter, Signature, signature
 from itertools import islice
-from numbers import Integral
+from numbers import Integral, Real
 from os import PathLike
 from pathlib import PurePath
 from types import NoneType, UnionType
 from typing import Annotated, Any, Final, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
-from nrp_core._support.numbers import is_number
 from nrp_core.errors import ArgumentError, did_you_mean
 
 _LOOKED_AT: Final = 1000
@@ -40,6 +39,11 @@ _NUMBERS: Final = "biuf"
 
 
 _CALLABLE: Final[Any] = CallableABC
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Return whether a value is a real number, of Python or NumPy; a truth value is none."""
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def admits(hint: Any, value: object) -> bool:

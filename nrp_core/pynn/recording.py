@@ -14,7 +14,7 @@ from neo import Segment
 from pyNN import recording
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.changes import Rewirings
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort, StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain

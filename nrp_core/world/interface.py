@@ -15,7 +15,7 @@ from pydantic import ConfigDict
 
 from nrp_core._support.checked_arguments import checks_arguments, require_kind
 from nrp_core._support.diagnosis import Diagnosis
-from nrp_core._support.numbers import PlainNumbers
+from nrp_core._support.plain_numbers import PlainNumbers
 from nrp_core.world.batch import WorldBatch
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import pytest
 from pydantic import Field, PlainValidator, ValidationError
 
-from nrp_core._support.numbers import PlainNumbers
+from nrp_core._support.plain_numbers import PlainNumbers
 from nrp_core.quantities import LengthM
 
 

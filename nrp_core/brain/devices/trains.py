@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.devices.ports import (
     NO_EVENTS,
     Setting,

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final, NoReturn, Self, cast
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.synapses import LAWS
 from nrp_core.errors import NetworkError, did_you_mean

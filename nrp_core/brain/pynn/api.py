@@ -15,7 +15,7 @@ from pyNN import common, connectors, errors, random, space, standardmodels
 from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
 
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.synapses import LAWS
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses

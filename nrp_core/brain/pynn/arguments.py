@@ -17,7 +17,7 @@ from pyNN.models import BaseCellType
 from pyNN.parameters import LazyArray
 from pyNN.space import BaseStructure
 
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.errors import NetworkError, NrpError, did_you_mean
 
 

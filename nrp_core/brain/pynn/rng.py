@@ -20,7 +20,7 @@ import numpy.typing as npt
 from pyNN import random, space
 from pyNN.parameters import LazyArray
 
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.network.drawing import compiled, pairs_among
 from nrp_core.brain.pynn.arguments import WrongKindError, require_kind, require_names
 from nrp_core.brain.pynn.simulator import Simulator

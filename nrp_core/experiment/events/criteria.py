@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import hypot, inf
 from typing import Any, final
 
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.conditions import Times, TopicSays
 from nrp_core.experiment.events.geometry import GroundPoint

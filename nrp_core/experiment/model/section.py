@@ -23,7 +23,7 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from nrp_core._support.numbers import PlainNumbers
+from nrp_core._support.plain_numbers import PlainNumbers
 from nrp_core.quantities import AngleRad, LengthM
 
 

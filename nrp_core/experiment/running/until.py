@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from typing import Final
 
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import TimestepError
 

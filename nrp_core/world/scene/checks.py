@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from math import hypot, isfinite
 from typing import Final
 
-from nrp_core._support.numbers import is_number
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid import Pose
 

@@ -1,12 +1,11 @@
-"""What counts as a number among values that users give."""
+"""Refuse true and false for numbers in files, which Python and pydantic take for 1 and 0."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from numbers import Real
 from types import UnionType
-from typing import Annotated, Any, TypeGuard, Union, get_args, get_origin
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from pydantic.fields import FieldInfo
@@ -60,8 +59,3 @@ def _number(kind: Any) -> str:
         kinds = {_number(one) for one in arguments if one is not type(None)}
         return "" if "" in kinds else "number" if "number" in kinds else "integer"
     return {int: "integer", float: "number"}.get(kind, "")
-
-
-def is_number(value: object) -> TypeGuard[float]:
-    """Return whether a value is a real number, of Python or NumPy; a truth value is none."""
-    return isinstance(value, Real) and not isinstance(value, bool)
