@@ -19,7 +19,7 @@ from numbers import Integral, Real
 from os import PathLike
 from pathlib import PurePath
 from types import NoneType, UnionType
-from typing import Annotated, Any, Final, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Final, Literal, ParamSpec, TypeGuard, TypeVar, Union, get_args, get_origin
 
 from nrp_core.errors import ArgumentError, did_you_mean
 
