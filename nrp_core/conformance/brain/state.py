@@ -34,6 +34,23 @@ class StateTests(BrainKit):
         self.run(brain, 60)
         assert train(heard) == expected
 
+    def test_after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one(self) -> None:
+        """Time goes on: all spikes come later by the time of the reset."""
+        self.require_repeatable()
+        fresh, brain = self.open(*self.busy()), self.open(*self.busy())
+        recorded_fresh, recorded = record(fresh), record(brain)
+        self.run(fresh, 60)
+        expected = train(recorded_fresh)
+        reset_ns = self.grid_ns(23)
+        brain.run_until(reset_ns)
+        brain.reset("state")
+        assert brain.now_ns == reset_ns
+        brain.run_until(reset_ns + fresh.now_ns)
+        found = train(recorded, milliseconds(reset_ns))
+        assert [neuron for neuron, _ in found] == [neuron for neuron, _ in expected]
+        shifted = [time - milliseconds(reset_ns) for _, time in found]
+        assert shifted == pytest.approx([time for _, time in expected], abs=1e-6)
+
     def test_a_reset_forgets_spikes_in_transit(self) -> None:
         """Spikes in flight, a refractory membrane and a current of the old run are gone."""
         self.require_repeatable()

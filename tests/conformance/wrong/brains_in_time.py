@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from registry import Found, register
-from small_brain import STEP_MS, SmallBackend, SmallBrain, State
+from small_brain import GRID, STEP_MS, SmallBackend, SmallBrain, State
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.spikes import Spikes
@@ -195,7 +195,17 @@ class SharesItsStateWithItsSnapshots(SmallBrain):
         self.live.tick = saved
 
 
+@found_by("after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one")
+class CountsTicksOnOverAReset(SmallBrain):
+    """A reset of the state leaves the counter of ticks at the time of the brain."""
+
+    def _do_reset(self, seed: int) -> None:
+        super()._do_reset(seed)
+        self.live.tick = GRID.number_of(self.now_ns)
+
+
 @found_by(
+    "after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one",
     "a_reset_brain_equals_a_fresh_one",
     "a_reset_forgets_spikes_in_transit",
     "a_reset_repeats_the_noise",
@@ -209,6 +219,7 @@ class KeepsSpikesInFlightOverAReset(SmallBrain):
 
 
 @found_by(
+    "after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one",
     "a_cell_starts_from_its_initial_potential_also_after_a_reset",
     "a_reset_brain_equals_a_fresh_one",
     "a_reset_forgets_spikes_in_transit",
@@ -223,6 +234,7 @@ class KeepsTheMembraneOverAReset(SmallBrain):
 
 
 @found_by(
+    "after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one",
     "a_cell_starts_from_its_initial_potential_also_after_a_reset",
     "a_reset_forgets_spikes_in_transit",
     "a_reset_brain_equals_a_fresh_one",
