@@ -255,9 +255,9 @@ class _Builder:
             self._owners.append((owner, self._visuals[path]))
         for collision in link.collisions:
             name = f"{model}/{link.name}/{collision.name}"
-            geom = self._shapes.add_collision(element, collision, place, name)
-            self._collisions.setdefault(link.name, []).append(geom)
-            self._owners.append((owner, geom))
+            geoms = self._shapes.add_collision(element, collision, place, name)
+            self._collisions.setdefault(link.name, []).extend(geoms)
+            self._owners += [(owner, geom) for geom in geoms]
         for sensor in link.sensors:
             for name, view in sensor.views.items():
                 camera = (model, link.name, name)

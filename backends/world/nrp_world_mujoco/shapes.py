@@ -12,11 +12,13 @@ from nrp_core.world.render.cameras import drawn, flat
 from nrp_core.world.rigid import Pose, Quaternion, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.loops import Freedom, Tie
+from nrp_core.world.scene.meshes.concave import cells
 from nrp_core.world.scene.meshes.shapes import heights_of
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
     Collision,
+    ConcaveMesh,
     Cylinder,
     Geometry,
     Heightmap,
@@ -80,6 +82,7 @@ class Shapes:
     def __init__(self, spec: Any) -> None:
         self._spec = spec
         self._meshes: dict[Mesh, str] = {}
+        self._cells: dict[Mesh, list[str]] = {}
 
     def add_visual(self, body: Any, visual: Visual, place: Pose) -> Any:
         """Add a visual of a link at ``place`` in a body, and return its geom."""
@@ -87,19 +90,28 @@ class Shapes:
         looks = {"group": VISUALS, "contype": 0, "conaffinity": 0, "rgba": flat(visual.rgba)}
         return body.add_geom(mass=0, **looks, **self._arguments(geometry, pose))
 
-    def add_collision(self, body: Any, collision: Collision, place: Pose, name: str) -> Any:
-        """Add a collision of a link at ``place`` in a body, and return its geom, which gets a name."""
-        return body.add_geom(
-            name=name,
-            mass=0,
-            group=COLLISIONS,
-            condim=3 if collision.friction else 1,
-            friction=[collision.friction, 0, 0],
+    def add_collision(self, body: Any, collision: Collision, place: Pose, name: str) -> list[Any]:
+        """Add a collision of a link at ``place`` in a body, and return its geoms, the first with its name.
+
+        It has several if it is a concave surface: one for each of its cells.
+        """
+        touching = {
+            "mass": 0,
+            "group": COLLISIONS,
+            "condim": 3 if collision.friction else 1,
+            "friction": [collision.friction, 0, 0],
             # in a contact the geom with the higher priority decides: the more slippery one; those of MJCF
             # have their own, usually 0, so that their contacts are MuJoCo's
-            priority=round(1000 * (1 - collision.friction)),
-            **self._arguments(collision.geometry, place @ collision.pose),
-        )
+            "priority": round(1000 * (1 - collision.friction)),
+        }
+        geometry, pose = collision.geometry, place @ collision.pose
+        if not isinstance(geometry, ConcaveMesh):
+            return [body.add_geom(name=name, **touching, **self._arguments(geometry, pose))]
+        touching |= {"type": mujoco.mjtGeom.mjGEOM_MESH, **pos_quat(pose)}
+        return [
+            body.add_geom(name=f"{name}/{number}" if number else name, meshname=mesh, **touching)
+            for number, mesh in enumerate(self._cells_of(geometry))
+        ]
 
     def _arguments(self, geometry: Geometry, pose: Pose) -> dict[str, Any]:
         kinds = mujoco.mjtGeom
@@ -140,6 +152,19 @@ class Shapes:
                 size=[x / 2, y / 2, extent, THICKNESS], userdata=((heights - lowest) / extent).ravel(),
             )  # fmt: skip
         return self._meshes[ground], Pose((0.0, 0.0, lowest))
+
+    def _cells_of(self, surface: ConcaveMesh) -> list[str]:
+        """Load the convex cells of a surface, once."""
+        if surface not in self._cells:
+            number, (vertices, faces) = len(self._cells), triangles_of(surface)
+            found = enumerate(cells(vertices[faces], surface.depth))
+            self._cells[surface] = [self._cell(f"cell{number}/{cell}", corners) for cell, corners in found]
+        return self._cells[surface]
+
+    def _cell(self, name: str, corners: Any) -> str:
+        element = self._spec.add_mesh(name=name, uservert=corners.ravel())
+        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # not used
+        return name
 
     def _mesh(self, mesh: Mesh) -> str:
         if mesh not in self._meshes:

@@ -19,6 +19,7 @@ from nrp_core.world.scene.model import (
     Box,
     Capsule,
     Collision,
+    ConcaveMesh,
     Cylinder,
     Geometry,
     Heightmap,
@@ -300,7 +301,7 @@ def _row(geometry: Geometry) -> dict[str, Any]:
             return unused | {"shapeTypes": bullet.GEOM_CYLINDER, "radii": radius, "lengths": length}
         case Capsule(radius, length):
             return unused | {"shapeTypes": bullet.GEOM_CAPSULE, "radii": radius, "lengths": length}
-        case Heightmap(path, scale):
+        case Heightmap(path, scale) | ConcaveMesh(path, scale):
             concave = {"shapeTypes": bullet.GEOM_MESH, "flags": bullet.GEOM_FORCE_CONCAVE_TRIMESH}
             return unused | concave | {"fileNames": str(path), "meshScales": scale}
         case Mesh(path, scale):

@@ -21,6 +21,7 @@ from nrp_core.world.scene.model import (
     Box,
     Capsule,
     Collision,
+    ConcaveMesh,
     Cylinder,
     Geometry,
     Heightmap,
@@ -281,6 +282,7 @@ class CollisionSpace:
 
 _KINDS: Mapping[type[Geometry], int] = {
     Plane: PLANE, Sphere: SPHERE, Box: BOX, Cylinder: CYLINDER, Capsule: CAPSULE, Mesh: MESH, Heightmap: MESH,
+    ConcaveMesh: MESH,
 }  # fmt: skip
 
 

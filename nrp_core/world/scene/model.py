@@ -120,6 +120,17 @@ class Mesh:
 
 
 @dataclass(frozen=True, slots=True)
+class ConcaveMesh(Mesh):
+    """A part of a surface, which need not be convex; only for static models.
+
+    Args:
+        depth: thickness of what is behind its triangles, m, for engines without such surfaces.
+    """
+
+    depth: float = 0.01
+
+
+@dataclass(frozen=True, slots=True)
 class Heightmap(Mesh):
     """Terrain with one height at each place, which need not be convex; only for static models.
 

@@ -46,12 +46,14 @@ class Piece:
         rgba: its colour; None if it has none.
         image: the image on it; None for none.
         left_out: number of triangles of the whole mesh that were left out, because a corner is not a number.
+        depth: thickness of what is behind a concave surface, m; None for others.
     """
 
     path: Path
     rgba: Rgba | None
     image: Path | None = None
     left_out: int = 0
+    depth: float | None = None
 
 
 def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
@@ -84,6 +86,7 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
             tuple(rgba) if rgba else None,
             _found(image, listing["files"], folder, path.parent),
             listing.get("left_out", 0),
+            listing.get("depths", {}).get(name),
         )
         for name, rgba, image in listing["pieces"]
     ]
@@ -99,17 +102,20 @@ def _found(image: str | None, kept: list[str], folder: Path, home: Path) -> Path
 def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder: Path) -> None:
     """Write the pieces of a mesh and a list of them with all source files."""
     surfaces, left_out, beside = _parsed(data, suffix, home)
-    pieces = []
+    pieces, depths = [], {}
     for number, piece in enumerate(pieces_of(surfaces, wanted)):
         image = piece.image if piece.held is None else f"{key}-{number}.image"
         pieces.append((f"{key}-{number}.stl", piece.rgba, image))
         if image is not None and piece.held is not None:
             (folder / image).write_bytes(piece.held)
         write_stl(folder / pieces[-1][0], piece.triangles)
+        if piece.depth is not None:
+            depths[pieces[-1][0]] = piece.depth
         if piece.coordinates is not None:
             write_coordinates(folder / pieces[-1][0], piece.coordinates)
     files = sorted(file.name for file in folder.iterdir())
     listing = {"pieces": pieces, "files": files, "beside": beside, "left_out": left_out}
+    listing |= {"depths": depths} if depths else {}
     (folder / _LISTING).write_text(json.dumps(listing))
 
 

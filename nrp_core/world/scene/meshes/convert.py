@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from nrp_core.world.scene.meshes.collada import parse_collada
+from nrp_core.world.scene.meshes.concave import concave_parts
 from nrp_core.world.scene.meshes.convex import convex_pieces, whole_hull
 from nrp_core.world.scene.meshes.gltf import parse_gltf
 from nrp_core.world.scene.meshes.obj import ReadBeside, parse_obj
@@ -19,8 +20,11 @@ from nrp_core.world.scene.model import Rgba
 MAX_COLORS = 16
 """Maximum number of colours and images of a mesh; the last one is used for all others."""
 
-Form = Literal["whole", "colored", "convex", "hull"]
-"""One piece, one piece for each colour or image, convex pieces, or the convex hull of all."""
+Form = Literal["whole", "colored", "convex", "solid", "hull"]
+"""One piece, one piece for each colour or image, convex pieces, or the convex hull of all.
+
+``solid`` are convex pieces if these have the shape of the mesh, and else parts of its surface.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +81,9 @@ def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:
         surfaces = _centered(surfaces)
     if wanted.form == "whole":
         return [replace(merge_surfaces(surfaces), rgba=None, image=None, held=None)]
-    if wanted.form == "convex":
+    if wanted.form == "solid" and (parts := concave_parts(concatenate(surfaces))):
+        return parts
+    if wanted.form in ("convex", "solid"):
         return [Surface(frozenset(), piece) for piece in convex_pieces(concatenate(surfaces))]
     if wanted.form == "hull":
         return [Surface(frozenset(), whole_hull(concatenate(surfaces)))]

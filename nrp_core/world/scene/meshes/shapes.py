@@ -37,7 +37,7 @@ def extrude(rings: Sequence[Ring], height: float, *, convex: bool) -> list[Trian
     for polygon in _polygons([_open(ring) for ring in rings]):
         corners, faces = np.concatenate(polygon), _triangulated(polygon)
         if convex:
-            outlines = (corners[piece] for piece in _merged(corners, faces.tolist()))
+            outlines = (corners[piece] for piece in merge_faces(corners, faces.tolist()))
             prisms += [_prism([outline], _fan(len(outline)), height) for outline in outlines]
         else:
             prisms.append(_prism(polygon, faces, height))
@@ -106,7 +106,7 @@ def _triangulated(polygon: Sequence[Ring]) -> npt.NDArray[np.int64]:
     return solid
 
 
-def _merged(corners: Ring, faces: list[list[int]]) -> list[list[int]]:
+def merge_faces(corners: Ring, faces: list[list[int]]) -> list[list[int]]:
     """Join triangles as long as they make convex polygons (Hertel and Mehlhorn 1983)."""
     pieces = {(a, b): face for face in faces for a, b in _edges(face)}
     for a, b in list(pieces):

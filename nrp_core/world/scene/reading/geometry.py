@@ -30,6 +30,7 @@ from nrp_core.world.scene.meshes.shapes import (
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
+    ConcaveMesh,
     Cylinder,
     Geometry,
     Heightmap,
@@ -145,7 +146,7 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
     if shape.tag == "plane":
         return [_plane(shape)]
     if shape.tag == "mesh":
-        return _mesh(shape, form, reading)
+        return _mesh(shape, "solid" if static and form == "convex" else form, reading)
     if shape.tag == "polyline":
         return _polyline(element.all("polyline"), form, reading)
     if shape.tag == "heightmap":
@@ -245,8 +246,14 @@ def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
         message = f"{left_out}: a corner is not a number below 1e9"
         reading.notes.warn(uri, Code.NRP258, message, subject=uri.text)
     return [
-        Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba, texture_of(piece.image)) for piece in pieces
+        Shape(_geometry(piece, (x, y, z)), Pose(), piece.rgba, texture_of(piece.image)) for piece in pieces
     ]
+
+
+def _geometry(piece: Piece, scale: Vector) -> Mesh:
+    if piece.depth is None:
+        return Mesh(piece.path, scale)
+    return ConcaveMesh(piece.path, scale, piece.depth * min(map(abs, scale)))
 
 
 def _polyline(lines: Sequence[Element], form: Form, reading: Reading) -> list[Shape]:
@@ -307,6 +314,6 @@ def _pieces(uri: Element, wanted: Wanted, reading: Reading) -> list[Piece]:
 
 def _wanted(shape: Element, form: Form) -> Wanted:
     submesh = shape.section("submesh")
-    if form == "convex" and shape.attributes.get("optimization") == "convex_hull":
+    if form in ("convex", "solid") and shape.attributes.get("optimization") == "convex_hull":
         form = "hull"
     return Wanted(form, submesh.word("name"), submesh.flag("center", False))

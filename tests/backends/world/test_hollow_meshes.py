@@ -1,0 +1,129 @@
+"""Static meshes that are not convex are as hollow as they are drawn, on both engines and for lasers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from nrp_core.world.scene.meshes.concave import cells, concave_parts
+from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.model import ConcaveMesh
+from nrp_core.world.scene.sdf import read_scene
+
+RADIUS = 0.1
+WORLD = """<sdf version="1.9"><world name="room">
+  <model name="house"><static>1</static><link name="l"><collision name="c"><geometry>
+    <mesh><uri>house.stl</uri></mesh></geometry></collision></link></model>
+  <model name="floor"><static>1</static><link name="l"><collision name="c"><pose>0 0 -0.5 0 0 0</pose>
+    <geometry><box><size>20 20 1</size></box></geometry></collision></link></model>
+  <model name="ball"><pose>{place} 0 0 0</pose><link name="l"><collision name="c"><geometry>
+    <sphere><radius>0.1</radius></sphere></geometry></collision>
+    <sensor name="scan" type="ray"><update_rate>50</update_rate><topic>scan</topic><ray><scan><horizontal>
+    <samples>4</samples><min_angle>-1.5707963</min_angle><max_angle>3.1415927</max_angle></horizontal></scan>
+    <range><min>0.1</min><max>30</max></range></ray></sensor></link></model>
+</world></sdf>"""
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+
+
+def quads(corners: np.ndarray) -> np.ndarray:
+    """Return the triangles of quads, shape ``(n, 4, 3)``."""
+    return corners[:, [(0, 1, 2), (0, 2, 3)]].reshape(-1, 3, 3)
+
+
+def ring(outer: float = 5.0, inner: float = 4.8, height: float = 2.0) -> np.ndarray:
+    """Return four joined walls about the origin, one closed surface."""
+    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    low = {half: np.column_stack([square * half, np.zeros(4)]) for half in (outer, inner)}
+    high = {half: corners + np.array([0.0, 0.0, height]) for half, corners in low.items()}
+    sides = []
+    for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)):
+        sides += [
+            (low[outer][i], low[outer][j], high[outer][j], high[outer][i]),
+            (low[inner][j], low[inner][i], high[inner][i], high[inner][j]),
+            (high[outer][i], high[outer][j], high[inner][j], high[inner][i]),
+            (low[outer][j], low[outer][i], low[inner][i], low[inner][j]),
+        ]
+    return quads(np.array(sides))
+
+
+def hills(count: int) -> np.ndarray:
+    """Return an open surface of ``2 (count - 1)**2`` triangles with valleys."""
+    x, y = np.meshgrid(*[np.linspace(-4, 4, count)] * 2)
+    points = np.stack([x, y, 1 + 0.25 * np.cos(np.pi * x) * np.cos(np.pi * y)], axis=2)
+    corners = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    return quads(np.stack(corners, axis=2).reshape(-1, 4, 3))
+
+
+def room(folder: Path, triangles: np.ndarray, place: str):
+    write_stl(folder / "house.stl", triangles)
+    (folder / "room.sdf").write_text(WORLD.format(place=place))
+    return read_scene(folder / "room.sdf")
+
+
+@pytest.mark.parametrize("inward", [False, True])
+def test_a_ball_stands_between_joined_walls_and_sees_them(open_world, advance, tmp_path, inward):
+    walls = ring()
+    world = open_world(room(tmp_path, walls[:, ::-1] if inward else walls, "1 1 0.5"))
+    scans = world.subscribe("/ball/scan")
+    advance(world, 0.02)
+    # at -90, 0, 90 and 180 degrees
+    assert scans.latest.message.ranges == pytest.approx([5.8, 3.8, 3.8, 5.8], abs=1e-3)
+    advance(world, 1.0)
+    assert world.model_motion("ball").pose.position == pytest.approx((1, 1, RADIUS), abs=2e-3)
+
+
+def test_a_ball_rests_on_a_wall_and_falls_into_the_valley_of_a_terrain(open_world, advance, tmp_path):
+    world = open_world(room(tmp_path, ring(), "4.9 0 2.3"))
+    advance(world, 1.0)
+    assert world.model_motion("ball").pose.position[2] == pytest.approx(2 + RADIUS, abs=2e-3)
+    world = open_world(room(tmp_path, hills(65), "1 0 2"))
+    advance(world, 1.0)
+    assert world.model_motion("ball").pose.position == pytest.approx((1, 0, 0.75 + RADIUS), abs=5e-3)
+
+
+def test_convex_meshes_stay_hulls_and_moving_ones_do_not_become_surfaces(tmp_path):
+    assert concave_parts(hull_of_cube()) is None
+    scene = room(tmp_path, ring(), "0 0 1")
+    assert all(isinstance(each.geometry, ConcaveMesh) for each in scene.models[0].links[0].collisions)
+    moving = WORLD.format(place="0 0 1").replace("<static>1</static>", "", 1)
+    (tmp_path / "room.sdf").write_text(moving)
+    shapes = read_scene(tmp_path / "room.sdf").models[0].links[0].collisions
+    assert not any(isinstance(each.geometry, ConcaveMesh) for each in shapes)
+
+
+def hull_of_cube() -> np.ndarray:
+    x, y = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]).T / 2
+    low, high = (np.column_stack([x, y, np.full(4, z)]) for z in (-0.5, 0.5))
+    sides = [(low[i], low[j], high[j], high[i]) for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))]
+    return quads(np.array([*sides, high, low[::-1]]))
+
+
+def test_cells_are_as_thin_as_the_walls_and_have_their_surface():
+    (part,) = concave_parts(ring(inner=4.98))
+    assert part.depth == pytest.approx(0.02)
+    made = list(cells(part.triangles, part.depth))
+    assert len(made) == 16  # each flat side is one cell; each rim has four
+    areas, volumes = zip(*((_area(each[:4]), ConvexHull(each).volume) for each in made), strict=True)
+    # sides of 2 m height and two rims
+    assert sum(areas) == pytest.approx(2 * 4 * (10 + 9.96) + 2 * (10**2 - 9.96**2), rel=1e-5)
+    assert volumes == pytest.approx(np.array(areas) * 0.02, rel=1e-4)
+
+
+def _area(corners: np.ndarray) -> float:
+    """Return the area of a convex quadrilateral."""
+    a, b, c, d = corners
+    return float(np.linalg.norm(np.cross(c - a, d - b))) / 2
+
+
+def test_a_large_surface_is_split_into_compact_parts():
+    parts = concave_parts(hills(65))
+    assert sum(len(part.triangles) for part in parts) == 2 * 64**2
+    assert max(len(part.triangles) for part in parts) <= 512
+    assert max(np.ptp(part.triangles[..., :2], axis=(0, 1)).max() for part in parts) <= 4.0
