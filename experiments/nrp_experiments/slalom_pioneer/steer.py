@@ -21,7 +21,7 @@ TRACK = 0.331  # m between the wheels
 def feel(t, scan, left, right, clearance):
     """Drive the feelers by the distances of obstacles, ahead most strongly; beams run from right to left."""
     beams = scan.value
-    ranges = np.minimum(beams.ranges, beams.range_max)
+    ranges = np.clip(beams.ranges, 0.0, beams.range_max)
     angles = beams.angle_min + beams.angle_increment * np.arange(len(ranges))
     felt = np.clip(1.0 - ranges / REACH, 0.0, 1.0) * np.cos(angles) ** 2
     aside = beams.angle_increment / 2  # a beam straight ahead is on neither side

@@ -23,7 +23,7 @@ TRACK = 0.331  # m between the wheels
 def feel(t, scan, feelers, clearance):
     """Drive the inputs by the nearness of obstacles."""
     beams = scan.value
-    ranges = np.minimum(beams.ranges, beams.range_max)
+    ranges = np.clip(beams.ranges, 0.0, beams.range_max)
     angles = beams.angle_min + beams.angle_increment * np.arange(len(ranges))
     feelers.rate = (RATE * sectors(ranges, angles)).tolist()
     clearance.send_message(Float64(float(ranges.min())))

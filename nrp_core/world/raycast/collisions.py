@@ -45,7 +45,7 @@ def cast(
     hidden: npt.NDArray[np.bool_],
     eye: FloatArray,
     rays: FloatArray,
-    nearest: float,
+    nearest: FloatArray,
     distances: FloatArray,
 ) -> None:
     """Shorten ``distances`` to the points where rays enter shapes.
@@ -61,7 +61,7 @@ def cast(
         hidden: shapes that are ignored.
         eye: origin of the rays, shape ``(3,)``.
         rays: unit vectors in the world, shape ``(k, 3)``.
-        nearest: minimum distance of a hit, m.
+        nearest: minimum distance of a hit of each shape, m, shape ``(n,)``.
         distances: length of each ray, shortened in place, shape ``(k,)``.
     """
     origin, ray = np.empty(3), np.empty(3)
@@ -84,10 +84,10 @@ def cast(
                 ray[axis] = place[0, axis] * x + place[1, axis] * y + place[2, axis] * z
             if kind == MESH:
                 first, end = meshes[shape]
-                t = _mesh(triangles[first:end], size, origin, ray, nearest, distances[i])
+                t = _mesh(triangles[first:end], size, origin, ray, nearest[shape], distances[i])
             else:
                 t = _entry(kind, size, origin, ray)
-            if nearest <= t < distances[i]:
+            if nearest[shape] <= t < distances[i]:
                 distances[i] = t
 
 
@@ -223,9 +223,11 @@ class CollisionSpace:
         self._moves = self._held != WORLD_FRAME
 
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
-        """Return the distance along each ray, layer by layer, m; ``inf`` for a ray that hits nothing.
+        """Return the distance along each ray, layer by layer, m.
 
-        The body that carries the scanner is ignored.
+        It is ``inf`` for a ray that hits nothing, and ``-inf`` for one that another model blocks nearer than
+        the minimum distance (REP 117). The body that carries the scanner is ignored, and so are parts of its
+        model that are nearer than the minimum.
         """
         nearest, farthest = beams.reach
         self._update()
@@ -240,11 +242,13 @@ class CollisionSpace:
         hidden = np.array([path == (model, index) for path in self._owners], bool)
         # the nearest first, so that most of the others can be skipped
         order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
+        starts = np.where([owner == model for owner, _ in self._owners], nearest, 0.0)
         kinds, sizes, radii = self._kinds[order], self._sizes[order], self._radii[order]
         places, meshes = self._places[order], self._meshes[order]
         shapes = (kinds, sizes, radii, places, meshes, self._triangles, hidden[order])
-        cast(*shapes, eye, rays, nearest, distances)
+        cast(*shapes, eye, rays, starts[order], distances)
         distances[distances > farthest] = inf
+        distances[distances < nearest] = -inf
         return distances
 
     def named(self, touches: Iterable[Touch]) -> list[tuple[Touch, tuple[str, str]]]:

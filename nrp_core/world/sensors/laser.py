@@ -200,9 +200,8 @@ class LaserPart(SensorPart):
         laser = self._laser
         ranges = self._engine.scan(*self._place, self._beams).reshape(laser.layers, laser.samples)
         if laser.noise:
-            ranges = np.clip(
-                ranges + self._noise(laser.topic, now_ns, ranges.shape), 0.0, None
-            )  # the same in all forms
+            noisy = ranges + self._noise(laser.topic, now_ns, ranges.shape)  # the same in all forms
+            ranges = np.where(np.isfinite(ranges), np.clip(noisy, 0.0, None), ranges)
         return ranges
 
     def _scan(self, ranges: npt.NDArray[np.float64], now_ns: int) -> LaserScan:

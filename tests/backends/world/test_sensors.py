@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from math import atan2, cos, hypot, inf, pi, sin, sqrt
+from math import asin, atan2, cos, hypot, inf, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -173,13 +173,24 @@ def moved(name: str, *, x: float = 0.0, y: float = 0.0, z: float = 0.5):
     return ModelState(name, pose)
 
 
-def test_a_laser_does_not_see_its_own_body_nor_what_is_too_near(open_world, parts, advance):
+def test_what_is_too_near_blocks_a_laser_and_its_own_body_does_not(open_world, parts, advance):
     near = replace(LASER, range_min=1.0)
     model = fixed(near)
     box = parts.prop("shell", Box((0.4, 0.4, 0.4))).links[0]
     model = replace(model, links=(replace(model.links[0], collisions=box.collisions),))
+    near = replace(near, noise=Noise(0.05, 0.1), topic="/noisy", name="noisy")
+    sensors = (*model.links[0].sensors, near)
+    model = replace(model, links=(replace(model.links[0], sensors=sensors),))
     world = open_world(model, parts.prop("ball", Sphere(0.1), Pose((0.6, 0.0, 0.5))), parts.wall(3.0))
-    assert sense(world, "/scan", advance).ranges[90] == pytest.approx(3.0, abs=1e-5)
+    ranges, noisy = sense(world, "/scan", advance).ranges, sense(world, "/noisy", advance).ranges
+    # REP 117: -inf is an object too close to measure; the ball of 0.1 m covers asin(0.1 / 0.6) to each side
+    blocked = np.abs(np.linspace(LASER.angle_min, LASER.angle_max, len(ranges))) < asin(0.1 / 0.6)
+    assert blocked.sum() == 19
+    assert (ranges[blocked] == -inf).all()
+    assert (noisy[blocked] == -inf).all()
+    free = open_world(model, parts.wall(3.0))
+    assert ranges[~blocked] == pytest.approx(sense(free, "/scan", advance).ranges[~blocked], abs=1e-5)
+    assert sense(free, "/scan", advance).ranges[90] == pytest.approx(3.0, abs=1e-5)
 
 
 def test_noise_has_its_spread_and_is_the_same_in_equal_runs(open_world, parts, advance):

@@ -204,7 +204,7 @@ def values_of(message: Any) -> Any:
     if hasattr(message, "encoding"):
         return np.array(message.data, np.uint8).reshape(message.height, message.width, -1)
     if hasattr(message, "ranges"):
-        return np.minimum(np.asarray(message.ranges, np.float64), message.range_max)
+        return np.clip(np.asarray(message.ranges, np.float64), 0.0, message.range_max)
     values = getattr(message, "position", None)
     if isinstance(values, np.ndarray) and hasattr(message, "velocity"):
         return np.concatenate([values, np.asarray(message.velocity, np.float64)])
