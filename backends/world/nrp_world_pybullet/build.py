@@ -24,6 +24,7 @@ from nrp_world_pybullet.shapes import (
     add_nothing_to_see,
     add_visuals,
     close_loops,
+    friction_factors,
     set_contacts,
     shapes_of,
     tie_models,
@@ -128,6 +129,8 @@ class _Builder:
         self._visuals: dict[str, tuple[BodyHandle, int]] = {}
         self._owners: dict[tuple[int, int], BodyPath] = {}
         self._warnings = Findings()
+        self._simulated = {each.name: simulated_bodies(each, step_s, physical) for each in scene.models}
+        self._frictions = friction_factors(scene, self._simulated, self._warnings)
 
     def built(self) -> Built:
         for model in self._scene.models:
@@ -141,7 +144,7 @@ class _Builder:
         return Built(*parts, self._warnings)
 
     def _add_model(self, model: Model) -> None:
-        bodies = simulated_bodies(model, self._step_s, self._physical)
+        bodies = self._simulated[model.name]
         places: dict[int, BodyHandle] = {}
         for root, body in enumerate(bodies):
             if body.parent is None:
@@ -224,7 +227,7 @@ class _Builder:
         bullet.changeDynamics(*where, linearDamping=0, angularDamping=0, physicsClientId=client)
         bullet.changeDynamics(*where, maxJointVelocity=UNLIMITED_SPEED, physicsClientId=client)
         if link.shapes.collisions:
-            friction = link.shapes.collisions[0].friction
+            friction = self._frictions[link.shapes.collisions[0].friction]
             bullet.changeDynamics(*where, lateralFriction=friction, physicsClientId=client)
         if link.inertial.mass:
             moments = link.inertial.inertia[:3]

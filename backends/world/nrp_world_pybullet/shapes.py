@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
-from math import isfinite
+from itertools import chain, combinations, product, zip_longest
+from math import isfinite, sqrt
 from typing import Any, TypeVar
 
 from nrp_core.errors import did_you_mean
@@ -194,6 +195,47 @@ def _value(element: Native) -> tuple[str, float]:
     if not (isfinite(value) and value >= 0):
         raise element.error(f"its value must be a number of 0 or more, not '{text}'")
     return _ARGUMENTS[element.tag], value
+
+
+def friction_factors(
+    scene: Scene, bodies: Mapping[str, Sequence[Body]], warnings: Findings
+) -> Mapping[float, float]:
+    """Return the factor for each coefficient of friction of a scene.
+
+    A contact has the smaller of two coefficients. PyBullet multiplies those of a pair, so it gets factors
+    ``min(mu, m) / sqrt(m)``. Their product is the smaller one if one is at least ``m`` and the
+    other at most ``m``; ``m`` is the coefficient of the scene with the smallest error.
+
+    Args:
+        scene: the models.
+        bodies: those of each model, as they are simulated.
+        warnings: receives the pair of two models with the largest error.
+    """
+    kinds = Counter(
+        (model.static, frozenset(shape.friction for each in links for shape in each.collisions))
+        for model in scene.models
+        for links in [[link for body in bodies[model.name] for link in body.links]]
+    )
+    twice = [kind for kind, count in kinds.items() for _ in range(min(count, 2))]
+    touching = (
+        product(one, other) for (still, one), (fixed, other) in combinations(twice, 2) if not still & fixed
+    )
+    pairs = sorted(set(chain.from_iterable(touching)))
+    values = {mu for _, each in kinds for mu in each}
+    choices = sorted(values - {0.0}, reverse=True) or [1.0]
+    wrongs = [max((_product_error(*pair, most), *pair) for pair in [*pairs, (0.0, 0.0)]) for most in choices]
+    (wrong, one, other), most = min(zip(wrongs, choices, strict=True), key=lambda each: each[0][0])
+    if wrong > 1e-9:
+        message = (
+            f"PyBullet multiplies coefficients of friction: that of a contact of {one:g} and {other:g} is "
+            f"wrong by {wrong:.2g}, because others are up to {choices[0]:g}"
+        )
+        warnings.add(Code.NRP345, message, subject="friction")
+    return {mu: min(mu, most) / sqrt(most) for mu in values}
+
+
+def _product_error(one: float, other: float, most: float) -> float:
+    return abs(min(one, most) * min(other, most) / most - min(one, other))
 
 
 MAX_SHAPES = 16

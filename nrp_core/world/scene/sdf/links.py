@@ -16,7 +16,13 @@ from nrp_core.world.scene.model import Inertial, Link
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.geometry import is_empty, is_point, read_geometry
 from nrp_core.world.scene.reading.plugins import label_of
-from nrp_core.world.scene.reading.repairs import DEFAULT_FRICTION, MASSLESS, usable_friction, usable_inertial
+from nrp_core.world.scene.reading.repairs import (
+    DEFAULT_FRICTION,
+    MASSLESS,
+    MAX_FRICTION,
+    usable_friction,
+    usable_inertial,
+)
 from nrp_core.world.scene.reading.sensors import Mount, link_sensors
 from nrp_core.world.scene.sdf.appearance import read_look
 from nrp_core.world.scene.sdf.frames import Frames
@@ -26,13 +32,18 @@ _ALL: Final = 0xFFFF
 _MASKS: Final = ("collide_bitmask", "category_bitmask")
 
 
-def read_friction(collision: Element, reading: Reading) -> float:
-    """Return the coefficient of friction, of ``<ode>`` or else of ``<bullet>``."""
+def read_friction(collision: Element, reading: Reading, *, static: bool = False) -> float:
+    """Return the coefficient of friction, of ``<ode>`` or else of ``<bullet>``.
+
+    In a contact the smaller coefficient counts, so a very large one of a ``static`` model needs no warning.
+    """
     friction = collision.section("surface").section("friction")
     default = friction.section("bullet").number("friction", DEFAULT_FRICTION)
     ode = friction.section("ode")
-    mu = usable_friction(ode.number("mu", default), friction, reading.notes)
-    mu2 = usable_friction(ode.number("mu2", mu), friction, reading.notes)
+    mu, mu2 = ode.number("mu", default), ode.number("mu2", ode.number("mu", default))
+    if static and min(mu, mu2) > MAX_FRICTION:
+        return MAX_FRICTION
+    mu, mu2 = (usable_friction(each, friction, reading.notes) for each in (mu, mu2))
     if mu != mu2:
         message = f"friction is the same in all directions: mu = {mu:g}, not mu2 = {mu2:g}"
         reading.notes.warn(friction, Code.NRP263, message)
@@ -102,7 +113,10 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
             seen = shapes(visual, "whole")
         shown.append(Shown(unique, seen, look))
     solid = [
-        (Touched(unique, shapes(collision, "convex"), read_friction(collision, reading)), collision)
+        (
+            Touched(unique, shapes(collision, "convex"), read_friction(collision, reading, static=static)),
+            collision,
+        )
         for unique, collision in _named(link, "collision", reading)
     ]
     inertial = None if static else _inertial(link, frames, solid, reading)
