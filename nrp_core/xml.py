@@ -21,10 +21,13 @@ VERBATIM = r"!\[CDATA\[.*?(?:\]\]>|\Z)|\?.*?(?:\?>|\Z)"
 """CDATA and processing instructions after their ``<``: the markup in them is not markup."""
 
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # the byte order marks
-_DECLARED = re.compile(rb"\s*(<\?xml\s[^>]*?encoding\s*=\s*[\"']([^\"']+)[^>]*>)")
-_DECLARATION = re.compile(r"\A\s*<\?xml\s.*?\?>", re.DOTALL)
+_DECLARED = re.compile(rb"(?>\s+|<!--.*?-->)*+(<\?xml\s[^>]*?encoding\s*=\s*[\"']([^\"']+)[^>]*>)", re.DOTALL)
+_DECLARATION = re.compile(r"\A(?>\s+|<!--.*?-->)*+<\?xml\s.*?\?>", re.DOTALL)
 _LINE_END = re.compile(r"\r\n?")
-_SPECIAL = re.compile(rf"<(?:{VERBATIM}|!--(?P<comment>.*?)(?P<end>-->|\Z)|(?P<doctype>!DOCTYPE))", re.DOTALL)
+_SPECIAL = re.compile(
+    rf"<(?:{VERBATIM}|!--(?P<comment>.*?)(?P<end>-->|\Z)|(?P<doctype>!DOCTYPE))|(?P<bare>&(?!#?\w+;))",
+    re.DOTALL,
+)
 
 
 class XmlError(ValueError):
@@ -47,6 +50,8 @@ def strict_xml(data: bytes) -> str:
     text = _DECLARATION.sub(lambda declaration: "\n" * declaration[0].count("\n"), text)
 
     def blanked(special: re.Match[str]) -> str:
+        if special["bare"]:
+            return "&amp;"
         if special["doctype"]:
             line = text.count("\n", 0, special.start()) + 1
             raise XmlError("documents with a <!DOCTYPE> are refused: they can read other files", line)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _MAX_DEPTH = 100
 _INPUT = re.compile(r"<input\b[^<>]*>")
+_COMMENT = re.compile(r"<!--\s*-->")  # as strict_xml leaves them; pycollada stumbles over them
 _UNUSED = re.compile(r"(\ssemantic=[\"'])(?:NORMAL|(?:TEX)?(?:TANGENT|BINORMAL))([\"'])")
 _SOURCE = re.compile(r"\ssource=[\"']#([^\"'<>]*)[\"']")
 _NUMBERS = re.compile(
@@ -39,7 +40,7 @@ def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
     import collada
     from collada.common import DaeError
 
-    text = _without_normals(strict_xml(data))
+    text = _without_normals(_COMMENT.sub("", strict_xml(data)))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PendingDeprecationWarning)  # pycollada uses NumPy's matrices

@@ -293,7 +293,7 @@ def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Lig
         (strength * red, strength * green, strength * blue, alpha),
         element.flag("cast_shadows", kind == "directional"),
         attenuation,
-        _cone(element.find("spot"), reading),
+        _cone(element.find("spot") if kind == "spot" else None, reading),
     )
 
 

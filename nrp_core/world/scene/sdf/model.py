@@ -106,12 +106,16 @@ _JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """The parts of a model, including those of nested models; poses are in the frame of the model."""
+    """The parts of a model, including those of nested models; poses are in the frame of the model.
+
+    ``static`` is true if none of them ever moves.
+    """
 
     frames: Frames
     links: tuple[Link, ...]
     rows: tuple[Row, ...]
     actuators: Actuators
+    static: bool = False
 
     def moved(self, prefix: str, pose: Pose) -> Parts:
         """Return the parts in the frame of another model, in which this one has the pose ``pose``."""
@@ -142,7 +146,7 @@ class Parts:
             )
             for row in self.rows
         ]
-        return Parts(self.frames, tuple(links), tuple(rows), self.actuators.renamed(named))
+        return Parts(self.frames, tuple(links), tuple(rows), self.actuators.renamed(named), self.static)
 
 
 def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
@@ -155,10 +159,14 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     """
     model, source = placed.element, placed.source
     inner_models = read_placed(model, source, reading, "model")
+    only_inner = bool(inner_models) and not model.all("link")
+    if not static and only_inner:
+        static = all(inner.static for inner in inner_models)
     nested = [
         (inner, read_parts(inner, reading.within(model_scope(inner.name, inner.merged)[0]), static=static))
         for inner in inner_models
     ]
+    static = static or (only_inner and all(parts.static for _, parts in nested))
     for inner in inner_models if not static else ():
         if inner.static:
             message = (
@@ -189,7 +197,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     links, misplaced = with_frames(links, joints)
     for each in misplaced:
         _warn_of_frame(each, model, reading)
-    return Parts(frames, tuple(_odometry_once(links, acting.drives)), tuple(rows), acting)
+    return Parts(frames, tuple(_odometry_once(links, acting.drives)), tuple(rows), acting, static)
 
 
 def _warn_of_frame(misplaced: Misplaced, model: Element, reading: Reading) -> None:
@@ -279,7 +287,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     without = sorted(line for path, line in reading.without if path == element.path)
     source = Source(element.path, element.attributes.get("name", ""), element.line, tuple(without))
     native = native_of(element)
-    if placed.static:
+    if parts.static:
         links = tuple(_without_joint_sensors(links, element, reading))
         return Model(name, links, pose=pose, static=True, native=native, source=source)
     tree, loops = tree_and_loops(parts.rows, element, reading)
