@@ -25,7 +25,7 @@ from nrp_lab.sweep.plan import Plan
 from nrp_lab.sweep.record import JOURNAL, Record
 from nrp_lab.sweep.running import SweepRun
 
-from nrp_core.experiment.model.tree import tree_of
+from nrp_core.experiment.model.section import tree_of
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 

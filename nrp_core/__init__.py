@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from nrp_core.dsl.loading import load_transfer_functions as load_transfer_functions
     from nrp_core.dsl.loading import provide_messages as provide_messages
     from nrp_core.errors import NrpError as NrpError
+    from nrp_core.experiment.making.prepare import open_world as open_world
     from nrp_core.experiment.model.experiment import Experiment as Experiment
     from nrp_core.experiment.reading.find import load_experiment as load_experiment
     from nrp_core.experiment.reading.find import shipped as shipped
-    from nrp_core.experiment.running.opening import open_world as open_world
     from nrp_core.experiment.running.result import Result as Result
     from nrp_core.experiment.running.run import Run as Run
     from nrp_core.findings import Code as Code
@@ -75,7 +75,7 @@ else:
             "nrp_core.errors": "NrpError",
             "nrp_core.experiment.model.experiment": "Experiment",
             "nrp_core.experiment.reading.find": "load_experiment shipped",
-            "nrp_core.experiment.running.opening": "open_world",
+            "nrp_core.experiment.making.prepare": "open_world",
             "nrp_core.experiment.running.result": "Result",
             "nrp_core.experiment.running.run": "Run",
             "nrp_core.findings": "Code Finding InvalidExperimentError Level Weight",

@@ -101,7 +101,7 @@ def run(
         files = None if folder is None else stack.enter_context(FilesRead())
         simulation = stack.enter_context(open_run(experiment, overrides, until_s=until_s))
         if on_step is not None:
-            simulation.on_step.append(on_step)
+            simulation.on_step(on_step)
         if folder is None:
             simulation.run(until_s)
             simulation.write_csv()

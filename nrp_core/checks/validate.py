@@ -26,7 +26,7 @@ from nrp_core.experiment.making.prepare import (
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.reading.platforms import described_by
+from nrp_core.experiment.reading.reader import described_by
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.findings.problems import without
 

@@ -70,7 +70,7 @@ class Display(ABC):
         """Show the progress of a run until a simulated time."""
         self.begin_task("taking the first step")
         self._end_s = end_s
-        run.on_step.append(self._after_step)
+        run.on_step(self._after_step)
 
     def count(self, task: str, done: int, total: int, last: str = "") -> None:
         """Show the number of completed items and the name of the last one."""

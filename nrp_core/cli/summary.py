@@ -10,8 +10,7 @@ import typer
 
 from nrp_core.cli.failure import complain
 from nrp_core.cli.progress import shares_text
-from nrp_core.experiment.running.judgement import FAILED, FINISHED, Judgement
-from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.running.result import FAILED, FINISHED, Judgement, Result
 from nrp_core.findings import Finding, Level, Weight
 from nrp_core.findings.problems import lines_of, ordered
 from nrp_core.quantities import length_text

@@ -18,7 +18,7 @@ from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.report import KitReport, KitResult
 from nrp_core.conformance.run import run_tests
 from nrp_core.errors import BackendError, CapabilityError, ExperimentError, did_you_mean
-from nrp_core.experiment.model.schema_findings import reason
+from nrp_core.experiment.model.collector import reason
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from nrp_core.experiment.making.maker import Maker as Maker
     from nrp_core.experiment.making.maker import build_here as build_here
     from nrp_core.experiment.making.maker import load_function_file as load_function_file
-    from nrp_core.experiment.making.networks import network_from as network_from
-    from nrp_core.experiment.making.parameters import with_parameters as with_parameters
+    from nrp_core.experiment.making.maker import network_from as network_from
+    from nrp_core.experiment.making.maker import with_parameters as with_parameters
     from nrp_core.experiment.making.prepare import Plan as Plan
     from nrp_core.experiment.making.prepare import load_functions as load_functions
     from nrp_core.experiment.making.prepare import make_parts as make_parts
@@ -24,50 +24,49 @@ if TYPE_CHECKING:
     from nrp_core.experiment.model.experiment import BackendSection as BackendSection
     from nrp_core.experiment.model.experiment import Build as Build
     from nrp_core.experiment.model.experiment import Experiment as Experiment
-    from nrp_core.experiment.model.ranges import Range as Range
-    from nrp_core.experiment.model.ranges import keyed_range as keyed_range
+    from nrp_core.experiment.model.section import Key as Key
     from nrp_core.experiment.model.section import Name as Name
+    from nrp_core.experiment.model.section import Place as Place
+    from nrp_core.experiment.model.section import Range as Range
     from nrp_core.experiment.model.section import Section as Section
-    from nrp_core.experiment.model.tree import Key as Key
-    from nrp_core.experiment.model.tree import Place as Place
-    from nrp_core.experiment.model.tree import Tree as Tree
-    from nrp_core.experiment.model.tree import tree_of as tree_of
+    from nrp_core.experiment.model.section import Tree as Tree
+    from nrp_core.experiment.model.section import keyed_range as keyed_range
+    from nrp_core.experiment.model.section import tree_of as tree_of
     from nrp_core.experiment.reading.find import READERS as READERS
     from nrp_core.experiment.reading.find import SHIPPED as SHIPPED
     from nrp_core.experiment.reading.find import find_file as find_file
     from nrp_core.experiment.reading.find import load_experiment as load_experiment
     from nrp_core.experiment.reading.find import shipped as shipped
-    from nrp_core.experiment.reading.forms import form_of as form_of
-    from nrp_core.experiment.reading.forms import read_form as read_form
-    from nrp_core.experiment.reading.forms import read_form_tree as read_form_tree
-    from nrp_core.experiment.reading.platforms import Platform as Platform
+    from nrp_core.experiment.reading.reader import Platform as Platform
     from nrp_core.experiment.reading.reader import experiment_of as experiment_of
+    from nrp_core.experiment.reading.reader import form_of as form_of
     from nrp_core.experiment.reading.reader import overridden as overridden
+    from nrp_core.experiment.reading.reader import read_form as read_form
+    from nrp_core.experiment.reading.reader import read_form_tree as read_form_tree
     from nrp_core.experiment.reading.reader import read_yaml as read_yaml
-    from nrp_core.experiment.running.judgement import recorded_judgement as recorded_judgement
+    from nrp_core.experiment.running.observers import Participant as Participant
+    from nrp_core.experiment.running.observers import RunObserver as RunObserver
     from nrp_core.experiment.running.result import Result as Result
-    from nrp_core.experiment.running.run import Participant as Participant
+    from nrp_core.experiment.running.result import recorded_judgement as recorded_judgement
     from nrp_core.experiment.running.run import Run as Run
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
         {
             "nrp_core.experiment.backends": "code_of",
-            "nrp_core.experiment.making.maker": "Maker build_here load_function_file",
-            "nrp_core.experiment.making.networks": "network_from",
-            "nrp_core.experiment.making.parameters": "with_parameters",
+            "nrp_core.experiment.making.maker": (
+                "Maker build_here load_function_file network_from with_parameters"
+            ),
             "nrp_core.experiment.making.prepare": "Plan load_functions make_parts prepare",
             "nrp_core.experiment.model.collector": "Collector Omission",
             "nrp_core.experiment.model.experiment": "BackendSection Build Experiment",
-            "nrp_core.experiment.model.ranges": "Range keyed_range",
-            "nrp_core.experiment.model.section": "Name Section",
-            "nrp_core.experiment.model.tree": "Key Place Tree tree_of",
+            "nrp_core.experiment.model.section": "Key Name Place Range Section Tree keyed_range tree_of",
             "nrp_core.experiment.reading.find": "READERS SHIPPED find_file load_experiment shipped",
-            "nrp_core.experiment.reading.forms": "form_of read_form read_form_tree",
-            "nrp_core.experiment.reading.platforms": "Platform",
-            "nrp_core.experiment.reading.reader": "experiment_of overridden read_yaml",
-            "nrp_core.experiment.running.judgement": "recorded_judgement",
-            "nrp_core.experiment.running.result": "Result",
-            "nrp_core.experiment.running.run": "Participant Run",
+            "nrp_core.experiment.reading.reader": (
+                "Platform experiment_of form_of overridden read_form read_form_tree read_yaml"
+            ),
+            "nrp_core.experiment.running.observers": "Participant RunObserver",
+            "nrp_core.experiment.running.result": "Result recorded_judgement",
+            "nrp_core.experiment.running.run": "Run",
         },
     )

@@ -12,8 +12,8 @@ from nrp_core._support.packages import fingerprint
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
 from nrp_core.errors import BackendError, BackendLoadError, NrpError
-from nrp_core.experiment.model.schema_findings import schema_findings
-from nrp_core.experiment.model.tree import Tree
+from nrp_core.experiment.model.collector import schema_findings
+from nrp_core.experiment.model.section import Tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds

@@ -9,8 +9,7 @@ from nrp_core.brain.backends import brains
 from nrp_core.brain.capabilities import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named
-from nrp_core.experiment.making.maker import build_here
-from nrp_core.experiment.making.parameters import with_parameters
+from nrp_core.experiment.making.maker import build_here, with_parameters
 from nrp_core.experiment.making.prepare import (
     ProgressCallback,
     build_network,

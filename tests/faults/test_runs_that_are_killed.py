@@ -40,7 +40,7 @@ def hang(loop):
 
 with Run(load_experiment("braitenberg_husky", ["world.options.image_scale=0.2", "pace=realtime"])) as run:
     RecordingFolder(run, folder)
-    run.on_step.append(stamp)
+    run.on_step(stamp)
     run.loop.hooks.before_step.append(hang)
     run.run()
 """

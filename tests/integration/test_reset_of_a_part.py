@@ -75,7 +75,7 @@ def test_the_brain_starts_over_and_the_robot_stays_where_it_is(run: Run) -> None
 
 
 def test_what_cannot_be_reset_alone_is_refused_with_what_can(run: Run) -> None:
-    with pytest.raises(ExperimentError, match="one of brain, robot, world; did you mean 'robot'"):
+    with pytest.raises(ExperimentError, match="one of all, brain, robot, world; did you mean 'robot'"):
         run.reset("robots")
 
 
@@ -83,7 +83,7 @@ def test_what_cannot_be_reset_alone_is_refused_with_what_can(run: Run) -> None:
 def recorded(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A recording of resets, and a wrong one that misses that of the brain."""
     if not request.param:
-        monkeypatch.setattr(CallNoter, "_note_reset", lambda self, part: None)
+        monkeypatch.setattr(CallNoter, "part_reset", lambda self, run, part: None)
     folder = tmp_path / "recording"
     with FilesRead() as files, Run(load_experiment("braitenberg_husky", settings("event", "mujoco"))) as run:
         recording = RecordingFolder(run, folder, files=files, snapshots_ns=10**9)

@@ -11,7 +11,7 @@ from typing import Final, Protocol, runtime_checkable
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.errors import SceneError
-from nrp_core.experiment.running.falls import bodies_fall
+from nrp_core.experiment.running.observation import bodies_fall
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid import matrix_of
 from nrp_core.world.scene.merged_bodies import bodies_of

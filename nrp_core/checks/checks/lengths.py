@@ -16,7 +16,7 @@ from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import SceneError
 from nrp_core.experiment.making.prepare import place_of_step
-from nrp_core.experiment.running.falls import bodies_fall
+from nrp_core.experiment.running.observation import bodies_fall
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import WORLD

@@ -17,7 +17,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
-from nrp_core.experiment.running.falls import bodies_fall
+from nrp_core.experiment.running.observation import bodies_fall
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.drives.flight import Flight
 from nrp_core.world.raycast.solids import Solid, can_fall, room_of, solids_of

@@ -14,11 +14,11 @@ from nrp_core.cle.latency import paths
 from nrp_core.clock import NS_PER_S, milliseconds, seconds
 from nrp_core.dsl.parameters import SubscribedTopic
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.making.parameters import with_parameters
+from nrp_core.experiment.making.maker import with_parameters
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, During, Event, causes_of
 from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.tree import Key
+from nrp_core.experiment.model.section import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.quantities import time_ns

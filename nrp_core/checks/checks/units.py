@@ -18,7 +18,7 @@ from nrp_core.clock import milliseconds
 from nrp_core.dsl.devices import Device, DeviceGroup
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.parameters import PublishedTopic
-from nrp_core.experiment.model.tree import Key
+from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid import ROUNDED_TURN_RAD
 from nrp_core.world.topics import TopicInfo

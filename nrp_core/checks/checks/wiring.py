@@ -19,7 +19,7 @@ from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.mappings import MapCSVRecorder, MapSpikeSource, MapVariable
 from nrp_core.dsl.monitors import MonitoringFunction
 from nrp_core.dsl.parameters import Adapter
-from nrp_core.experiment.model.tree import Key
+from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 

@@ -21,7 +21,7 @@ def publish(
 ) -> None:
     """Publish a message in a run that was started with --control SOCKET."""
     from nrp_core.errors import ExperimentError
-    from nrp_core.experiment.model.tree import Place
+    from nrp_core.experiment.model.section import Place
     from nrp_core.experiment.reading.yaml_tree import parse_tree
     from nrp_core.experiment.running.control import tell
 

@@ -22,7 +22,7 @@ def schema(
     json: Json = False,  # noqa: ARG001  the output is always JSON
 ) -> None:
     """Print the JSON Schema of a file format, for editors."""
-    from nrp_core.experiment.reading.schema import experiment_schema
+    from nrp_core.experiment.reading.reader import experiment_schema
 
     schemas = {SchemaSubject.EXPERIMENT: experiment_schema}
     document(schemas[subject]())

@@ -13,7 +13,7 @@ from nrp_core.cli.output import document
 from nrp_core.clock import seconds
 
 if TYPE_CHECKING:
-    from nrp_core.experiment.making.parameters import Parameters
+    from nrp_core.experiment.making.maker import Parameters
     from nrp_core.experiment.model.experiment import Experiment
     from nrp_core.findings import Finding
 
@@ -54,7 +54,7 @@ def checked_parameters(text: str, overrides: Sequence[str]) -> tuple[Experiment,
     Raises:
         ExperimentError: the experiment does not exist or is not valid.
     """
-    from nrp_core.experiment.making.parameters import with_parameters
+    from nrp_core.experiment.making.maker import with_parameters
     from nrp_core.experiment.model.collector import Collector
     from nrp_core.experiment.reading.find import load_experiment
 

@@ -14,7 +14,7 @@ from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.dsl.functions import TransferFunction
-    from nrp_core.experiment.making.parameters import ParameterValue
+    from nrp_core.experiment.making.maker import ParameterValue
     from nrp_core.experiment.model.experiment import Experiment
     from nrp_core.findings import Finding
 
@@ -34,7 +34,7 @@ def inspect_functions(context: typer.Context, file: Path, overrides: Sequence[st
         typer.BadParameter: settings are given for a file that describes no experiment.
     """
     from nrp_core.errors import TransferFunctionError
-    from nrp_core.experiment.reading.platforms import described_by
+    from nrp_core.experiment.reading.reader import described_by
 
     experiment = described_by(file, overrides)
     if experiment is None:
@@ -64,7 +64,7 @@ def inspect_functions(context: typer.Context, file: Path, overrides: Sequence[st
 
 def declared_parameters(file: Path) -> tuple[list[ParameterValue], list[Finding]]:
     """Return the parameters that a script declares, with their defaults, and declarations that are wrong."""
-    from nrp_core.experiment.making.parameters import ParameterValue
+    from nrp_core.experiment.making.maker import ParameterValue
     from nrp_core.findings import Code, Finding
     from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 

@@ -13,7 +13,7 @@ from nrp_core.cli.failure import INVALID, complain
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
-    from nrp_core.experiment.making.parameters import ParameterValue
+    from nrp_core.experiment.making.maker import ParameterValue
     from nrp_core.findings import Finding
 
 _KEYS = {"brain": "brain.parameters", "functions": "function_parameters"}
@@ -62,7 +62,7 @@ def parameters_of(subject: str, overrides: Sequence[str] = ()) -> tuple[list[Exp
     from nrp_core.cli.inspection.experiment import checked_parameters, is_experiment
     from nrp_core.cli.inspection.functions import are_functions, declared_parameters
     from nrp_core.cli.inspection.recording import is_recording
-    from nrp_core.experiment.making.parameters import ParameterValue
+    from nrp_core.experiment.making.maker import ParameterValue
     from nrp_core.recording.reading.recording import Recording
 
     path = Path(subject)

@@ -13,7 +13,7 @@ from nrp_core.cli.failure import complain
 from nrp_core.cli.output import document, size_text
 from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
-from nrp_core.experiment.running.judgement import recorded_judgement
+from nrp_core.experiment.running.result import recorded_judgement
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.reading.recording import Recording

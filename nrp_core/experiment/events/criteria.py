@@ -9,9 +9,8 @@ from typing import Any, final
 
 from nrp_core._support.checked_arguments import is_number
 from nrp_core.clock import seconds
-from nrp_core.experiment.events.conditions import Times, TopicSays
-from nrp_core.experiment.events.geometry import GroundPoint
-from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity, require_poses
+from nrp_core.experiment.events.events import Times, TopicSays
+from nrp_core.experiment.events.ground_positions import GroundPoint, GroundPositions, Proximity, require_poses
 from nrp_core.experiment.model.event_schema import (
     START,
     Criterion,

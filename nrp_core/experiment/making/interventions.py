@@ -17,8 +17,7 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.interventions import Intervention, Synapses
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
-from nrp_core.experiment.events.conditions import Times
-from nrp_core.experiment.events.events import Action, Events
+from nrp_core.experiment.events.events import Action, Events, Times
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.variant_schema import ActivateSection
@@ -138,8 +137,8 @@ class Interventions:
                 self._actions[name] = action
                 events.add(name, partial(_is_due, intervention.at), (action,))
 
-    def renew(self, times: Times) -> None:
-        """Apply past changes again to a brain that was reset alone."""
+    def reset(self, times: Times) -> None:
+        """Apply the changes of past events again to a brain that was reset alone."""
         for name, action in self._actions.items():
             if name in times:
                 action()

@@ -1,31 +1,69 @@
-"""Make the parts of an experiment from its file.
+"""Make the parts of an experiment from its file, with the values of their parameters.
 
 A reader of another format has its own :class:`Maker` if a part is not simply a file in our format.
+
+An entry point in ``nrp_core.networks``, named by a suffix, is a function
+``read(path, populations=..., seed=...)`` that returns a :class:`~nrp_core.brain.network.data.Network`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.picking import Selection
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.loading import Listing
-from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.making.networks import network_from
+from nrp_core.errors import ExperimentError, NetworkError, UnknownBackendError, did_you_mean
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
-from nrp_core.findings import Code, Level
-from nrp_core.parameters import FUNCTIONS, read_parameters
+from nrp_core.experiment.model.section import Key
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.parameters import FUNCTIONS, Declared, Parameter, Value, fitting, read_parameters
 from nrp_core.registry import Registry
 from nrp_core.world.robot_setup import set_up_robot
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.context import read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
+
+READERS: Registry[Callable[..., Network]] = Registry("nrp_core.networks", "reader of networks")
+
+
+def network_from(
+    path: Path,
+    *,
+    populations: Mapping[str, Selection] | None = None,
+    seed: int = 0,
+    parameters: Mapping[str, object] | None = None,
+) -> Network:
+    """Read a brain script or any other file with an installed reader.
+
+    Args:
+        path: the file.
+        populations: names for neurons of its circuit.
+        seed: the seed of its random numbers.
+        parameters: values of the parameters that a script declares; only such a reader gets them.
+
+    Raises:
+        NetworkError: there is no reader for such files, or it cannot be read.
+        NeuronSelectionError: ``populations`` reaches outside the circuit.
+        CapabilityError: it contains elements that networks do not support.
+    """
+    if path.suffix not in READERS.names() and not READERS.distribution_with(path.suffix):
+        valid = did_you_mean(path.suffix, READERS.names())
+        raise NetworkError(f"no network is read from files that end in '{path.suffix}'{valid}", path=path)
+    try:
+        read = READERS.load(path.suffix)
+    except UnknownBackendError as error:
+        raise NetworkError(str(error), path=path) from error
+    given = {"parameters": parameters} if parameters else {}
+    return read(path, populations=populations, seed=seed, **given)
+
 
 Loader: TypeAlias = Callable[..., list[TransferFunction]]
 Lister: TypeAlias = Callable[[Path], Listing]
@@ -135,3 +173,114 @@ def _suffix(path: Path) -> str:
         valid = did_you_mean(path.suffix, LOADERS.names())
         raise ExperimentError(f"no transfer functions are read from '{path.name}'{valid}")
     return path.suffix
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterValue:
+    """A parameter of a script and its value in an experiment.
+
+    Args:
+        parameter: its declaration.
+        value: in the declared unit.
+        set_by: where the experiment sets it, such as ``experiment.yaml:5``; None: it is the default.
+    """
+
+    parameter: Parameter
+    value: Value
+    set_by: str | None = None
+
+    @classmethod
+    def of_data(cls, name: str, data: Mapping[str, Any]) -> ParameterValue:
+        """Return the parameter that :meth:`as_data` described."""
+        file = data["file"] and Path(data["file"])
+        about = {key: data[key] for key in ("default", "unit", "low", "high", "doc", "line")}
+        by_whom = data.get("set_by", "the experiment" if data["value"] != data["default"] else None)
+        return cls(Parameter(name, path=file, **about), data["value"], by_whom)
+
+    def __str__(self) -> str:
+        """Return value, range and description in one line."""
+        about = [self.parameter.range, self.parameter.doc]
+        if self.set_by is not None:
+            about.insert(0, f"default {self.parameter.shown(self.parameter.default)}")
+        details = "; ".join(filter(None, about))
+        return f"{self.parameter.name} = {self.parameter.shown(self.value)}" + (
+            f"  ({details})" if details else ""
+        )
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as plain data for JSON."""
+        one = self.parameter
+        return {
+            "value": self.value, "default": one.default, "unit": one.unit, "low": one.low, "high": one.high,
+            "doc": one.doc, "file": one.path and one.path.name, "line": one.line, "set_by": self.set_by,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """All parameters of an experiment, by name.
+
+    Args:
+        brain: those of its brain script.
+        functions: those of its transfer functions.
+    """
+
+    brain: Mapping[str, ParameterValue] = field(default_factory=dict)
+    functions: Mapping[str, ParameterValue] = field(default_factory=dict)
+
+    def as_data(self) -> dict[str, dict[str, Any]]:
+        """Return them as plain data for JSON."""
+        sides = {"brain": self.brain, "functions": self.functions}
+        return {side: {name: one.as_data() for name, one in all_.items()} for side, all_ in sides.items()}
+
+
+def with_parameters(experiment: Experiment, collector: Collector) -> tuple[Experiment, Parameters]:
+    """Check the parameters of an experiment without executing a script.
+
+    Returns:
+        the experiment without the values that do not fit, which are findings, and all parameters.
+    """
+    maker, brain = maker_of(experiment), experiment.brain
+    of_brain = _checked(
+        maker.brain_parameters(experiment), brain.parameters, collector, "brain", "parameters"
+    )
+    of_functions = _checked(
+        maker.function_parameters(experiment),
+        experiment.function_parameters,
+        collector,
+        "function_parameters",
+    )
+    kept = {
+        "brain": brain.model_copy(update={"parameters": _given(of_brain)}),
+        "function_parameters": _given(of_functions),
+    }
+    return experiment.model_copy(update=kept), Parameters(of_brain, of_functions)
+
+
+def _checked(
+    declared: Declared, given: Mapping[str, object], collector: Collector, *keys: Key
+) -> dict[str, ParameterValue]:
+    for mistake in declared.mistakes:
+        with collector.during(Code.NRP289):
+            raise mistake
+    for parameter in () if declared.mistakes else declared.unused:
+        message = f"nothing reads the parameter '{parameter.name}': every value gives the same result"
+        where = Finding(Code.NRP318, message, Level.WARNING, parameter.path, parameter.line)
+        collector.findings.append(where)
+    values, wrong = fitting(declared.parameters, given)
+    unread = {mistake.path for mistake in declared.mistakes}
+    for name, message in wrong.items():
+        if name in declared.parameters or not unread:  # an unreadable declaration may be the one for it
+            collector.add(Code.NRP288, message, *keys, name)
+    return {
+        name: ParameterValue(
+            one,
+            values[name],
+            str(collector.source.place_of(*keys, name)) if name in given and name not in wrong else None,
+        )
+        for name, one in declared.parameters.items()
+    }
+
+
+def _given(parameters: Mapping[str, ParameterValue]) -> dict[str, Value]:
+    return {name: one.value for name, one in parameters.items() if one.set_by is not None}

@@ -23,13 +23,12 @@ from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
-from nrp_core.experiment.making.maker import maker_of
-from nrp_core.experiment.making.parameters import Parameters, with_parameters
+from nrp_core.experiment.making.maker import Parameters, maker_of, with_parameters
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.event_schema import END, START
 from nrp_core.experiment.model.experiment import BackendSection, Build, Experiment
-from nrp_core.experiment.model.tree import Key
+from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.quantities import unit_of
 from nrp_core.registry import Registry
@@ -510,3 +509,38 @@ def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], 
                 moment = getattr(stays.during, key)
                 if isinstance(moment, str) and moment not in (START, END):
                     yield ("criteria", name, kind, "during", key), moment
+
+
+def open_side(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
+    """Open the brain or the world of a section of an experiment."""
+    with named(section.backend, "open"):
+        return side.backend.open(content, seed=seed, options=side.options)
+
+
+def open_beside(first: World, section: BackendSection, side: Side[Any], seed: int) -> World:
+    """Open the scene of a world once more; the two share what never changes."""
+    with named(section.backend, "open"):
+        world: World = side.backend.open_another(first, seed=seed, options=side.options)
+        return world
+
+
+@checks_arguments()
+def open_world(experiment: Experiment) -> World:
+    """Open the world of an experiment without its brain, with the topics and aliases of the experiment.
+
+    Events, criteria and transfer functions do not act; the caller steps the world.
+
+    Raises:
+        BackendError: a backend is missing, broken or does not open.
+        InvalidExperimentError: the experiment is wrong; it carries all findings.
+    """
+    plan = prepare(experiment)
+    world: World = open_side(experiment.world, plan.world, plan.scene, experiment.seed)
+    collector = Collector(experiment.source)
+    try:
+        declare_own(experiment, world, collector)
+        collector.raise_errors()
+    except BaseException:
+        world.close()
+        raise
+    return world

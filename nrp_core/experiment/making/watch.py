@@ -7,9 +7,8 @@ from typing import Any
 
 from nrp_core.cle.wiring import declare_unserved
 from nrp_core.dsl.functions import TransferFunction
-from nrp_core.experiment.events.conditions import trigger
 from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
-from nrp_core.experiment.events.events import Action, Events, action_of
+from nrp_core.experiment.events.events import Action, Events, action_of, trigger
 from nrp_core.experiment.events.ground_positions import GroundPositions
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.model.collector import Collector

@@ -13,7 +13,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import (
     BeforeValidator,
+    ConfigDict,
     Field,
+    JsonValue,
     PlainValidator,
     PrivateAttr,
     StrictInt,
@@ -31,24 +33,49 @@ from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.loading import Listing
 from nrp_core.dsl.messages import message_type
 from nrp_core.errors import did_you_mean
-from nrp_core.experiment.model.added_sensors import AddedSensorSection
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
-from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.model.section import Name, PoseList, Section, TopicName
-from nrp_core.experiment.model.tree import Key, Place, Tree
+from nrp_core.experiment.model.section import Key, Name, Place, PoseList, Range, Section, TopicName, Tree
 from nrp_core.experiment.model.variant_schema import InterventionSection, WiringControl
 from nrp_core.findings import Code
 from nrp_core.findings.codes.removed import removed_in
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder
-from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
+from nrp_core.quantities import AngleRad, DurationNs, LengthM, RateHz, time_ns
 from nrp_core.seeds import require_seed
 from nrp_core.world.rigid import Pose
-from nrp_core.world.robot_setup import JointControl, RobotSetup
+from nrp_core.world.robot_setup import AddedSensor, JointControl, RobotSetup
 from nrp_core.world.scene.devices import Pid
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.world import World
+
+
+class AddedSensorSection(Section):
+    """A sensor on a link of a robot; further keys are the elements of SDF's ``<sensor>``."""
+
+    model_config = ConfigDict(extra="allow")
+
+    __pydantic_extra__: dict[str, JsonValue]
+
+    type: str
+    """Its type in SDF: ``camera``, ``lidar``, ``imu``, ``contact`` and so on."""
+    link: str
+    """The link that holds it; for a ``force_torque`` the joint that it measures."""
+    name: str = ""
+    """Unique on its link; by default its type."""
+    pose: PoseList = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """On its link: x, y, z, roll, pitch, yaw."""
+    rate: RateHz = Field(default=30.0, gt=0)
+    """Messages per second."""
+
+    @property
+    def sensor(self) -> AddedSensor:
+        """The same for a scene."""
+        x, y, z, roll, pitch, yaw = self.pose
+        pose = Pose.from_rpy((x, y, z), roll, pitch, yaw)
+        settings: dict[str, Any] = dict(self.__pydantic_extra__ or {})
+        return AddedSensor(self.type, self.link, self.name, pose, self.rate, settings)
+
 
 _SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
 _SHORTEST_LIMIT_NS = NS_PER_MS

@@ -1,23 +1,126 @@
-"""Read an experiment from YAML: merge the files that it extends, apply overrides, report all mistakes."""
+"""Read an experiment from YAML: merge the files that it extends, apply overrides, report all mistakes.
+
+:func:`experiment_schema` describes the file for editors, and :class:`Platform` those of other platforms.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass, replace
 from functools import reduce
 from pathlib import Path
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
-from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.brain.backends import brains
+from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.backends import option_findings
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.schema_findings import schema_findings
-from nrp_core.experiment.model.tree import Place, Tree
+from nrp_core.experiment.model.collector import schema_findings
+from nrp_core.experiment.model.experiment import BrainSection, Experiment, PartMaker, WorldSection
+from nrp_core.experiment.model.section import Place, Section, Tree
 from nrp_core.experiment.reading.find import find_file
-from nrp_core.experiment.reading.platforms import with_platform
 from nrp_core.experiment.reading.yaml_tree import parse_tree, read_tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError
+from nrp_core.registry import Registry
+from nrp_core.world.backends import worlds
+
+F = TypeVar("F", bound=BaseModel)
+
+
+def read_form(path: Path, form: type[F], what: str) -> tuple[F, Tree]:
+    """Read a file.
+
+    Args:
+        path: the file.
+        form: its keys and the types of their values.
+        what: the whole file, in messages.
+
+    Returns:
+        its contents, and the file with the place of every value.
+
+    Raises:
+        InvalidExperimentError: it cannot be read or is not valid; the error carries all findings.
+    """
+    tree = read_form_tree(path, what)
+    return form_of(tree, form, what), tree
+
+
+def read_form_tree(path: Path, what: str) -> Tree:
+    """Read a file without checking its keys; see :func:`read_form`."""
+    try:
+        return read_tree(path.resolve(), what)
+    except ExperimentError as error:
+        raise InvalidExperimentError([Finding.of(error, Code.NRP200)]) from error
+
+
+def form_of(tree: Tree, form: type[F], what: str) -> F:
+    """Return the contents of a tree.
+
+    Raises:
+        InvalidExperimentError: it is not valid; the error carries all findings.
+    """
+    try:
+        return form.model_validate(tree.plain())
+    except ValidationError as error:
+        raise InvalidExperimentError(schema_findings(error, form, tree, what=what)) from None
+
+
+@dataclass(frozen=True, slots=True)
+class Platform:
+    """The object of an entry point in ``nrp_core.platforms``, which has the platform's name in experiments.
+
+    Args:
+        options: the class of its options in an experiment.
+        maker: returns the maker of the parts of an experiment, given these options.
+        described: returns the experiment that a document of the platform describes, if it is one; it gets
+            the file and overrides.
+    """
+
+    options: type[Section]
+    maker: Callable[[Experiment, Any], PartMaker]
+    described: Callable[[Path, Sequence[str]], Experiment | None] | None = None
+
+
+PLATFORMS: Registry[Platform] = Registry("nrp_core.platforms", "platform")
+
+
+def with_platform(experiment: Experiment) -> Experiment:
+    """Return an experiment with the maker of its platform, if it names one.
+
+    Raises:
+        InvalidExperimentError: the platform is not installed, or its options are wrong.
+    """
+    section = experiment.compatibility
+    if section is None:
+        return experiment
+    try:
+        platform = PLATFORMS.load(section.platform)
+        options = platform.options.model_validate(section.options)
+    except BackendError as error:
+        place = experiment.place("compatibility", "platform")
+        raise InvalidExperimentError([place.finding(Code.NRP205, str(error))]) from error
+    except ValidationError as error:
+        above = "compatibility", "options"
+        raise InvalidExperimentError(
+            schema_findings(error, platform.options, experiment.source, above, Code.NRP206)
+        ) from None
+    return experiment.with_maker(platform.maker(experiment, options))
+
+
+def described_by(path: Path, overrides: Sequence[str] = ()) -> Experiment | None:
+    """Return the experiment described by a file that names a brain or a body besides its functions.
+
+    Raises:
+        InvalidExperimentError: it belongs to a platform, and cannot be read.
+    """
+    for name in PLATFORMS.names():
+        platform = PLATFORMS.load(name)
+        found = None if platform.described is None else platform.described(path, overrides)
+        if found is not None:
+            return found
+    return None
+
 
 EXTENDS = "extends"
 
@@ -214,3 +317,66 @@ def _require_event(tree: Tree, keys: Sequence[str], place: Place) -> None:
             f"there is no event '{keys[1]}'{did_you_mean(keys[1], names)} "
             f"(a new event is given whole: 'events.{keys[1]}={{at: ..., publish: ...}}')"
         )
+
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def experiment_schema() -> dict[str, Any]:
+    """Return the JSON Schema, with the options of every installed backend that loads.
+
+    A file that extends another may omit what the other has, so keys below the top level are not required,
+    and ``null`` is allowed, which removes a key.
+    """
+    schema = {"$schema": DIALECT, **Experiment.model_json_schema()}
+    extends = {
+        "type": ["string", "array"],
+        "items": {"type": "string"},
+        "description": "The experiments that this one extends: a file or name, or a list of these.",
+    }
+    schema["properties"] = {EXTENDS: extends, **schema["properties"]}
+    required = schema["required"]
+    definitions = schema["$defs"]
+    for section in (schema, *definitions.values()):
+        _allow_removal(section, section.pop("required", ()))
+    schema["anyOf"] = [{"required": [EXTENDS]}, {"required": required}]
+    for model, registry in ((BrainSection, brains()), (WorldSection, worlds())):
+        _add_backends(model, registry, definitions)
+    return schema
+
+
+def _allow_removal(section: dict[str, Any], required: Container[str]) -> None:
+    """Allow ``null`` for every key that can be missing, and for every name below one."""
+    for key, value in section.get("properties", {}).items():
+        if key not in required:
+            _allow_null(value)
+        for pattern, named in value.get("patternProperties", {}).items():
+            value["patternProperties"][pattern] = {"anyOf": [named, {"type": "null"}]}
+
+
+def _allow_null(value: dict[str, Any]) -> None:
+    if "type" in value:
+        types = value["type"] if isinstance(value["type"], list) else [value["type"]]
+        value["type"] = [*types, "null"]
+    if "enum" in value:
+        value["enum"] = [*value["enum"], None]
+    if "anyOf" in value:
+        value["anyOf"] = [*value["anyOf"], {"type": "null"}]
+
+
+def _add_backends(model: type[BaseModel], registry: Registry[Any], definitions: dict[str, Any]) -> None:
+    """Describe the options of each backend if it is selected."""
+    section = definitions[model.__name__]
+    choices = section["properties"]["backend"]
+    choices["anyOf"] = [{"enum": registry.names()}, {"type": choices.pop("type")}]
+    section["allOf"] = []
+    for name in registry.names():
+        try:
+            options = registry.load(name).options
+        except BackendError:
+            continue
+        prefix = f"{model.__name__}.{name}."
+        described = options.model_json_schema(ref_template=f"#/$defs/{prefix}{{model}}")
+        definitions |= {prefix + key: value for key, value in described.pop("$defs", {}).items()}
+        chosen = {"properties": {"backend": {"const": name}}, "required": ["backend"]}
+        section["allOf"].append({"if": chosen, "then": {"properties": {"options": described}}})

@@ -11,7 +11,7 @@ from nrp_core.dsl.functions import TransferFunction
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.maker import load_function_file
 from nrp_core.experiment.running.control import Commands
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment.running.run import PARTS, Run
 
 
 def commands_of(run: Run) -> Commands:
@@ -45,7 +45,17 @@ def commands_of(run: Run) -> Commands:
             if any(run.world.advertise(published.name).topic.name == name for published in one.published)
         ]
 
-    return {"publish": publish, "functions": change, "reset": run.reset}
+    def reset(part: str) -> None:
+        """Reset one part while time goes on.
+
+        Raises:
+            ExperimentError: it cannot be reset alone.
+        """
+        if part == "all":
+            raise ExperimentError(f"only one of {', '.join(PARTS)} can be reset while the run goes on")
+        run.reset(part)
+
+    return {"publish": publish, "functions": change, "reset": reset}
 
 
 def _require(run: Run, added: Iterable[Path], names: set[str]) -> None:

@@ -1,33 +1,205 @@
-"""The observations of a run at each time: events, criteria, falls, and the trajectories of robots."""
+"""The observations of a run: events, criteria, falls, the trajectories of robots, and counts of spikes."""
 
 from __future__ import annotations
 
 import hashlib
+import re
 import struct
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
+import numpy as np
+
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.indices import indices_of
+from nrp_core.brain.spikes import Spikes
 from nrp_core.cle import ClosedLoop
+from nrp_core.clock import seconds
 from nrp_core.experiment.making.watch import Watch
-from nrp_core.experiment.running.falls import FallWatch
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.raycast.solids import can_fall, room_of
 from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.world import World
+
+DEPTH_M = 2.0
+"""A robot has fallen if it is this far below everything that is static, or below its start without a room."""
+
+
+def bodies_fall(capabilities: WorldCapabilities) -> bool:
+    """Return whether a world lets the bodies of its scene fall."""
+    return capabilities.dynamics and not capabilities.own_scene
+
+
+class FallWatch:
+    """Checks the height of robots at every step, and reports the first time of each fall.
+
+    Args:
+        scene: the scene with the robots at their start poses.
+        robots: names of the robots.
+        capabilities: capabilities of the world; without dynamics nothing is checked.
+    """
+
+    def __init__(self, scene: Scene, robots: Collection[str], capabilities: WorldCapabilities) -> None:
+        self._limits_m = dict(_limits_m(scene, robots)) if bodies_fall(capabilities) else {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all falls."""
+        self._fallen: dict[str, Finding] = {}
+
+    def look(self, now_ns: int, poses: Mapping[str, Pose]) -> None:
+        """Check the poses at a time."""
+        for name, limit_m in self._limits_m.items():
+            if name not in self._fallen and name in poses and poses[name].position[2] < limit_m:
+                message = (
+                    f"the robot '{name}' has fallen {DEPTH_M:g} m below the room: it is at z "
+                    f"{poses[name].position[2]:.2f} m at {seconds(now_ns):g} s"
+                )
+                self._fallen[name] = Finding(Code.NRP293, message, Level.WARNING, subject=name)
+
+    def findings(self) -> list[Finding]:
+        """Return a finding for each robot that has fallen."""
+        return list(self._fallen.values())
+
+
+def _limits_m(scene: Scene, robots: Collection[str]) -> Iterator[tuple[str, float]]:
+    """Yield each robot that can fall, and the height below which it has fallen."""
+    room_m = min((solid.lowest_m for solid in room_of(scene)), default=None)
+    for model in scene.models:
+        if model.name in robots and can_fall(model, scene):
+            start_m = model.pose.position[2]
+            lowest_m = start_m if room_m is None else min(room_m, start_m)
+            if isfinite(lowest_m):
+                yield model.name, lowest_m - DEPTH_M
+
+
+_AT_ONCE = 64
+"""Windows whose spikes are counted together; for a few spikes the call costs more than the sum."""
+_AUTOMATIC = re.compile(r"population\d+")
+"""Automatic names of populations without a label in their script."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpikeCounter(SinkSpec):
+    """Counts the spikes of each neuron."""
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> SpikeCounterPort:
+        return SpikeCounterPort(neurons, n_neurons, name)
+
+
+class SpikeCounterPort(SinkPort):
+    """A connected spike counter."""
+
+    def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
+        super().__init__(neurons, n_neurons, name)
+        self._sums = np.zeros(n_neurons, np.int64)
+        self._uncounted: list[IntArray] = []
+        self._reached: IntArray | None = None
+
+    def activity(self, network: Network) -> dict[str, int]:
+        """Return the number of all spikes, and of the synapses that they reached."""
+        if self._reached is None:
+            self._reached = synapses_from(network)
+        return {"spikes": int(self._counts.sum()), "synaptic_events": int(self._counts @ self._reached)}
+
+    def of(self, network: Network) -> dict[str, int]:
+        """Return the spikes of every view and population by its name.
+
+        A population with an automatic name is left out if a view has the same neurons.
+        """
+        named = {label: network.neurons(label) for label in network.views}
+        viewed = {neurons.tobytes() for neurons in named.values()}
+        for label in network.populations:
+            neurons = network.neurons(label)
+            if label not in named and not (_AUTOMATIC.fullmatch(label) and neurons.tobytes() in viewed):
+                named[label] = neurons
+        return {label: int(self._counts[neurons].sum()) for label, neurons in named.items()}
+
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
+        if len(spikes):
+            self._uncounted.append(spikes.neurons)
+            if len(self._uncounted) >= _AT_ONCE:
+                self._count()
+
+    def _count(self) -> None:
+        for neurons in (np.concatenate(self._uncounted),) if self._uncounted else ():
+            np.add.at(self._sums, neurons, 1)
+        self._uncounted.clear()
+
+    @property
+    def _counts(self) -> IntArray:
+        """The number of spikes of each neuron."""
+        self._count()
+        return self._sums
+
+    def reset(self) -> None:
+        self._uncounted.clear()
+        self._sums[:] = 0
+
+    def save(self) -> object:
+        return self.active, self._counts.copy()
+
+    def restore(self, saved: Any) -> None:
+        self.active, counts = saved
+        self._counts[:] = counts
+
+
+def synapses_from(network: Network) -> IntArray:
+    """Return the number of synapses of each neuron on others, shape ``(n_neurons,)``."""
+    found = np.zeros(network.size, np.int64)
+    for projection in network.projections:
+        of_population = found[network.offsets[projection.pre] :]
+        for pre in indices_of(projection, "pre_index").parts():
+            counts = np.bincount(pre)
+            of_population[: len(counts)] += counts
+    return found
 
 
 class Observation:
     """Observes a run once for each time.
 
     Args:
-        watch: the events and criteria of the experiment.
-        falls: reports robots that fall.
-        robots: names of the robots, of which some may have been left out.
+        experiment: the experiment.
+        scene: its scene, with the robots at their start poses.
+        world: its open world, with the topics and aliases of the experiment.
+        collector: receives mistakes in events and criteria.
 
     Attributes:
+        watch: the events and criteria of the experiment.
+        falls: reports robots that fall.
         digest: the digest of the robots' trajectories so far.
     """
 
-    def __init__(self, watch: Watch, falls: FallWatch, robots: Collection[str]) -> None:
-        self._watch, self._falls, self._robots = watch, falls, robots
+    def __init__(self, experiment: Experiment, scene: Scene, world: World, collector: Collector) -> None:
+        self.watch = Watch(experiment, world, collector)
+        self._robots = experiment.world.robots
+        self.falls = FallWatch(scene, self._robots, world.capabilities)
         self._begin()
+
+    def count_spikes(self, brain: Brain) -> None:
+        """Count the spikes of all neurons of an open brain from now on."""
+        self._network = brain.network
+        port = brain.add_sink(SpikeCounter(), np.arange(brain.network.size), name="result")
+        self._counter: SpikeCounterPort = port  # type: ignore[assignment]  # as its specification opens it
+
+    @property
+    def spikes(self) -> dict[str, int]:
+        """The number of spikes so far, by population and view."""
+        return dict(self._counter.of(self._network))
+
+    @property
+    def activity(self) -> dict[str, int]:
+        """The number of all spikes so far, and of the synapses that they reached."""
+        return self._counter.activity(self._network)
 
     def _begin(self) -> None:
         self._looked_at_ns: int | None = None
@@ -38,30 +210,30 @@ class Observation:
         now_ns = loop.now_ns
         if now_ns != self._looked_at_ns:
             self._looked_at_ns = now_ns
-            self._watch.look(now_ns)
+            self.watch.look(now_ns)
             poses = self.poses()
             self.digest.add(poses.values())
-            self._falls.look(now_ns, poses)
+            self.falls.look(now_ns, poses)
 
     def poses(self) -> dict[str, Pose]:
         """Return the poses of the present robots: some may have been left out or deleted."""
-        where = self._watch.where
+        where = self.watch.where
         return {name: where.pose(name) for name in self._robots if name in where}
 
     def reset(self) -> None:
         """Reset to time 0."""
-        self._watch.reset()
-        self._falls.reset()
+        self.watch.reset()
+        self.falls.reset()
         self._begin()
 
     def save(self) -> tuple[Any, ...]:
         """Return the state, as a part of a snapshot."""
-        return self._looked_at_ns, self.digest.state, self._watch.save()
+        return self._looked_at_ns, self.digest.state, self.watch.save()
 
     def restore(self, saved: tuple[Any, ...]) -> None:
         """Restore a state from :meth:`save`, in a world that was restored."""
         self._looked_at_ns, self.digest.state, watched = saved
-        self._watch.restore(watched)
+        self.watch.restore(watched)
 
 
 class TrajectoryDigest:

@@ -11,79 +11,48 @@
 
 from __future__ import annotations
 
+import logging
 import pickle
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
-import numpy as np
-
-from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core._support.closing import Closing
-from nrp_core._support.collector import CollectorPaused
+from nrp_core._support.checked_arguments import checks_arguments, is_number
 from nrp_core._support.stopwatch import work
-from nrp_core.brain.interface import Brain
-from nrp_core.cle import ClosedLoop, pacing_of
-from nrp_core.clock import seconds
+from nrp_core.cle import ClosedLoop
+from nrp_core.clock import from_seconds, seconds
 from nrp_core.dsl.functions import TransferFunction
-from nrp_core.dsl.mappings import write_csv
 from nrp_core.errors import (
     CapabilityError,
     ExperimentError,
     NrpError,
-    SimulationError,
     SnapshotError,
     TimestepError,
+    did_you_mean,
 )
-from nrp_core.experiment.events.criteria import Verdict
-from nrp_core.experiment.events.values import to_message
-from nrp_core.experiment.making.interventions import Interventions
+from nrp_core.experiment.events.events import to_message
 from nrp_core.experiment.making.maker import load_function_file, maker_of
-from nrp_core.experiment.making.prepare import Plan, ProgressCallback, load_network_only, no_progress, prepare
-from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
+from nrp_core.experiment.making.prepare import load_network_only
+from nrp_core.experiment.making.watch import declare_missing_topics
 from nrp_core.experiment.model.collector import Collector
-from nrp_core.experiment.model.experiment import Build, Experiment
-from nrp_core.experiment.running.at_the_end import at_the_end
-from nrp_core.experiment.running.falls import FallWatch
-from nrp_core.experiment.running.from_outside import watch_outside
-from nrp_core.experiment.running.judgement import passed_of
-from nrp_core.experiment.running.observation import Observation
-from nrp_core.experiment.running.opening import open_beside, open_side
-from nrp_core.experiment.running.pace import too_fast
-from nrp_core.experiment.running.problems import Reporter, ends_of, not_failed, problems_of, state_of
-from nrp_core.experiment.running.resetting import check_part, reset_part
-from nrp_core.experiment.running.result import Result, failure_data, pose_data
-from nrp_core.experiment.running.silent_topics import SilentTopics
-from nrp_core.experiment.running.spike_counts import SpikeCounter
-from nrp_core.experiment.running.unheard import UnheardCommands
-from nrp_core.experiment.running.until import end_ns
-from nrp_core.findings import Finding
-from nrp_core.findings.problems import is_complete, without
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.observers import Participant, RunObserver, StepObserver
+from nrp_core.experiment.running.opening import OpenExperiment
 from nrp_core.paths import path_of
-from nrp_core.world.world import World
 
 Added: TypeAlias = Iterable[TransferFunction | Path | str] | TransferFunction | Path | str
 """Functions, or files of functions."""
 
-Observer = Callable[["Run"], None]
+PARTS: Final = ("brain", "robot", "world")
+"""The parts of a run that can be reset alone."""
+_LONGEST_S: Final = 1e8
+"""Three years; a time in ns is larger."""
+_OFTEN: Final = 10
+"""Who runs an experiment for so many times its duration probably counts in ms."""
+_logger = logging.getLogger(__name__)
 
 
-class Participant(ABC):
-    """A maker of parts that also takes part in the runs of its experiment."""
-
-    @property
-    @abstractmethod
-    def can_be_saved(self) -> bool:
-        """Whether a snapshot of the run contains all of its state."""
-
-    @abstractmethod
-    def begin(self, run: Run) -> None:
-        """Take part in a run that is about to start, through the hooks of its loop."""
-
-
-class Run(Closing):
+class Run(OpenExperiment):
     """An experiment on its two engines, from opening to its result.
 
     Args:
@@ -99,11 +68,7 @@ class Run(Closing):
         parameters: the parameters of its brain script and transfer functions, with their values.
         brain, world: the two engines.
         loop: the loop that steps them.
-        on_step: called after every step, when events have happened and criteria are decided.
-        on_close: called before the engines are released.
-        on_change: called with the added and removed functions when transfer functions have changed.
-        on_activate: called with name and state when a transfer function was activated or deactivated.
-        on_reset: called with the part when a part of the run was reset alone.
+        observers: called at each step, change, reset of a part, and at the end; see :meth:`on_step`.
         found: the findings before the run, or those of the snapshot from which it continues.
         reporters: return further findings about the run, such as those of a recorder.
 
@@ -112,118 +77,24 @@ class Run(Closing):
         InvalidExperimentError: the experiment is wrong; it carries all findings.
     """
 
-    error: BaseException | None
-    """The error that ended the run, if any."""
-    reporters: list[Reporter]
-
-    def __init__(
-        self,
-        experiment: Experiment,
-        progress: ProgressCallback = no_progress,
-        *,
-        revise: Callable[[Plan], Plan] | None = None,
-        build: Build | None = None,
-        beside: Run | None = None,
-    ) -> None:
-        if not isinstance(experiment, Experiment):
-            raise ExperimentError(
-                f"a Run takes an experiment, as load_experiment('...') returns it, not {experiment!r:.60}"
-            )
-        if beside is not None and isinstance(experiment.maker, Participant):
-            raise CapabilityError("an experiment with state machines has only one run at a time")
-        with CollectorPaused():
-            plan = (
-                prepare(experiment, progress, build) if beside is None else beside.plan.with_fresh_functions()
-            )
-        if revise is not None:
-            plan = revise(plan)
-        self.experiment = experiment
-        self.plan: Plan = plan
-        self.on_step: list[Observer] = []
-        self.on_close: list[Callable[[], None]] = []
-        self.on_change: list[Callable[[Sequence[TransferFunction | Path], Sequence[str]], None]] = []
-        self.on_activate: list[Callable[[str, bool], None]] = []
-        self.on_reset: list[Callable[[str], None]] = []
-        self.parameters = plan.parameters
-        self._build = build
-        self._planned = plan.warnings
-        with CollectorPaused(), ExitStack() as opened:
-            progress(f"opening the world ({experiment.world.backend})")
-            self.world: World = opened.enter_context(
-                open_side(experiment.world, plan.world, plan.scene, self.seed)
-                if beside is None
-                else open_beside(beside.world, experiment.world, plan.world, self.seed)
-            )
-            progress(f"opening the brain ({experiment.brain.backend})")
-            self.brain: Brain = opened.enter_context(
-                open_side(experiment.brain, plan.brain, plan.network, self.seed)
-            )
-            collector = Collector(experiment.source)
-            declare_own(experiment, self.world, collector)
-            declare_missing_topics(experiment, self.world, plan.functions)
-            self._watch = Watch(experiment, self.world, collector)
-            self._interventions = Interventions(experiment, self.brain, self._watch.events)
-            collector.raise_errors()
-            robots = experiment.world.robots
-            falls = FallWatch(plan.scene, robots, self.world.capabilities)
-            self._observation = Observation(self._watch, falls, robots)
-            unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
-            self._silent = SilentTopics(experiment, self.world, lambda: self.loop.functions)
-            self.reporters = [unheard.findings, self._silent.findings, falls.findings]
-            self.reporters += [self._at_the_end, self._too_fast]
-            self.loop: ClosedLoop = opened.enter_context(self._close_loop(plan))
-            watch_outside(self.loop, self.reporters, self.on_close)
-            neurons = np.arange(self.brain.network.size)
-            self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
-            self._begin()
-            if isinstance(experiment.maker, Participant):
-                experiment.maker.begin(self)
-            self._close = opened.pop_all().close
-
-    def _close_loop(self, plan: Plan) -> ClosedLoop:
-        limit_ns = self.experiment.function_time_limit
-        loop = ClosedLoop(
-            self.brain,
-            self.world,
-            plan.functions,
-            period_ns=self.experiment.timestep,
-            tf_time=self.experiment.tf_time,
-            on_error=self.experiment.on_error,
-            function_time_limit_s=None if limit_ns is None else seconds(limit_ns),
-            pacing=pacing_of(self.experiment.pace),
-        )
-        loop.hooks.before_step.append(self._observation.look)
-        loop.hooks.after_step.extend((self._observation.look, self._after_step))
-        loop.hooks.after_reset.append(self._after_reset)
-        return loop
-
-    @property
-    def problems(self) -> tuple[Finding, ...]:
-        """The findings about the run so far, by weight, then by place."""
-        engines = (*self.world.warnings, *self.brain.warnings)
-        ends = ends_of(self.loop.failures, self.error, self.now_s)
-        found = not_failed(self.found, self.loop.failures)
-        problems = problems_of(found, engines, ends, self.reporters)
-        return tuple(without(problems, self.experiment.checks.ignore))
-
-    @property
-    def seed(self) -> int:
-        """The seed of all random numbers."""
-        return self.experiment.seed
-
-    @property
-    def now_s(self) -> float:
-        """The simulated time reached, s."""
-        return seconds(self.loop.now_ns)
-
     # -- running
+
+    def on_step(self, function: Callable[[Run], object]) -> RunObserver:
+        """Call a function with the run after every step, when events have happened and criteria are decided.
+
+        Returns:
+            The observer; remove it from :attr:`observers` to end the calls.
+        """
+        observer = StepObserver(function)
+        self.observers.append(observer)
+        return observer
 
     def publish(self, topic: str, value: Any) -> None:
         """Publish a message before the next step; any thread may.
 
         Args:
             topic: its name or an alias.
-            value: a message, or a value for :func:`~nrp_core.experiment.events.values.to_message`:
+            value: a message, or a value for :func:`~nrp_core.experiment.events.events.to_message`:
                 ``"red"``, ``0.5``, ``{"linear": {"x": 1}}``.
 
         Raises:
@@ -243,7 +114,7 @@ class Run(Closing):
             TimestepError: it is not a whole number of steps away, or has passed.
             SimulationError: an engine or a transfer function failed.
         """
-        self.run_until_ns(end_ns(t_s, self.loop.now_ns, self.experiment.duration))
+        self.run_until_ns(_end_ns(t_s, self.loop.now_ns, self.experiment.duration))
 
     def run_until_ns(self, until_ns: int) -> None:
         """Run to a time in ns; as :meth:`run_until`."""
@@ -288,8 +159,8 @@ class Run(Closing):
         def make() -> None:
             self._silent.declare(functions)
             self.loop.change(functions, names)
-            for observer in self.on_change:
-                observer(added, names)
+            for observer in self.observers:
+                observer.functions_changed(self, added, names)
 
         self.loop.between_steps(make)
 
@@ -306,48 +177,79 @@ class Run(Closing):
 
         def make() -> None:
             self.loop.activate(name, active)
-            for observer in self.on_activate:
-                observer(name, active)
+            for observer in self.observers:
+                observer.function_activated(self, name, active)
 
         self.loop.between_steps(make)
 
-    def reset(self, part: str) -> None:
-        """Reset one part before the next step while time goes on; any thread may.
+    @checks_arguments("seed")
+    def reset(self, what: str = "all", *, seed: int | None = None) -> None:
+        """Return to time 0 between two calls, or reset one part before the next step, from any thread.
 
         Args:
-            part: ``brain``: the network, see :meth:`.Simulation.reset`; ``robot``: the robots return to their
-                initial poses, at rest; ``world``: all other models do, in their initial colours.
+            what: ``all``: the whole run; while time goes on ``brain``: the network, ``robot``: the robots
+                return to their initial poses, at rest, ``world``: all other models do, in their initial
+                colours. See :mod:`nrp_core.simulation`.
+            seed: with ``all``: another seed, as of a new run; files of transfer functions are executed again.
 
         Raises:
-            ExperimentError: there is no such part.
-            CapabilityError: the engine cannot move bodies.
+            ExperimentError: there is no such part, or it takes no seed.
+            CapabilityError: the engine cannot move bodies, the seed changes the network, or a participant
+                such as a state machine cannot start over: a new run is needed, and this one is as it was.
         """
-        check_part(part)
+        if what != "all":
+            self._reset_part(what, seed)
+        elif seed is None:
+            self.loop.reset()
+        else:
+            self._start_over(seed)
+
+    def _reset_part(self, part: str, seed: int | None) -> None:
+        if part not in PARTS:
+            names = ("all", *PARTS)
+            raise ExperimentError(
+                f"'{part}' cannot be reset, only one of {', '.join(names)}{did_you_mean(part, names)}"
+            )
+        if seed is not None:
+            raise ExperimentError(f"only the whole run is reset with a seed, not '{part}'")
 
         def make() -> None:
-            reset_part(part, self.brain, self.world, self.experiment.world.robots)
             if part == "brain":
-                self._interventions.renew(self._watch.events.times)
+                self.brain.reset("state")
+                self._interventions.reset(self._events.times)
             else:
-                self._watch.where.refresh()
-            for observer in self.on_reset:
-                observer(part)
+                self._reset_models(part)
+            for observer in self.observers:
+                observer.part_reset(self, part)
 
         self.loop.between_steps(make)
 
-    # -- at each step
+    def _reset_models(self, part: str) -> None:
+        robots, models = self.experiment.world.robots, self.world.scene.models
+        names = [each.name for each in models if (each.name in robots) is (part == "robot")]
+        self.world.reset("poses", names)
+        if part == "world":
+            self.world.reset("colors", names)
+        self._observation.watch.where.refresh()
 
-    def _begin(self) -> None:
-        self.found = self._planned
-        self.error, self._wall_ns = None, 0
+    def _start_over(self, seed: int) -> None:
+        if isinstance(self.experiment.maker, Participant):
+            raise CapabilityError("the state machines of an experiment cannot start over")
+        experiment = self.experiment.with_seed(seed)
+        if load_network_only(experiment, self._build).digest != self.brain.network.digest:
+            raise CapabilityError(f"seed {seed} gives another network")
+        self.loop.reset(seed=seed)
+        self.continue_as(experiment)  # its functions are new, for files may keep values of their own
+
+    # -- observers
+
+    def _join_participants(self) -> None:
+        if isinstance(self.experiment.maker, Participant):
+            self.experiment.maker.begin(self)
 
     def _after_step(self, loop: ClosedLoop) -> None:
-        for observer in self.on_step:
-            observer(self)
-
-    def _after_reset(self, loop: ClosedLoop) -> None:
-        self._observation.reset()
-        self._begin()
+        for observer in self.observers:
+            observer.after_step(self)
 
     # -- going back
 
@@ -390,21 +292,6 @@ class Run(Closing):
         except Exception as error:  # invalid bytes may raise anything
             raise SnapshotError(f"the snapshot cannot be read: {type(error).__name__}: {error}") from error
 
-    def start_over(self, seed: int) -> None:
-        """Return to time 0 with another seed, as a new run with that seed; the engines stay open.
-
-        Raises:
-            CapabilityError: the seed changes the network, or takes part in what cannot start over, such as a
-                state machine. A new run is needed; this one is as it was.
-        """
-        if isinstance(self.experiment.maker, Participant):
-            raise CapabilityError("the state machines of an experiment cannot start over")
-        experiment = self.experiment.with_seed(seed)
-        if load_network_only(experiment, self._build).digest != self.brain.network.digest:
-            raise CapabilityError(f"seed {seed} gives another network")
-        self.loop.reset(seed=seed)
-        self.continue_as(experiment)  # its functions are new, for files may keep values of their own
-
     def continue_as(self, experiment: Experiment) -> None:
         """Continue with the transfer functions of another experiment that is otherwise equal.
 
@@ -419,86 +306,35 @@ class Run(Closing):
         self.loop.change(functions, [one.name for one in self.loop.functions if one.name not in names])
         self.experiment = experiment
 
-    # -- the end
-
-    @property
-    def spikes(self) -> dict[str, int]:
-        """The number of spikes so far, by population and view."""
-        return dict(self._counter.of(self.brain.network))
-
-    @property
-    def _is_over(self) -> bool:
-        return self.loop.now_ns >= self.experiment.duration and self.error is None
-
-    def _too_fast(self) -> Iterator[Finding]:
-        return too_fast(self.experiment, self.brain.network, self.spikes, self.now_s)
-
-    def _at_the_end(self) -> Iterator[Finding]:
-        times, loop = self._watch.events.times, self.loop
-        return at_the_end(
-            self.experiment, times, loop.now_ns, loop.functions, self.found, is_over=self._is_over
-        )
-
-    def result(self) -> Result:
-        """Return the result so far."""
-        events = self._watch.events
-        wall_s = seconds(self._wall_ns)
-        outcomes = self._watch.outcomes(self.loop.now_ns if self._is_over else None)
-        problems, state = self.problems, state_of(self.error)
-        complete = is_complete(problems)
-        return Result(
-            experiment=self.experiment.name,
-            brain=self.experiment.brain.backend,
-            world=self.experiment.world.backend,
-            seed=self.brain.seed,
-            sim_time_s=self.now_s,
-            wall_time_s=wall_s,
-            real_time_factor=self.now_s / wall_s if wall_s else 0.0,
-            steps=self.loop.steps,
-            duration_s=seconds(self.experiment.duration),
-            state=state,
-            complete=complete,
-            passed=passed_of(state, complete, (outcome.passed for outcome in outcomes.values())),
-            problems=list(problems),
-            error=None if self.error is None else str(self.error) or "interrupted",
-            criteria=outcomes,
-            time_share=self.loop.account.shares(),
-            final_pose={name: pose_data(pose) for name, pose in self._observation.poses().items()},
-            trajectory_digest=self._observation.digest.hexdigest(),
-            spikes=self.spikes,
-            activity=self._counter.activity(self.brain.network),
-            events={
-                name: seconds(events.times[name]) if name in events.times else None for name in events.names
-            },
-            failures=[failure_data(failure) for failure in self.loop.failures],
-        )
-
-    def outcomes(self) -> dict[str, Verdict]:
-        """Return what came of each criterion so far."""
-        return self._watch.outcomes()
-
-    def passed(self) -> dict[str, bool | None]:
-        """Return whether each criterion is met so far; None: it is not decided."""
-        return self._watch.passed()
-
-    @checks_arguments()
-    def write_csv(self, folder: Path | None = None) -> list[Path]:
-        """Write the rows of CSV recorders so far, and return the files.
-
-        Args:
-            folder: the folder; by default the experiment's ``csv_folder``.
-
-        Raises:
-            SimulationError: a file cannot be written.
-        """
-        try:
-            return write_csv(self.loop.functions, folder or self.experiment.csv_folder)
-        except OSError as error:
-            message = f"the CSV records cannot be written: {error.strerror or error}"
-            raise SimulationError(message, t_ns=self.loop.now_ns) from error
-
     def close(self) -> None:
         """Release both engines; the result remains available."""
-        while self.on_close:
-            self.on_close.pop()()
-        self._close()
+        observers = [] if self._is_closed else self.observers[::-1]
+        self._is_closed = True
+        with self._opened:
+            for observer in observers:
+                observer.closing(self)
+
+
+def _end_ns(t_s: float, now_ns: int, duration_ns: int) -> int:
+    """Return the time to run to, and log a doubt about one far beyond the experiment.
+
+    Args:
+        t_s: the requested time, s.
+        now_ns: the time reached.
+        duration_ns: the duration of the experiment.
+
+    Raises:
+        TimestepError: it is not a time, or has passed.
+    """
+    if not is_number(t_s) or not abs(t_s) <= _LONGEST_S:
+        raise TimestepError(f"cannot run to {t_s!r}: a time is a number of seconds, below {_LONGEST_S:g}")
+    until_ns = from_seconds(t_s)
+    if until_ns < now_ns:
+        raise TimestepError(f"cannot run to {t_s:g} s: the time is {seconds(now_ns):g} s")
+    if until_ns - now_ns > _OFTEN * duration_ns:
+        _logger.warning(
+            "the run goes to %g s, and the duration of the experiment is %g s; times of a run are in s: "
+            "write %g for %g ms",
+            t_s, seconds(duration_ns), t_s / 1000.0, t_s,
+        )  # fmt: skip
+    return until_ns

@@ -16,7 +16,7 @@ from matplotlib.offsetbox import AnchoredOffsetbox, HPacker, TextArea, VPacker
 from matplotlib.ticker import MaxNLocator
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.running.judgement import Judgement, recorded_judgement
+from nrp_core.experiment.running.result import Judgement, recorded_judgement
 from nrp_core.recording.figures.film import CameraFrame, camera_images, moments
 from nrp_core.recording.figures.room import Bounds, RoomView, draw_room
 from nrp_core.recording.figures.story import Coloured, Story

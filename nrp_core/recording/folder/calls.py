@@ -6,7 +6,7 @@ Transfer functions are kept as the text of their files, all else as Python pickl
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from nrp_core._support.closing import Closing
 from nrp_core.cle import ClosedLoop
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.errors import ExperimentError
+from nrp_core.experiment.running.observers import RunObserver
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.recording import old_names
@@ -25,7 +26,7 @@ CHANGE, ACTIVATE, RESET, LOST = "change", "activate", "reset", "lost"
 Note = Callable[[str, bytes], None]
 
 
-class CallNoter(Closing):
+class CallNoter(RunObserver, Closing):
     """Records the calls to a run, until it is closed.
 
     Args:
@@ -36,35 +37,34 @@ class CallNoter(Closing):
 
     def __init__(self, run: Run, note: Note, warnings: Findings) -> None:
         self._run, self._note, self._warnings = run, note, warnings
-        run.on_change.append(self._note_functions)
-        run.on_activate.append(self._note_activation)
-        run.on_reset.append(self._note_reset)
-        run.on_step.append(self._see_devices)
+        run.observers.append(self)
         run.loop.hooks.before_step.append(self._note_devices)
-        self._see_devices(run)
+        self.after_step(run)
         run.world.watchers.append(self._note_world)
 
     def close(self) -> None:
         """Stop recording."""
-        self._run.on_change.remove(self._note_functions)
-        self._run.on_activate.remove(self._note_activation)
-        self._run.on_reset.remove(self._note_reset)
-        self._run.on_step.remove(self._see_devices)
+        self._run.observers.remove(self)
         self._run.loop.hooks.before_step.remove(self._note_devices)
         self._run.world.watchers.remove(self._note_world)
 
-    def _note_functions(self, add: Iterable[TransferFunction | Path], remove: Sequence[str]) -> None:
-        files = [(one.name, one.read_bytes()) for one in add if isinstance(one, Path)]
-        unnamed = [one.name for one in add if isinstance(one, TransferFunction)]
+    def functions_changed(
+        self, run: Run, added: Sequence[TransferFunction | Path], removed: Sequence[str]
+    ) -> None:
+        """Record it, with the text of files."""
+        files = [(one.name, one.read_bytes()) for one in added if isinstance(one, Path)]
+        unnamed = [one.name for one in added if isinstance(one, TransferFunction)]
         if unnamed:
             self._lose(f"{', '.join(unnamed)}: only transfer functions from files are recorded")
-        self._keep(CHANGE, (files, remove))
-        self._see_devices(self._run)  # devices of functions are added and removed with them
+        self._keep(CHANGE, (files, removed))
+        self.after_step(run)  # devices of functions are added and removed with them
 
-    def _note_activation(self, name: str, active: bool) -> None:
+    def function_activated(self, run: Run, name: str, active: bool) -> None:
+        """Record it."""
         self._keep(ACTIVATE, (name, active))
 
-    def _note_reset(self, part: str) -> None:
+    def part_reset(self, run: Run, part: str) -> None:
+        """Record a reset of the brain."""
         if part == "brain":  # the others are calls to the world
             self._keep(RESET, (part,))
 
@@ -72,7 +72,8 @@ class CallNoter(Closing):
         if not self._run.loop.is_stepping:  # calls within a step are repeated by the step
             self._keep(old_names.WORLD_RESET if name == RESET else name, (arguments, named))
 
-    def _see_devices(self, run: Run) -> None:
+    def after_step(self, run: Run) -> None:
+        """Note the devices of the brain after a step, to find those that are added outside of it."""
         self._devices = run.brain.devices
 
     def _note_devices(self, loop: ClosedLoop) -> None:

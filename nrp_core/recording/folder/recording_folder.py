@@ -25,7 +25,7 @@ from nrp_core.dsl.mappings import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
 from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.tree import Tree
+from nrp_core.experiment.model.section import Tree
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Findings
@@ -250,7 +250,7 @@ class RecordingFolder:
             raise
         if run.loop.now_ns:
             self._snapshot()
-        run.on_step.append(self._after_step)
+        self._snapshots = run.on_step(self._after_step)
         run.reporters.append(self._reported)
         run.loop.hooks.from_outside.append(self._recorder.observer.note_from_outside)
         self._calls = CallNoter(run, self._recorder.observer.note_call, self._warnings)
@@ -282,7 +282,7 @@ class RecordingFolder:
             RecordingError: the disk refused a write.
         """
         self._calls.close()
-        self._run.on_step.remove(self._after_step)
+        self._run.observers.remove(self._snapshots)
         self._run.loop.hooks.from_outside.remove(self._recorder.observer.note_from_outside)
         try:
             self._recorder.close()

@@ -248,7 +248,7 @@ class Replay(Closing):
             opened.callback(self._observer.close)
             self._close = opened.pop_all().close
         self.run.loop.hooks.from_outside.append(self._observer.note_from_outside)
-        self.run.on_step.append(self._after_step)
+        self.run.on_step(self._after_step)
         self._changes: list[Called] = []
         self._lost: list[Finding] = []
 

@@ -19,7 +19,10 @@ def run_at(now_s: float) -> Any:
     """Something that looks like a run for a display."""
     account = SimpleNamespace(shares=lambda: SHARES)
     loop, experiment = SimpleNamespace(account=account), SimpleNamespace(name="driving")
-    return SimpleNamespace(on_step=[], now_s=now_s, loop=loop, experiment=experiment)
+    observers: list[Any] = []
+    return SimpleNamespace(
+        on_step=observers.append, observers=observers, now_s=now_s, loop=loop, experiment=experiment
+    )
 
 
 @pytest.fixture
@@ -36,7 +39,7 @@ def test_without_a_terminal_a_line_comes_now_and_then(clock: Any, capsys: pytest
         lines.watch(run, 60.0)
         for second in range(25):
             clock.s, run.now_s = 100.0 + second, 5.0 * second
-            run.on_step[0](run)
+            run.observers[0](run)
     out, err = capsys.readouterr()
     assert out == ""
     assert err.splitlines() == [
@@ -78,9 +81,9 @@ def test_on_a_terminal_a_bar_shows_time_speed_and_what_takes_the_time(clock: Any
     with Bar(Console(file=screen, force_terminal=True, width=140, legacy_windows=False)) as bar:
         bar.begin_task("opening the world (mujoco)")
         bar.watch(run, 60.0)
-        run.on_step[0](run)
+        run.observers[0](run)
         clock.s, run.now_s = 104.0, 20.0
-        run.on_step[0](run)
+        run.observers[0](run)
     shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
     assert "driving" in shown
     assert "20.0 of 60 s, 5.0 x real time (brain 10%, world 60%, functions 20%, loop 10%)" in shown

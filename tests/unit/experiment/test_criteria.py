@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import TopicError
-from nrp_core.experiment.events.conditions import Times
 from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
+from nrp_core.experiment.events.events import Times
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
 from nrp_core.experiment.model.event_schema import Criterion, Near
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3

@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import SceneError, TopicError
-from nrp_core.experiment.events.conditions import trigger
-from nrp_core.experiment.events.events import Events, action_of
+from nrp_core.experiment.events.events import Events, action_of, trigger
 from nrp_core.experiment.events.ground_positions import GroundPositions
 from nrp_core.experiment.model.event_schema import Event
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3

@@ -13,7 +13,7 @@ from nrp_core.cli import app
 from nrp_core.errors import SceneError
 from nrp_core.experiment.making.maker import Maker
 from nrp_core.experiment.model.experiment import RobotSection
-from nrp_core.experiment.model.tree import Place
+from nrp_core.experiment.model.section import Place
 from nrp_core.world.scene.devices import Pid
 from nrp_core.world.scene.model import Model
 

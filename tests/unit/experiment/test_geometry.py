@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import CapabilityError
-from nrp_core.experiment.events.geometry import Footprint, convex_hull
+from nrp_core.experiment.events.ground_positions import Footprint, convex_hull
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
 

@@ -10,7 +10,7 @@ import pytest
 from nrp_core.brain.files import save_network
 from nrp_core.brain.files.script import load_network
 from nrp_core.errors import NetworkError
-from nrp_core.experiment.making.networks import network_from
+from nrp_core.experiment.making.maker import network_from
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run

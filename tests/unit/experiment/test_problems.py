@@ -11,7 +11,7 @@ import pytest
 
 import nrp_core
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.running.judgement import Judgement, passed_of, recorded_judgement
+from nrp_core.experiment.running.result import Judgement, passed_of, recorded_judgement
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.problems import grouped, is_complete, ordered

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from nrp_core.experiment.reading.schema import experiment_schema
+from nrp_core.experiment.reading.reader import experiment_schema
 
 pytestmark = pytest.mark.usefixtures("fakes")
 

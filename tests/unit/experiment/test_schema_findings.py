@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import Field, TypeAdapter, ValidationError
 
-from nrp_core.experiment.model.schema_findings import reason
+from nrp_core.experiment.model.collector import reason
 
 CASES: list[tuple[Any, Any, str]] = [
     (int, "seven", "should be a valid integer, not 'seven'"),

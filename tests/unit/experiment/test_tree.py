@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model.tree import Place, Tree, tree_of
+from nrp_core.experiment.model.section import Place, Tree, tree_of
 from nrp_core.paths import TextFrom
 
 BASE, OVER = Place(Path("/base/a.yaml"), 1, 1), Place(Path("/over/b.yaml"), 2, 2)

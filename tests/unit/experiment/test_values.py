@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nrp_core.errors import TopicError
-from nrp_core.experiment.events.values import to_message
+from nrp_core.experiment.events.events import to_message
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import JointState

@@ -2,7 +2,7 @@
 
 import pytest
 
-from nrp_core.experiment.model.ranges import Range, keyed_range
+from nrp_core.experiment.model.section import Range, keyed_range
 
 
 def test_a_setting_is_drawn_from_its_range_and_is_the_same_for_a_seed() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model.tree import Place
+from nrp_core.experiment.model.section import Place
 from nrp_core.experiment.reading.yaml_tree import parse_tree
 
 FILE = """\

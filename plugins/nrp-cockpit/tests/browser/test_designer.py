@@ -17,7 +17,7 @@ from nrp_cockpit.designer.brain.script import script_of
 from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect
 from visitors import cockpit, visit
 
-from nrp_core.experiment.making.networks import network_from
+from nrp_core.experiment.making.maker import network_from
 from nrp_core.experiment.reading.find import find_file
 
 MOST_ACTIONS = 60

@@ -305,7 +305,7 @@ def test_a_wrong_dataset_of_a_file_is_named(tmp_path: Path, field: str, value: o
 
 
 def test_a_file_is_a_brain_whose_inputs_devices_drive(tmp_path: Path) -> None:
-    from nrp_core.experiment.making.networks import network_from
+    from nrp_core.experiment.making.maker import network_from
 
     network = network_from(NETWORKS / "leaky.nir")
     assert set(network.populations) == {"input", "1", "3"}

@@ -12,7 +12,7 @@ from nrp_lab.comparison.judgement import Answer, Factor, JudgedPart, Relation
 from nrp_lab.comparison.metric import Margins, all_metrics
 from nrp_lab.comparison.result import GridDiff, PairDiff
 
-from nrp_core.experiment.model.ranges import Range
+from nrp_core.experiment.model.section import Range
 
 pytestmark = pytest.mark.slow
 

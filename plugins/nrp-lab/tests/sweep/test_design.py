@@ -13,8 +13,7 @@ from nrp_lab.sweep.model import SweepFile, axis_of, sweep_of
 from nrp_lab.sweep.plan import Plan, combinations, number_of_runs
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.model.tree import tree_of
+from nrp_core.experiment.model.section import Range, tree_of
 from nrp_core.findings import InvalidExperimentError
 
 WHOLE = st.integers(-5, 5)

@@ -127,10 +127,10 @@ def test_a_worker_that_does_not_start_over_is_noticed(
 ) -> None:
     alone = made_alone(plan, 2)
 
-    def start_over(run: nrp_core.Run, seed: int) -> None:
+    def reset(run: nrp_core.Run, *, seed: int) -> None:
         run.loop.reset(seed=None if wrong == "keeps the seed" else seed)
 
-    monkeypatch.setattr(nrp_core.Run, "start_over", start_over)
+    monkeypatch.setattr(nrp_core.Run, "reset", reset)
     found = [perform(run.task).trajectory_digest for run in plan.runs[:2]]
     assert found[0] == alone[0]
     assert found[1] != alone[1]

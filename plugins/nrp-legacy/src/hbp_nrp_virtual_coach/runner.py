@@ -148,7 +148,7 @@ class Runner:
     def _main(self) -> None:
         try:
             with open_checked_run(self._read()) as run:
-                run.on_step.append(self._look_at_clock)
+                run.on_step(self._look_at_clock)
                 with run.loop.attended():
                     self._run, self._reported_at = run, time.monotonic()
                     _log_problems(run)

@@ -28,7 +28,7 @@ from nrp_legacy.topics import find_alias
 
 from hbp_nrp_virtual_coach.simulation import Simulation
 from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
-from nrp_core.experiment import Run
+from nrp_core.experiment import Run, RunObserver
 from nrp_core.scripts import Scope
 
 T = TypeVar("T")
@@ -36,7 +36,7 @@ T = TypeVar("T")
 _POLL_S = 0.001
 
 
-class ScriptGraph(Graph):
+class ScriptGraph(Graph, RunObserver):
     """The topics and the time of the simulation that was launched last, for the threads of a script.
 
     Callbacks are called in the thread of the run, before the functions of a step. Subscriptions and
@@ -55,9 +55,10 @@ class ScriptGraph(Graph):
         self._thread = threading.get_ident()
         if isinstance(run.experiment.maker, ShimmedMaker):
             run.experiment.maker.names.graph.parameters = self.parameters
-        run.on_close.append(lambda: self._end(run))
+        run.observers.append(self)
 
-    def _end(self, run: Run) -> None:
+    def closing(self, run: Run) -> None:
+        """Keep the time of the run that ends."""
         if self._run is run:
             self._last_ns, self._run, self._thread = run.loop.now_ns, None, None
 

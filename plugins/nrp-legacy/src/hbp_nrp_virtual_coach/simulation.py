@@ -117,7 +117,7 @@ class Simulation(BrainEdits, StateMachineEdits, Records):
             hint = did_you_mean(reset_type, _RESETS)
             raise ExperimentError(f"there is no reset '{reset_type}'{hint}", subject=reset_type)
         part = {"robot_pose": "robot"}.get(reset_type, reset_type)
-        self._runner.reset(lambda run: run.loop.reset() if part == "full" else run.reset(part))
+        self._runner.reset(lambda run: run.reset("all" if part == "full" else part))
 
     def save_world(self) -> None:
         """Do nothing: experiments begin as their files say."""

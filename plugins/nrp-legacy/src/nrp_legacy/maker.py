@@ -182,7 +182,6 @@ class ShimmedMaker(Maker, Participant, ABC):
         to_built_brain(run.brain.network).begin(run)
         inject_currents(getattr(run.brain.network, "injections", ()), run.brain)
         self.playing = StateMachines(self.machines, self.names, run)
-        run.on_close.append(self.playing.close)
 
     def _note(self, code: Code, message: str, *, subject: str | None = None) -> None:
         self._notes.append(Finding(code, message, Level.WARNING, self._document, subject=subject))

@@ -19,7 +19,7 @@ from typing import Any, Final
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.dsl import line_in
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment import Run
+from nrp_core.experiment import Run, RunObserver
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.scripts import last_name
 from nrp_legacy.code import Source, ignore_note
@@ -243,7 +243,7 @@ def machine_in(module: ModuleType) -> Any:
     return next((vars(module)[name] for name in _VARIABLES if name in vars(module)), None)
 
 
-class StateMachines:
+class StateMachines(RunObserver):
     """The state machines of one run; an error in one is reported and the others continue.
 
     Args:
@@ -258,6 +258,7 @@ class StateMachines:
         self._begin()
         run.loop.hooks.after_step.append(self._advance)
         run.loop.hooks.after_reset.append(self._restart)
+        run.observers.append(self)
 
     def _begin(self) -> None:
         for path in self._paths:
@@ -327,6 +328,10 @@ class StateMachines:
     def _restart(self, loop: ClosedLoop) -> None:
         self.close()
         self._begin()
+
+    def closing(self, run: Run) -> None:
+        """End all machines before the engines are released."""
+        self.close()
 
     def close(self) -> None:
         """End all machines."""

@@ -11,8 +11,8 @@ from typing import Any, Final
 from nrp_cockpit.session.arrangement import Arrangement, Curve
 from nrp_cockpit.wire.channels import Channel, Channels
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.model.tree import tree_of
-from nrp_core.experiment.reading.forms import form_of, read_form
+from nrp_core.experiment.model.section import tree_of
+from nrp_core.experiment.reading.reader import form_of, read_form
 from nrp_core.world.messages.cdr import Codec
 
 SUFFIX: Final = ".cockpit.json"

@@ -230,7 +230,7 @@ class LiveSession(Session):
             self.steered()
             return
         self._end_recording_of_the_past()
-        self.run.loop.reset()
+        self.run.reset()
         self.past.begin_again()
         self._gone_s = 0.0
         self._jumped()

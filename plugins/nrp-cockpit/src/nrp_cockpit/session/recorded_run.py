@@ -14,7 +14,7 @@ from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.judgement import recorded_judgement
+from nrp_core.experiment.running.result import recorded_judgement
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.recording.folder.recording_folder import recorded_experiment
 from nrp_core.recording.layout import SCENE, WORLD_FRAME, Role

@@ -70,7 +70,7 @@ class RunCache:
         if self._run is None or self._of != of or len(seeds) != 1:
             return None
         try:
-            self._run.start_over(seeds[0])
+            self._run.reset(seed=seeds[0])
         except CapabilityError:
             return None
         run, self._run = self._run, None
@@ -169,11 +169,11 @@ def _stopping(run: Run, criteria: Sequence[str]) -> Iterator[None]:
     if not criteria:
         yield
         return
-    run.on_step.append(stop_if_failed)
+    observer = run.on_step(stop_if_failed)
     try:
         yield
     finally:
-        run.on_step.remove(stop_if_failed)
+        run.observers.remove(observer)
 
 
 def _measured(metrics: list[ScalarMetric], signals: RunSignals, result: Result) -> dict[str, float | None]:

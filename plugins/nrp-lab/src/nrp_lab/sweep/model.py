@@ -325,12 +325,12 @@ def read_sweep(path: Path) -> tuple[SweepFile, Tree]:
 
 
 def sweep_of(tree: Tree) -> SweepFile:
-    """Return the sweep of a tree; see :func:`~nrp_core.experiment.reading.forms.form_of`."""
+    """Return the sweep of a tree; see :func:`~nrp_core.experiment.reading.reader.form_of`."""
     return form_of(tree, SweepFile, "a sweep")
 
 
 def read_many_runs(path: Path, form: type[M], what: str) -> tuple[M, Tree]:
-    """Read a file of many runs; see :func:`~nrp_core.experiment.reading.forms.read_form`.
+    """Read a file of many runs; see :func:`~nrp_core.experiment.reading.reader.read_form`.
 
     Raises:
         ExperimentError: it does not exist, or is a folder.
