@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
@@ -18,9 +18,6 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import Direction
 from nrp_core.world.world import World
-
-if TYPE_CHECKING:
-    from nrp_core.experiment.running.run import Run
 
 _logger = logging.getLogger(__name__)
 _EVERY_OTHER: Final = 2
@@ -65,7 +62,7 @@ class SilentTopics:
                 )
 
 
-class LostMessages(RunObserver):
+class LostMessages(RunObserver[object]):
     """Finds messages from outside without the effect that they were meant to have.
 
     Args:
@@ -100,7 +97,7 @@ class LostMessages(RunObserver):
                 )
                 yield Finding(Code.NRP282, message, Level.NOTE, subject=topic)
 
-    def closing(self, run: Run) -> None:
+    def closing(self, run: object) -> None:
         """Log the messages that no step has taken."""
         for finding in self._undelivered():
             _logger.warning("%s", finding.message)

@@ -5,54 +5,54 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Generic, TypeVar
 
 from nrp_core.dsl.functions import TransferFunction
 
-if TYPE_CHECKING:
-    from nrp_core.experiment.running.run import Run
+RunType = TypeVar("RunType", contravariant=True)
+"""The class of runs, which stands above this module."""
 
 
-class RunObserver:
+class RunObserver(Generic[RunType]):
     """Observes a run while it is in :attr:`.Run.observers`; a subclass overrides the methods that it needs.
 
     All are called in the thread of the run, in the order of the list; :meth:`closing` in the opposite order.
     An exception ends the run.
     """
 
-    def after_step(self, run: Run) -> None:
+    def after_step(self, run: RunType) -> None:
         """Observe a step, when its events have happened and its criteria are decided."""
 
     def functions_changed(
-        self, run: Run, added: Sequence[TransferFunction | Path], removed: Sequence[str]
+        self, run: RunType, added: Sequence[TransferFunction | Path], removed: Sequence[str]
     ) -> None:
         """Observe a change of transfer functions: functions or their files, and the names of removed ones."""
 
-    def function_activated(self, run: Run, name: str, active: bool) -> None:
+    def function_activated(self, run: RunType, name: str, active: bool) -> None:
         """Observe that a transfer function was activated or deactivated."""
 
-    def part_reset(self, run: Run, part: str) -> None:
+    def part_reset(self, run: RunType, part: str) -> None:
         """Observe that one part was reset while time goes on: ``brain``, ``robot`` or ``world``."""
 
-    def closing(self, run: Run) -> None:
+    def closing(self, run: RunType) -> None:
         """Observe the end of the run, before its engines are released."""
 
 
-class StepObserver(RunObserver):
+class StepObserver(RunObserver[RunType]):
     """Calls a function after each step.
 
     Args:
         function: called with the run.
     """
 
-    def __init__(self, function: Callable[[Run], object]) -> None:
+    def __init__(self, function: Callable[[RunType], object]) -> None:
         self._function = function
 
-    def after_step(self, run: Run) -> None:
+    def after_step(self, run: RunType) -> None:
         self._function(run)
 
 
-class Participant(ABC):
+class Participant(ABC, Generic[RunType]):
     """A maker of parts that also takes part in the runs of its experiment."""
 
     @property
@@ -61,5 +61,5 @@ class Participant(ABC):
         """Whether a snapshot of the run contains all of its state."""
 
     @abstractmethod
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunType) -> None:
         """Take part in a run that is about to start, through the hooks of its loop."""

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.closing import Closing
@@ -40,13 +40,16 @@ from nrp_core.experiment.running.problems import (
     problems_of,
     too_fast,
 )
-from nrp_core.experiment.running.result import Result, result_of
+from nrp_core.experiment.running.result import (
+    Result,
+    failure_data,
+    passed_of,
+    pose_data,
+    state_of,
+)
 from nrp_core.findings import Finding
-from nrp_core.findings.problems import without
+from nrp_core.findings.problems import is_complete, without
 from nrp_core.world.world import World
-
-if TYPE_CHECKING:
-    from nrp_core.experiment.running.run import Run
 
 
 class OpenExperiment(Closing):
@@ -63,7 +66,7 @@ class OpenExperiment(Closing):
         *,
         revise: Callable[[Plan], Plan] | None = None,
         build: Build | None = None,
-        beside: Run | None = None,
+        beside: OpenExperiment | None = None,
     ) -> None:
         if not isinstance(experiment, Experiment):
             raise ExperimentError(
@@ -79,7 +82,7 @@ class OpenExperiment(Closing):
             plan = revise(plan)
         self.experiment = experiment
         self.plan: Plan = plan
-        self.observers: list[RunObserver] = []
+        self.observers: list[RunObserver[Any]] = []
         self.parameters = plan.parameters
         self._build = build
         self._planned = plan.warnings
@@ -197,7 +200,7 @@ class OpenExperiment(Closing):
 
     def result(self) -> Result:
         """Return the result so far."""
-        return result_of(self, self._observation)
+        return _result_of(self, self._observation)
 
     def outcomes(self) -> dict[str, Verdict]:
         """Return what came of each criterion so far."""
@@ -222,3 +225,40 @@ class OpenExperiment(Closing):
         except OSError as error:
             message = f"the CSV records cannot be written: {error.strerror or error}"
             raise SimulationError(message, t_ns=self.loop.now_ns) from error
+
+
+def _result_of(run: OpenExperiment, observation: Observation) -> Result:
+    """Return the result of a run so far.
+
+    Args:
+        run: the run.
+        observation: its observation.
+    """
+    experiment, loop, events = run.experiment, run.loop, observation.watch.events
+    outcomes = observation.watch.outcomes(loop.now_ns if run.is_over else None)
+    problems, state = run.problems, state_of(run.error)
+    complete = is_complete(problems)
+    return Result(
+        experiment=experiment.name,
+        brain=experiment.brain.backend,
+        world=experiment.world.backend,
+        seed=run.brain.seed,
+        sim_time_s=run.now_s,
+        wall_time_s=run.wall_s,
+        real_time_factor=run.now_s / run.wall_s if run.wall_s else 0.0,
+        steps=loop.steps,
+        duration_s=seconds(experiment.duration),
+        state=state,
+        complete=complete,
+        passed=passed_of(state, complete, (outcome.passed for outcome in outcomes.values())),
+        problems=list(problems),
+        error=None if run.error is None else str(run.error) or "interrupted",
+        criteria=outcomes,
+        time_share=loop.account.shares(),
+        final_pose={name: pose_data(pose) for name, pose in observation.poses().items()},
+        trajectory_digest=observation.digest.hexdigest(),
+        spikes=observation.spikes,
+        activity=observation.activity,
+        events={name: seconds(events.times[name]) if name in events.times else None for name in events.names},
+        failures=[failure_data(failure) for failure in loop.failures],
+    )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from nrp_core._support.named_values import Named
 from nrp_core.cle.engine import Failure
@@ -18,10 +18,6 @@ from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.findings import Code, Finding, Level, Weight
 from nrp_core.findings.problems import ProblemGroup, grouped, is_complete, lines_of, ordered
 from nrp_core.world.rigid import Pose
-
-if TYPE_CHECKING:
-    from nrp_core.experiment.running.observation import Observation
-    from nrp_core.experiment.running.opening import OpenExperiment
 
 FINISHED, FAILED, INTERRUPTED, RUNNING = "finished", "failed", "interrupted", "running"
 """The states of a run; a recording that still says ``running`` was killed."""
@@ -242,43 +238,6 @@ class Result:
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""
         return asdict(replace(self, problems=[])) | {"problems": [each.to_dict() for each in self.problems]}
-
-
-def result_of(run: OpenExperiment, observation: Observation) -> Result:
-    """Return the result of a run so far.
-
-    Args:
-        run: the run.
-        observation: its observation.
-    """
-    experiment, loop, events = run.experiment, run.loop, observation.watch.events
-    outcomes = observation.watch.outcomes(loop.now_ns if run.is_over else None)
-    problems, state = run.problems, state_of(run.error)
-    complete = is_complete(problems)
-    return Result(
-        experiment=experiment.name,
-        brain=experiment.brain.backend,
-        world=experiment.world.backend,
-        seed=run.brain.seed,
-        sim_time_s=run.now_s,
-        wall_time_s=run.wall_s,
-        real_time_factor=run.now_s / run.wall_s if run.wall_s else 0.0,
-        steps=loop.steps,
-        duration_s=seconds(experiment.duration),
-        state=state,
-        complete=complete,
-        passed=passed_of(state, complete, (outcome.passed for outcome in outcomes.values())),
-        problems=list(problems),
-        error=None if run.error is None else str(run.error) or "interrupted",
-        criteria=outcomes,
-        time_share=loop.account.shares(),
-        final_pose={name: pose_data(pose) for name, pose in observation.poses().items()},
-        trajectory_digest=observation.digest.hexdigest(),
-        spikes=observation.spikes,
-        activity=observation.activity,
-        events={name: seconds(events.times[name]) if name in events.times else None for name in events.names},
-        failures=[failure_data(failure) for failure in loop.failures],
-    )
 
 
 def state_of(error: BaseException | None) -> str:

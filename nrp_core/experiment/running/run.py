@@ -79,7 +79,7 @@ class Run(OpenExperiment):
 
     # -- running
 
-    def on_step(self, function: Callable[[Run], object]) -> RunObserver:
+    def on_step(self, function: Callable[[Run], object]) -> RunObserver[Run]:
         """Call a function with the run after every step, when events have happened and criteria are decided.
 
         Returns:

@@ -26,7 +26,7 @@ CHANGE, ACTIVATE, RESET, LOST = "change", "activate", "reset", "lost"
 Note = Callable[[str, bytes], None]
 
 
-class CallNoter(RunObserver, Closing):
+class CallNoter(RunObserver[Run], Closing):
     """Records the calls to a run, until it is closed.
 
     Args:

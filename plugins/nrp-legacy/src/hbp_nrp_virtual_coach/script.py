@@ -36,7 +36,7 @@ T = TypeVar("T")
 _POLL_S = 0.001
 
 
-class ScriptGraph(Graph, RunObserver):
+class ScriptGraph(Graph, RunObserver[Run]):
     """The topics and the time of the simulation that was launched last, for the threads of a script.
 
     Callbacks are called in the thread of the run, before the functions of a step. Subscriptions and

@@ -39,7 +39,7 @@ _BRAIN = replace(BRAIN, packages=BRAIN.packages | _PLATFORM)
 _FUNCTIONS = replace(FUNCTIONS, packages=FUNCTIONS.packages | _PLATFORM)
 
 
-class ShimmedMaker(Maker, Participant, ABC):
+class ShimmedMaker(Maker, Participant[Run], ABC):
     """Makes experiments whose files find the names and modules of the platform.
 
     Args:

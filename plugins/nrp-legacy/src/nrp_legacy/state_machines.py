@@ -243,7 +243,7 @@ def machine_in(module: ModuleType) -> Any:
     return next((vars(module)[name] for name in _VARIABLES if name in vars(module)), None)
 
 
-class StateMachines(RunObserver):
+class StateMachines(RunObserver[Run]):
     """The state machines of one run; an error in one is reported and the others continue.
 
     Args:
