@@ -60,30 +60,28 @@ def errors(folder: Path) -> list[Finding]:
 
 
 @pytest.mark.parametrize(
-    ("file", "old", "new", "code", "advice"),
+    ("file", "old", "new", "code"),
     [
-        ("brain.py", "weight=0.1", "wieght=0.1", "NRP208", "Correct the line"),
-        ("brain.py", "n = sim", "import no_such_module\nn = sim", "NRP208", "Correct the line"),
-        ("brain.py", "delay=1.0", "delay=19000.0", "NRP350", "choose another brain backend"),
-        ("brain.py", 'n", 4,', 'n", 40,', "NRP351", "Make its default, range and unit fit"),
+        ("brain.py", "weight=0.1", "wieght=0.1", "NRP208"),
+        ("brain.py", "n = sim", "import no_such_module\nn = sim", "NRP208"),
+        ("brain.py", "delay=1.0", "delay=19000.0", "NRP350"),
+        ("brain.py", 'n", 4,', 'n", 40,', "NRP351"),
         (
             "brain.py",
             "circuit =",
             'sim.parameter("n", 5)\ncircuit =',
             "NRP351",
-            "two declarations of one name",
         ),
-        ("brain.py", 'n", 4,', 'n", 2 * 2,', "NRP289", "Declare it with literals"),
-        ("experiment.yaml", "brain.py", "drive.txt", "NRP343", "in a format that an installed reader knows"),
+        ("brain.py", 'n", 4,', 'n", 2 * 2,', "NRP289"),
+        ("experiment.yaml", "brain.py", "drive.txt", "NRP343"),
     ],
 )
-def test_a_cause_has_its_code(folder: Path, file: str, old: str, new: str, code: str, advice: str) -> None:
+def test_a_cause_has_its_code(folder: Path, file: str, old: str, new: str, code: str) -> None:
     assert old in (folder / file).read_text()
     (folder / "drive.txt").write_text("4 cells\n")
     (folder / file).write_text((folder / file).read_text().replace(old, new, 1))
     (found,) = errors(folder)
     assert found.code is Code[code], found
-    assert advice in found.code.suggestion
 
 
 def test_a_damaged_network_is_not_a_script(folder: Path) -> None:
@@ -93,10 +91,9 @@ def test_a_damaged_network_is_not_a_script(folder: Path) -> None:
     (folder / "brain.nrpnet").write_bytes(kept[: len(kept) // 2])
     (found,) = errors(folder)
     assert found.code is Code.NRP343
-    assert "write it again" in found.code.suggestion
 
 
-def test_a_script_without_end_is_told_to_look_at_its_loops(folder: Path) -> None:
+def test_a_script_without_end_has_a_code_of_its_own(folder: Path) -> None:
     (folder / "brain.py").write_text(BRAIN + "while True:\n    pass\n")
     (folder / "experiment.yaml").write_text(FILE.replace("brain.py}", "brain.py, time_limit: 2 s}"))
     with pytest.raises(InvalidExperimentError) as caught, Run(load_experiment(folder)):
@@ -104,7 +101,6 @@ def test_a_script_without_end_is_told_to_look_at_its_loops(folder: Path) -> None
     (found,) = [one for one in caught.value.findings if one.level is Level.ERROR]
     assert found.code is Code.NRP344
     assert found.line in (6, 7)
-    assert "look at its loops" in found.code.suggestion
 
 
 @pytest.mark.parametrize(
