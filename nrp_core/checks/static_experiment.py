@@ -303,7 +303,7 @@ def _beyond(slices: Slices, root: BrainRoot) -> Iterator[Finding]:
 
 def _code_of(error: Exception, mapping: ParameterMapping | None) -> Code:
     is_device = isinstance(mapping, (MapSpikeSink, MapSpikeSource))
-    return code_of(error, Code.NRP225 if is_device else Code.NRP210)
+    return code_of(error, Code.NRP240 if is_device else Code.NRP210)
 
 
 def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:

@@ -118,7 +118,7 @@ def validate_functions(
 
 def _in_vain(path: Path, override: str) -> Finding:
     message = f"'{override}' has no effect on a file of functions alone; check the experiment that uses it"
-    return Finding(Code.NRP215, message, Level.WARNING, path)
+    return Finding(Code.NRP202, message, Level.WARNING, path)
 
 
 def refined(

@@ -15,7 +15,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level, Weight
 from nrp_core.findings.problems import grouped, is_warning, ordered
 
-_COMPARISONS: Final = Code.NRP215
+_COMPARISONS: Final = Code.NRP202
 """What the section 'comparison' cannot vary, which a run does not read."""
 _ANNOUNCED: set[tuple[str, Finding]] = set()
 """What this process has announced about experiments that it opens."""

@@ -46,7 +46,7 @@ def load_backend(
         return backend, backend.options.model_validate(options)
     except ValidationError as error:
         raise InvalidExperimentError(
-            schema_findings(error, backend.options, source, (side, "options"), Code.NRP206)
+            schema_findings(error, backend.options, source, (side, "options"), Code.NRP202)
         ) from None
 
 

@@ -22,11 +22,11 @@ _CODES: Final = {
     NeuronSelectionError: Code.NRP211,
     TopicError: Code.NRP212,
     CapabilityError: Code.NRP216,
-    SlowScriptError: Code.NRP244,
+    SlowScriptError: Code.NRP239,
     EndlessScriptError: Code.NRP344,
     ParameterError: Code.NRP351,
-    TriggerError: Code.NRP245,
-    OutsideFolderError: Code.NRP315,
+    TriggerError: Code.NRP210,
+    OutsideFolderError: Code.NRP210,
 }
 
 

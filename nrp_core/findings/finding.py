@@ -10,6 +10,7 @@ from typing import Any
 
 from nrp_core.errors import ExperimentError, Instead
 from nrp_core.findings.codes import Code, Weight
+from nrp_core.findings.codes.removed import MERGED
 
 
 class Level(StrEnum):
@@ -84,7 +85,7 @@ class Finding:
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Finding:
         """Return the finding that :meth:`to_dict` gave; a code of another version becomes a general one."""
-        code = Code.__members__.get(data["code"], Code.NRP278)
+        code = Code.__members__.get(MERGED.get(data["code"], data["code"]), Code.NRP278)
         path, instead = None if data["path"] is None else Path(data["path"]), data.get("instead")
         return cls(
             code, data["message"], Level(data["level"]), path, data["line"], data["column"],

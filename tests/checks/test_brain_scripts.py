@@ -106,7 +106,7 @@ def test_a_script_that_does_not_end_is_a_warning(husky: Path, monkeypatch: pytes
     monkeypatch.setattr(confined_network, "TIME_LIMIT_S", 1.0)
     (husky / "brain.py").write_text("while True:\n    pass\n")
     (finding,) = validate_file(husky)
-    assert (finding.code.name, finding.level) == ("NRP244", Level.WARNING)
+    assert (finding.code.name, finding.level) == ("NRP239", Level.WARNING)
     assert "the brain script had not built its network after 1 s" in finding.message
 
 

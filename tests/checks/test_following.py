@@ -44,8 +44,8 @@ def changed(tmp_path: Path) -> Changed:
         ("nrp.brain.swing[cells]", "nrp.brain.swin[cells]", "NRP211", "did you mean 'swing'?"),
         ("(CELLS * number, ", "(CELLS * (number + 6), ", "NRP211", "selects no neuron"),
         ('"rear_left"', '"back_left"', "NRP212", "did you mean '/hexapod/rear_left_alpha/cmd_pos'?"),
-        ("tau_fall=QUICK_MS", "taufall=QUICK_MS", "NRP225", "did you mean 'tau_fall'?"),
-        ("forward.rate", "forward.voltage", "NRP223", "has no attribute 'voltage'"),
+        ("tau_fall=QUICK_MS", "taufall=QUICK_MS", "NRP240", "did you mean 'tau_fall'?"),
+        ("forward.rate", "forward.voltage", "NRP240", "has no attribute 'voltage'"),
         ('MapSpikeSink("lifting"', 'MapSpikeSink("lift"', "NRP219", "did you mean 'lifting'?"),
     ],
 )
@@ -63,7 +63,7 @@ def test_functions_of_a_loop_are_checked(
     [
         ("group(nrp.brain.retina)", "group(nrp.brain.retna)", "NRP211", "did you mean 'retina'?"),
         ("neurons(4, group(nrp.brain.m", "neurons(5, group(nrp.brain.m", "NRP211", "selects no neuron"),
-        ("sides.rate = 0.0", "sides.voltage = 0.0", "NRP223", "has no attribute 'voltage'"),
+        ("sides.rate = 0.0", "sides.voltage = 0.0", "NRP240", "has no attribute 'voltage'"),
         ("group(nrp.brain.retina)", "group()", "NRP240", "missing a required argument: 'population'"),
     ],
 )
@@ -129,7 +129,7 @@ def test_a_module_beside_the_file_is_checked_as_well(husky: Path, old: str, new:
 
 def test_names_that_a_module_beside_the_file_lacks_are_reported(husky: Path) -> None:
     (found,) = checked(husky, HELPERS, USES.replace("helpers.GAIN", "helpers.GAINS"))
-    assert found == "own.py:9 NRP241 'helpers' has no 'GAINS'; did you mean 'GAIN'?"
+    assert found == "own.py:9 NRP240 'helpers' has no 'GAINS'; did you mean 'GAIN'?"
 
 
 def test_a_loop_is_followed_only_over_known_items(husky: Path) -> None:

@@ -17,9 +17,9 @@ from nrp_core.cli import app
 from nrp_core.findings import Code, Finding, Level
 
 FINDINGS = [
-    Finding(Code.NRP223, "'a' has no 'b': 100%\nno", path=Path("own folder/a,b.py"), line=3, column=5),
+    Finding(Code.NRP240, "'a' has no 'b': 100%\nno", path=Path("own folder/a,b.py"), line=3, column=5),
     Finding(Code.NRP205, "no backend", Level.WARNING),
-    Finding(Code.NRP223, "again", Level.NOTE, Path("x.py"), 1),
+    Finding(Code.NRP240, "again", Level.NOTE, Path("x.py"), 1),
 ]
 
 
@@ -28,9 +28,9 @@ def test_sarif_has_a_rule_for_each_code_and_a_place_for_each_result() -> None:
     assert log["version"] == "2.1.0"
     (run,) = log["runs"]
     rules = run["tool"]["driver"]["rules"]
-    assert [rule["id"] for rule in rules] == ["NRP205", "NRP223"]
+    assert [rule["id"] for rule in rules] == ["NRP205", "NRP240"]
     assert all(rule["help"]["text"] for rule in rules)
-    assert [rules[result["ruleIndex"]]["id"] for result in run["results"]] == ["NRP223", "NRP205", "NRP223"]
+    assert [rules[result["ruleIndex"]]["id"] for result in run["results"]] == ["NRP240", "NRP205", "NRP240"]
     assert [result["level"] for result in run["results"]] == ["error", "warning", "note"]
     place = run["results"][0]["locations"][0]["physicalLocation"]
     assert place["artifactLocation"]["uri"] == "own%20folder/a%2Cb.py"
@@ -41,9 +41,9 @@ def test_sarif_has_a_rule_for_each_code_and_a_place_for_each_result() -> None:
 
 def test_github_shows_each_finding_at_its_line() -> None:
     assert list(github(FINDINGS)) == [
-        "::error file=own folder/a%2Cb.py,line=3,col=5,title=NRP223::'a' has no 'b': 100%25%0Ano",
+        "::error file=own folder/a%2Cb.py,line=3,col=5,title=NRP240::'a' has no 'b': 100%25%0Ano",
         "::warning title=NRP205::no backend",
-        "::notice file=x.py,line=1,title=NRP223::again",
+        "::notice file=x.py,line=1,title=NRP240::again",
     ]
 
 
@@ -72,9 +72,9 @@ def nrp(
 
 
 def test_a_code_is_explained(nrp: Callable[..., tuple[int, str, str]]) -> None:
-    code, out, _ = nrp("explain", "nrp223")
+    code, out, _ = nrp("explain", "nrp240")
     assert code == 0
-    for text in ("NRP223", Code.NRP223.summary, Code.NRP223.why, Code.NRP223.suggestion):
+    for text in ("NRP240", Code.NRP240.summary, Code.NRP240.why, Code.NRP240.suggestion):
         assert text in out
 
 
@@ -101,7 +101,7 @@ def test_errors_end_with_3_in_every_format(
     (husky / "listing2.py").write_text((husky / "listing2.py").read_text().replace("leftred", "leftgreen"))
     code, out, err = nrp("validate", str(husky), "--format", form)
     assert code == 3
-    assert "NRP226" in out + err
+    assert "NRP240" in out + err
     assert ("listing2.py" in out) is (form != "text")
 
 
@@ -152,8 +152,8 @@ def test_the_text_for_people_gives_the_reason_and_the_fix(
     (husky / "listing2.py").write_text((husky / "listing2.py").read_text().replace("leftred", "leftgreen"))
     _, out, err = nrp("validate", str(husky))
     assert out == "not valid\n"
-    assert f"why: {Code.NRP226.why}" in err
-    assert f"fix: {Code.NRP226.suggestion}" in err
+    assert f"why: {Code.NRP240.why}" in err
+    assert f"fix: {Code.NRP240.suggestion}" in err
 
 
 def test_the_reference_page_equals_the_table() -> None:

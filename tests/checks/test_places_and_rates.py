@@ -62,7 +62,7 @@ def test_rooms_and_sensors_are_doubted(slalom: Slalom, file: str, old: str, new:
 def test_a_held_robot_below_the_ground_is_reported(z_m: float, words: str) -> None:
     file = Path(nrp_experiments.reaching_arm.__path__[0]) / "experiment.yaml"
     found = validate_file(file, [f"world.robots.arm.pose=[0, 0, {z_m}, 0, 0, 0]"])
-    messages = [one.message for one in found if one.code.name == "NRP316"]
+    messages = [one.message for one in found if one.code.name == "NRP306"]
     assert [words in one for one in messages] == [True] * bool(words)
 
 

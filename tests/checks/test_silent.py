@@ -58,7 +58,7 @@ def messages(husky: Path, *overrides: str) -> list[str]:
 def about_files(husky: Path, body: str) -> list[Finding]:
     (husky / "keep.py").write_text(FILES.format(body))
     found = validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky}/keep.py]"])
-    return [finding for finding in found if finding.code.name == "NRP303"]
+    return [finding for finding in found if finding.code.name == "NRP301"]
 
 
 @pytest.mark.parametrize("body", WRITING)

@@ -10,7 +10,7 @@ import pytest
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code
 
-STARTS = (Code.NRP264, Code.NRP291, Code.NRP292, Code.NRP306, Code.NRP316)
+STARTS = (Code.NRP264, Code.NRP291, Code.NRP292, Code.NRP306)
 EXPERIMENT = """
 name: legs
 duration: 1 s

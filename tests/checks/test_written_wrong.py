@@ -33,10 +33,10 @@ def drive(t, left, count):
     x = x - left.voltage / Vector3  # NRP247 'Vector3' is a class, not a value; call it: Vector3(...)
     x = x + float("nan") * left.voltage  # NRP247 always nan
     linear = Vector3(x, 0, 0)
-    angular = Vector3(0, 0, math.sqrt)  # NRP227 'sqrt' is a function, not a value; call it
+    angular = Vector3(0, 0, math.sqrt)  # NRP240 'sqrt' is a function, not a value; call it
     if t > 2:
-        return Twist(Vector3, angular)  # NRP227 'Vector3' is a class, not a value; call it
-    return Twist(linear, None)  # NRP227 must be a geometry_msgs/msg/Vector3, not None
+        return Twist(Vector3, angular)  # NRP240 'Vector3' is a class, not a value; call it
+    return Twist(linear, None)  # NRP240 must be a geometry_msgs/msg/Vector3, not None
 """
 
 RIGHT = """\

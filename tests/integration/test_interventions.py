@@ -196,7 +196,7 @@ def test_an_unknown_name_is_a_mistake_of_its_intervention(brain: str) -> None:
 
 def test_an_intervention_that_meets_no_synapse_is_a_warning(brain: str) -> None:
     found = warnings_of(brain, ["brain.interventions=[{silence: last}]"])
-    assert any("'silence_last' affects no synapse [NRP336]" in one for one in found)
+    assert any("'silence_last' affects no synapse [NRP279]" in one for one in found)
 
 
 IDLE = [
@@ -236,5 +236,5 @@ IDLE = [
 @pytest.mark.parametrize(("setting", "words"), IDLE)
 def test_a_variant_that_changes_nothing_is_a_warning(brain: str, setting: str, words: str) -> None:
     plan = prepare(experiment_of(brain, f"brain.{setting}", "brain.backend=event"))
-    found = [one.message for one in plan.warnings if one.code is Code.NRP336]
+    found = [one.message for one in plan.warnings if one.code is Code.NRP279]
     assert [words in one for one in found] == [True] * bool(words)

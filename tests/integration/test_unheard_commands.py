@@ -46,7 +46,7 @@ def drive(request: pytest.FixtureRequest, tmp_path: Path) -> Drive:
         (tmp_path / "experiment.yaml").write_text(EXPERIMENT)
         with Run(load_experiment(tmp_path, [f"world.backend={request.param}"])) as simulation:
             simulation.run(0.5)
-            found = [one for one in simulation.problems if one.code is Code.NRP267]
+            found = [one for one in simulation.problems if one.code is Code.NRP212]
             return found, simulation.world.engine.model_motion("husky").pose.position[0]
 
     return run

@@ -107,21 +107,21 @@ TABLE = {
     "no criteria": Row((*HUSKY, NONE), True, None, 0),
     "until, open": Row((*HUSKY, STAYS), True, None, 0, options=("--until", "0.2s")),
     "until, decided": Row((*HUSKY, SOON), True, True, 0, options=("--until", "0.2s")),
-    "unheard command": Row((*HUSKY, STAYS, LENIENT), True, True, 0, "NRP267", "return Twist()"),
-    "unheard, declared": Row((*HUSKY, STAYS), True, True, 0, "NRP267", "return Twist()"),
+    "unheard command": Row((*HUSKY, STAYS, LENIENT), True, True, 0, "NRP212", "return Twist()"),
+    "unheard, declared": Row((*HUSKY, STAYS), True, True, 0, "NRP212", "return Twist()"),
     "a robot is left out": Row((*HUSKY, STAYS, LENIENT, GHOST), False, None, 1),
-    "quarantine": Row((*HUSKY, STAYS, QUARANTINE), False, None, 1, "NRP274", RAISES),
-    "quarantine, not met": Row((*HUSKY, NEVER, QUARANTINE), False, False, 1, "NRP274", RAISES),
-    "quarantine, no criteria": Row((*HUSKY, NONE, QUARANTINE), False, None, 1, "NRP274", RAISES),
+    "quarantine": Row((*HUSKY, STAYS, QUARANTINE), False, None, 1, "NRP272", RAISES),
+    "quarantine, not met": Row((*HUSKY, NEVER, QUARANTINE), False, False, 1, "NRP272", RAISES),
+    "quarantine, no criteria": Row((*HUSKY, NONE, QUARANTINE), False, None, 1, "NRP272", RAISES),
     "quarantine, allowed": Row(
-        (*HUSKY, STAYS, QUARANTINE), False, None, 0, "NRP274", RAISES, ("--allow-incomplete",)
+        (*HUSKY, STAYS, QUARANTINE), False, None, 0, "NRP272", RAISES, ("--allow-incomplete",)
     ),
     "a function raises": Row((*HUSKY, STAYS), False, False, 1, "NRP276", RAISES),
     "a function raises, allowed": Row(
         (*HUSKY, STAYS), False, False, 1, "NRP276", RAISES, ("--allow-incomplete",)
     ),
     "a function hangs": Row((*HUSKY, STAYS, LIMIT), False, False, 1, "NRP276", HANGS),
-    "a function hangs, quarantine": Row((*HUSKY, STAYS, LIMIT, QUARANTINE), False, None, 1, "NRP274", HANGS),
+    "a function hangs, quarantine": Row((*HUSKY, STAYS, LIMIT, QUARANTINE), False, None, 1, "NRP272", HANGS),
     "the world fails": Row((*HUSKY, STAYS, "world.backend=faulty"), False, False, 1, "NRP275"),
     "the brain fails": Row((*HUSKY, SOON, "brain.backend=faulty"), False, False, 1, "NRP275"),
     "interrupted": Row((*HUSKY, SOON), False, None, 130, "NRP294", STOPS),
@@ -257,7 +257,10 @@ def test_problems_are_grouped_and_counted_and_each_is_shown_on_request(
     command = ["run", str(experiment), *(word for each in given for word in ("-s", each))]
     assert app.run_app(command) == 1
     out, err = capsys.readouterr()
-    assert out.splitlines()[1].strip() == "✗ 2 transfer functions were stopped by an error [NRP274]"
+    assert (
+        out.splitlines()[1].strip()
+        == "✗ 2 transfer functions or state machines are left out or stopped [NRP272]"
+    )
     assert "wrong1" not in out + err
     assert app.run_app([*command, "-v"]) == 1
     out, err = capsys.readouterr()

@@ -22,6 +22,7 @@ from nrp_core.findings import (
     headline,
     merged,
 )
+from nrp_core.findings.codes.removed import MERGED, REMOVED
 from nrp_core.findings.problems import is_complete
 
 WARNING = Finding(Code.NRP209, "repaired", Level.WARNING, Path("room.sdf"), 3)
@@ -30,7 +31,7 @@ ERROR = Finding(Code.NRP212, "no topic '/a'", path=Path("experiment.yaml"), line
 
 def test_a_finding_reads_like_a_compilers_message() -> None:
     assert str(ERROR) == "experiment.yaml:2:5: no topic '/a' [NRP212]"
-    assert str(Finding(Code.NRP215, "wrong")) == "wrong [NRP215]"
+    assert str(Finding(Code.NRP202, "wrong")) == "wrong [NRP202]"
 
 
 def test_a_finding_is_plain_data() -> None:
@@ -102,8 +103,8 @@ def test_weights_are_ordered_by_their_effect_on_a_run() -> None:
 
 
 def test_only_what_is_left_out_fails_or_ends_early_makes_a_run_incomplete() -> None:
-    left_out = {Code.NRP256, Code.NRP257, Code.NRP269, Code.NRP272, Code.NRP273}
-    failed = {Code.NRP274, Code.NRP275, Code.NRP276, Code.NRP294}
+    left_out = {Code.NRP256, Code.NRP269, Code.NRP272}
+    failed = {Code.NRP275, Code.NRP276, Code.NRP294}
     assert {code for code in Code if code.weight is Weight.INCOMPLETE} == left_out | failed
 
 
@@ -141,13 +142,13 @@ def test_a_text_becomes_a_finding_of_the_general_code() -> None:
 
 def test_findings_that_differ_only_in_place_become_one_that_counts_them() -> None:
     places = [
-        Finding(Code.NRP263, "<a> is ignored", Level.WARNING, Path("a.sdf"), line) for line in (3, 4, 9)
+        Finding(Code.NRP264, "<a> is ignored", Level.WARNING, Path("a.sdf"), line) for line in (3, 4, 9)
     ]
-    other = Finding(Code.NRP263, "<b> is ignored", Level.WARNING, Path("a.sdf"), 5)
+    other = Finding(Code.NRP264, "<b> is ignored", Level.WARNING, Path("a.sdf"), 5)
     first, second = merged([*places, other])
-    assert (first.line, first.count, str(first)) == (3, 3, "a.sdf:3: <a> is ignored (and 2 more) [NRP263]")
+    assert (first.line, first.count, str(first)) == (3, 3, "a.sdf:3: <a> is ignored (and 2 more) [NRP264]")
     assert second == other
-    assert headline([first, second]) == "4 elements of models are ignored"
+    assert headline([first, second]) == "4 values of models are ignored or replaced"
     assert headline([other]) == "<b> is ignored"
 
 
@@ -194,3 +195,11 @@ def test_the_message_of_a_finding_is_written_in_one_file() -> None:
     of_findings = {words for source in sources if "Code.NRP" in source for words in templates(source)}
     assert len(of_findings) > 200
     assert not {words for words in of_findings if count[words] > 1}
+
+
+def test_merged_codes_are_read_under_their_successors_and_not_used_again() -> None:
+    removed = {*MERGED, *(code for codes in REMOVED.values() for code in codes)}
+    assert not removed & Code.__members__.keys()
+    assert set(MERGED.values()) <= Code.__members__.keys()
+    old = Finding(Code.NRP240, "no 'amplitud'").to_dict() | {"code": "NRP223"}
+    assert Finding.from_dict(old).code is Code.NRP240

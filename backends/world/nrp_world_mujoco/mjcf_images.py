@@ -55,7 +55,7 @@ def replace_missing(spec: Any, path: Path, warnings: Findings) -> None:
             mesh.uservert = [number for corner in corners for number in corner]
     for image in spec.textures:
         for file, lacking in list(_absent([image.file, *image.cubefiles], spec.texturedir, spec, path))[:1]:
-            warnings.add(Code.NRP259, f"the image '{file}' {lacking}: shown grey", subject=file, path=path)
+            warnings.add(Code.NRP258, f"the image '{file}' {lacking}: shown grey", subject=file, path=path)
             image.file, image.cubefiles = "", [""] * len(image.cubefiles)
             image.builtin, image.rgb1, image.rgb2 = mujoco.mjtBuiltin.mjBUILTIN_FLAT, _GREY, _GREY
             image.width = image.height = 2

@@ -274,7 +274,7 @@ class NativeElements:
             if element.attribute(name) is not None:
                 message = f"{name} of <{element.full_tag}> is not used"
                 self.warnings.add(
-                    Code.NRP263, message, subject=name, path=element.path, line=element.line or None
+                    Code.NRP264, message, subject=name, path=element.path, line=element.line or None
                 )
 
 

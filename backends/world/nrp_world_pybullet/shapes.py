@@ -69,7 +69,7 @@ def tie_models(scene: Scene, placed: Mapping[str, Placed], client: int, warnings
     for tie in scene.ties:
         if lacking := _lacking(tie):
             message = f"the joint '{tie.name}' between two models is {tie.kind}: PyBullet {lacking}"
-            warnings.add(Code.NRP345, message, subject=tie.name)
+            warnings.add(Code.NRP260, message, subject=tie.name)
         slides = _slides(tie)
         if tie.freedoms and not slides:
             continue
@@ -172,7 +172,7 @@ def set_contacts(model: Model, links: Mapping[str, tuple[int, int]], client: int
                 raise element.error(f"{wanted}{did_you_mean(link or '', links)}")
             for each in (each for each in element.children if each.tag in _UNUSED):
                 message = f"<{each.tag}> of the <contact> of '{link}' is not used"
-                warnings.add(Code.NRP263, message, subject=each.tag, path=each.path, line=each.line or None)
+                warnings.add(Code.NRP264, message, subject=each.tag, path=each.path, line=each.line or None)
             used = [each for each in element.children if each.tag not in (*_UNUSED, _ANCHOR)]
             values = dict(map(_value, used))
             if any(each.tag == _ANCHOR for each in element.children):
@@ -230,7 +230,7 @@ def friction_factors(
             f"PyBullet multiplies coefficients of friction: that of a contact of {one:g} and {other:g} is "
             f"wrong by {wrong:.2g}, because others are up to {choices[0]:g}"
         )
-        warnings.add(Code.NRP345, message, subject="friction")
+        warnings.add(Code.NRP260, message, subject="friction")
     return {mu: min(mu, most) / sqrt(most) for mu in values}
 
 

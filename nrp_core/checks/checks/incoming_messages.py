@@ -26,7 +26,7 @@ _OF_MANY: Final = ("min", "max", "nanmin", "nanmax", "median", "nanmedian", "per
 """Functions whose result is one of the distances that they take, or is between them."""
 
 
-@checks_experiment(Code.NRP359)
+@checks_experiment(Code.NRP358)
 def distances_are_within_reach(static: StaticExperiment) -> Iterator[Finding]:
     """Look for comparisons of a distance with a number that only 'inf', the distance of nothing, exceeds."""
     for function, readings in _readers(static):
@@ -41,10 +41,10 @@ def distances_are_within_reach(static: StaticExperiment) -> Iterator[Finding]:
                                 f"measures up to {beams.reach[1]:g} m: only a beam that reaches nothing, "
                                 "which is 'inf', is beyond"
                             )
-                            yield function.declared.finding(Code.NRP359, node, message, Level.WARNING)
+                            yield function.declared.finding(Code.NRP358, node, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP252)
+@checks_experiment(Code.NRP240)
 def beams_exist(static: StaticExperiment) -> Iterator[Finding]:
     """Look for the number of a beam that a scanner does not have."""
     for function, readings in _readers(static):
@@ -61,7 +61,7 @@ def beams_exist(static: StaticExperiment) -> Iterator[Finding]:
                             f"'{excerpt(node)}' is out of range: the scanner has {beams.samples} beams, "
                             f"0..{beams.samples - 1}"
                         )
-                        yield function.declared.finding(Code.NRP252, node, message)
+                        yield function.declared.finding(Code.NRP240, node, message)
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,7 +248,7 @@ def _is_triple(value: Any) -> bool:
     return isinstance(value, tuple | list) and all(type(one) in (int, float) for one in value)
 
 
-@checks_experiment(Code.NRP332)
+@checks_experiment(Code.NRP240)
 def joints_of_messages_exist(static: StaticExperiment) -> Iterator[Finding]:
     """Look for names of joints that the messages of a robot do not have."""
     if static.scene is None:
@@ -275,7 +275,7 @@ def joints_of_messages_exist(static: StaticExperiment) -> Iterator[Finding]:
                     known = joints.get(aliases.get(topic, topic))
                     if known is not None and name not in known:
                         message = f"'{topic}' has no joint '{name}'{did_you_mean(name, known)}"
-                        yield function.declared.finding(Code.NRP332, node, message, Level.WARNING)
+                        yield function.declared.finding(Code.NRP240, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP356)

@@ -28,7 +28,7 @@ _IN_MEMORY = frozenset({"BytesIO", "StringIO"})
 _WRITING = frozenset("wax+")
 
 
-@checks_function(Code.NRP303)
+@checks_function(Code.NRP301)
 def files_are_left_to_recorders(function: CheckedFunction) -> Iterator[Finding]:
     """Look for calls that write a file."""
     imported = full_names(function.declared.source.tree)
@@ -43,10 +43,10 @@ def files_are_left_to_recorders(function: CheckedFunction) -> Iterator[Finding]:
                     f"'{name}' writes a file, which reset, replay and confined runs do not handle: "
                     "record values with the CSV recorder (nrp.MapCSVRecorder)"
                 )
-                yield function.declared.finding(Code.NRP303, node, message, Level.WARNING)
+                yield function.declared.finding(Code.NRP301, node, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP254)
+@checks_experiment(Code.NRP240)
 def recorders_of_one_file_have_the_same_columns(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two recorders with different headers whose rows go into one file."""
     first: dict[object, tuple[str, list[str]]] = {}
@@ -62,7 +62,7 @@ def recorders_of_one_file_have_the_same_columns(static: StaticExperiment) -> Ite
                     f"'{owner}' in '{mapping.filename}', which are {', '.join(others)}"
                 )
                 node = function.declared.nodes.get(name)
-                yield function.declared.finding(Code.NRP254, node, message, Level.WARNING)
+                yield function.declared.finding(Code.NRP240, node, message, Level.WARNING)
 
 
 def _writes(call: ast.Call, own: set[str], imported: dict[str, str]) -> bool:

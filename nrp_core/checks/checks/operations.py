@@ -206,7 +206,7 @@ def numbers_are_computed_with(function: CheckedFunction) -> Iterator[Finding]:
             yield function.declared.finding(Code.NRP247, node, wrong)
 
 
-@checks_function(Code.NRP225)
+@checks_function(Code.NRP240)
 def settings_are_numbers(function: CheckedFunction) -> Iterator[Finding]:
     """Look for settings of devices that are assigned values that are not numbers, or are true or false."""
     compared = {
@@ -222,10 +222,10 @@ def settings_are_numbers(function: CheckedFunction) -> Iterator[Finding]:
                 wrong = next(filter(None, (_no_number(function, shape) for shape in shapes)), "")
                 if wrong:
                     message = f"'{name}' takes a number: {wrong}"
-                    yield function.declared.finding(Code.NRP225, node, message)
+                    yield function.declared.finding(Code.NRP240, node, message)
                 elif id(node) in compared or any(one == Instance(bool) or _is(one, bool) for one in shapes):
                     message = _truth_value(name, UNITS[name])
-                    yield function.declared.finding(Code.NRP225, node, message, Level.WARNING)
+                    yield function.declared.finding(Code.NRP240, node, message, Level.WARNING)
 
 
 def _takes_values(callee: Any) -> bool:
@@ -339,7 +339,7 @@ _TIME_HEADERS = frozenset({"t", "time", "time_s", "t_s"})
 _OF_MANY: tuple[Any, ...] = (min, max, sum)
 
 
-@checks_function(Code.NRP252)
+@checks_function(Code.NRP240)
 def indexed_values_have_items(function: CheckedFunction) -> Iterator[Finding]:
     """Look for items of values without items, and for indices out of range."""
     for event in function.events:
@@ -363,7 +363,7 @@ def indexed_values_have_items(function: CheckedFunction) -> Iterator[Finding]:
                 message = f"{what} has no items"
             case _:
                 continue
-        yield function.declared.finding(Code.NRP252, event.node, message)
+        yield function.declared.finding(Code.NRP240, event.node, message)
 
 
 def _without_items(function: CheckedFunction, shape: Shape) -> str:
@@ -380,7 +380,7 @@ def _without_items(function: CheckedFunction, shape: Shape) -> str:
     return ""
 
 
-@checks_function(Code.NRP225)
+@checks_function(Code.NRP240)
 def groups_get_a_value_for_each(function: CheckedFunction) -> Iterator[Finding]:
     """Look for lists that have more or fewer values than a group has devices."""
     for event in function.events:
@@ -389,7 +389,7 @@ def groups_get_a_value_for_each(function: CheckedFunction) -> Iterator[Finding]:
                 is_known = all(isinstance(item, Known) for item in items)  # another check tries it
                 if len(items) != len(group) and can_set(group, name) and not is_known:
                     message = f"{len(items)} values for '{name}' of {len(group)} devices"
-                    yield function.declared.finding(Code.NRP225, node, message)
+                    yield function.declared.finding(Code.NRP240, node, message)
 
 
 @checks_function(Code.NRP253)
@@ -470,7 +470,7 @@ def _counts_on(value: ast.expr, name: str) -> bool:
     )
 
 
-@checks_function(Code.NRP254)
+@checks_function(Code.NRP240)
 def headers_are_a_list(function: CheckedFunction) -> Iterator[Finding]:
     """Look for headers that are a single string, of which each letter would become a column."""
     for name, mapping in function.function.mappings.items():
@@ -480,14 +480,14 @@ def headers_are_a_list(function: CheckedFunction) -> Iterator[Finding]:
         written = [*node.args[2:3], *(one.value for one in node.keywords if one.arg == "headers")]
         if any(isinstance(one, ast.Constant) for one in written):
             message = f"headers are a list of texts, as ['t', 'x'], not {ast.unparse(written[0])}"
-            yield function.declared.finding(Code.NRP254, node, message, Level.WARNING)
+            yield function.declared.finding(Code.NRP240, node, message, Level.WARNING)
         elif len(set(mapping.headers)) < len(mapping.headers):
             twice = next(one for one in mapping.headers if mapping.headers.count(one) > 1)
             message = f"two columns have the header '{twice}'"
-            yield function.declared.finding(Code.NRP254, node, message, Level.WARNING)
+            yield function.declared.finding(Code.NRP240, node, message, Level.WARNING)
 
 
-@checks_function(Code.NRP254)
+@checks_function(Code.NRP240)
 def rows_fit_their_headers(function: CheckedFunction) -> Iterator[Finding]:
     """Compare the values that are recorded with the headers."""
     for event in function.events:
@@ -499,65 +499,65 @@ def rows_fit_their_headers(function: CheckedFunction) -> Iterator[Finding]:
         headers, values = recorder.headers, event.given
         if len(values) != len(headers):
             message = f"a row of {len(values)} under {len(headers)} headers: {', '.join(headers)}"
-            yield function.declared.finding(Code.NRP254, event.node, message, Level.WARNING)
+            yield function.declared.finding(Code.NRP240, event.node, message, Level.WARNING)
             continue
         timed = [i for i, one in enumerate(headers) if one.lower() in _TIME_HEADERS]
         given = [i for i, one in enumerate(event.node.args) if isinstance(one, ast.Name) and one.id == "t"]
         if len(timed) == len(given) == 1 and timed != given:
             message = f"the time 't' goes below '{headers[given[0]]}', and not below '{headers[timed[0]]}'"
-            yield function.declared.finding(Code.NRP254, event.node, message, Level.WARNING)
+            yield function.declared.finding(Code.NRP240, event.node, message, Level.WARNING)
 
 
-@checks_function(Code.NRP223)
+@checks_function(Code.NRP240)
 def adapters_have_the_attribute(function: CheckedFunction) -> Iterator[Finding]:
     """Look for attributes that a parameter's device, topic or variable does not have."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and _adapter(event) is not None:
             hint = attribute_hint(event.name, names_of(event.owner))
             message = f"{_described(function, event)} has no attribute '{event.name}'{hint}"
-            yield function.declared.finding(Code.NRP223, event.node, message, instead=hint.instead)
+            yield function.declared.finding(Code.NRP240, event.node, message, instead=hint.instead)
 
 
-@checks_function(Code.NRP223)
+@checks_function(Code.NRP240)
 def numbers_have_no_attributes(function: CheckedFunction) -> Iterator[Finding]:
     """Look for attributes of numbers, such as those of the device that a number was read from."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and isinstance(event.owner, Number):
             message = f"'{ast.unparse(event.node.value)}' is a number and has no '{event.name}'"
-            yield function.declared.finding(Code.NRP223, event.node, message)
+            yield function.declared.finding(Code.NRP240, event.node, message)
 
 
-@checks_function(Code.NRP223)
+@checks_function(Code.NRP240)
 def functions_are_called_before_their_result_is_read(function: CheckedFunction) -> Iterator[Finding]:
     """Look for attributes of functions and classes that belong to their results."""
     for event in function.events:
         match event:
             case Read(node, Known(value) as owner, name) if not hasattr(value, name):
                 if message := not_called(owner):
-                    yield function.declared.finding(Code.NRP223, node, message)
+                    yield function.declared.finding(Code.NRP240, node, message)
 
 
-@checks_function(Code.NRP226)
+@checks_function(Code.NRP240)
 def messages_have_the_field(function: CheckedFunction) -> Iterator[Finding]:
     """Look for fields that a message does not have."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and isinstance(event.owner, Instance):
             hint = did_you_mean(event.name, names_of(event.owner))
             message = f"{type_name(event.owner.cls)} has no field '{event.name}'{hint}"
-            yield function.declared.finding(Code.NRP226, event.node, message, instead=hint.instead)
+            yield function.declared.finding(Code.NRP240, event.node, message, instead=hint.instead)
 
 
-@checks_function(Code.NRP241)
+@checks_function(Code.NRP240)
 def modules_have_the_name(function: CheckedFunction) -> Iterator[Finding]:
     """Look for names that a module does not have."""
     for event in function.events:
         match event:
             case Read(node, Known(ModuleType()) | Names(), _, False):
                 message, instead = missing_name(event)
-                yield function.declared.finding(Code.NRP241, node, message, instead=instead)
+                yield function.declared.finding(Code.NRP240, node, message, instead=instead)
 
 
-@checks_function(Code.NRP224)
+@checks_function(Code.NRP240)
 def only_writable_attributes_are_set(function: CheckedFunction) -> Iterator[Finding]:
     """Look for read-only attributes that are set."""
     for event in function.events:
@@ -565,10 +565,10 @@ def only_writable_attributes_are_set(function: CheckedFunction) -> Iterator[Find
         if adapter is not None and isinstance(event, Write) and not can_set(adapter, event.name):
             level = Level.WARNING if isinstance(adapter, SubscribedTopic) else Level.ERROR
             message = f"{_described(function, event).rstrip(',')}: '{event.name}' is read-only"
-            yield function.declared.finding(Code.NRP224, event.node, message, level)
+            yield function.declared.finding(Code.NRP240, event.node, message, level)
 
 
-@checks_function(Code.NRP225)
+@checks_function(Code.NRP240)
 def settings_are_in_range(function: CheckedFunction) -> Iterator[Finding]:
     """Assign constants to a device that is not connected, to find invalid ones."""
     for event in function.events:
@@ -590,7 +590,7 @@ def settings_are_in_range(function: CheckedFunction) -> Iterator[Finding]:
         except (ValueError, TypeError) as error:
             plain = isinstance(value, (int, float, list, tuple))
             message = str(error) if plain else f"'{name}' takes a number, not {value!r:.40}"
-            yield function.declared.finding(Code.NRP225, node, message)
+            yield function.declared.finding(Code.NRP240, node, message)
 
 
 def _adapter(event: Read | Write) -> Adapter | None:

@@ -165,7 +165,7 @@ def drives_of(scene: Scene, experiment: Experiment) -> dict[str, tuple[str, tupl
     return found | {alias: found[topic] for alias, topic in experiment.aliases.items() if topic in found}
 
 
-@checks_experiment(Code.NRP321)
+@checks_experiment(Code.NRP299)
 def events_command_what_drives_use(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events that publish a velocity that the drive ignores."""
     drives = {} if static.scene is None else drives_of(static.scene, static.experiment)
@@ -176,10 +176,10 @@ def events_command_what_drives_use(static: StaticExperiment) -> Iterator[Finding
                     message = _ignored(component, *drives[said.topic])
                     if message:
                         place = static.experiment.place("events", name, "publish")
-                        yield place.finding(Code.NRP321, message, Level.WARNING)
+                        yield place.finding(Code.NRP299, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP321)
+@checks_experiment(Code.NRP299)
 def functions_command_what_drives_use(static: StaticExperiment) -> Iterator[Finding]:
     """Look for functions that send a velocity that the drive ignores."""
     drives = {} if static.scene is None else drives_of(static.scene, static.experiment)
@@ -193,7 +193,7 @@ def functions_command_what_drives_use(static: StaticExperiment) -> Iterator[Find
         for component, node in _set_components(function):
             message = _ignored(component, *drive)
             if message:
-                yield function.declared.finding(Code.NRP321, node, message, Level.WARNING)
+                yield function.declared.finding(Code.NRP299, node, message, Level.WARNING)
 
 
 def _ignored(component: str, robot: str, used: tuple[str, ...]) -> str:
@@ -256,7 +256,7 @@ _PLAIN: dict[Any, tuple[str, tuple[type, ...]]] = {
 }
 
 
-@checks_function(Code.NRP227)
+@checks_function(Code.NRP240)
 def constructor_arguments_have_the_field_types(function: CheckedFunction) -> Iterator[Finding]:
     """Compare the arguments of messages with their fields."""
     for event in function.events:
@@ -267,16 +267,16 @@ def constructor_arguments_have_the_field_types(function: CheckedFunction) -> Ite
                 except TypeError as error:
                     fields = ", ".join(field.name for field in dataclasses.fields(cls))
                     message = f"{type_name(cls)}({fields}): {error}"
-                    yield function.declared.finding(Code.NRP227, node, message)
+                    yield function.declared.finding(Code.NRP240, node, message)
                     continue
                 for name, shape in bound.arguments.items():
                     wrong = _misfit(function, shape, hints(cls).get(name))
                     if wrong:
                         message = f"{name} of {type_name(cls)} must be {wrong}"
-                        yield function.declared.finding(Code.NRP227, node, message)
+                        yield function.declared.finding(Code.NRP240, node, message)
 
 
-@checks_function(Code.NRP227)
+@checks_function(Code.NRP240)
 def assigned_values_have_the_field_types(function: CheckedFunction) -> Iterator[Finding]:
     """Compare values assigned to fields of messages with the types of the fields."""
     for event in function.events:
@@ -285,10 +285,10 @@ def assigned_values_have_the_field_types(function: CheckedFunction) -> Iterator[
                 wrong = _misfit(function, value, hints(cls).get(name))
                 if wrong:
                     message = f"{name} of {type_name(cls)} must be {wrong}"
-                    yield function.declared.finding(Code.NRP227, node, message)
+                    yield function.declared.finding(Code.NRP240, node, message)
 
 
-@checks_function(Code.NRP228)
+@checks_function(Code.NRP240)
 def sent_values_fit_the_topic(function: CheckedFunction) -> Iterator[Finding]:
     """Compare returned and sent values with the type of the topic."""
     for event in function.events:
@@ -303,7 +303,7 @@ def sent_values_fit_the_topic(function: CheckedFunction) -> Iterator[Finding]:
                 continue
         wrong = _refused(info, value)
         if wrong:
-            yield function.declared.finding(Code.NRP228, node, wrong)
+            yield function.declared.finding(Code.NRP240, node, wrong)
 
 
 def _refused(info: TopicInfo, value: Shape) -> str:

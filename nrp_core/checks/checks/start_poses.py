@@ -62,7 +62,7 @@ def robots_start_apart(static: StaticExperiment) -> Iterator[Finding]:
             yield place.finding(Code.NRP291, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP291, Code.NRP292, Code.NRP306, Code.NRP316)
+@checks_experiment(Code.NRP291, Code.NRP292, Code.NRP306)
 def models_start_at_possible_poses(static: StaticExperiment) -> Iterator[Finding]:
     """Check the start poses of robots and of the loose models of the room."""
     if static.scene is None or static.world is None or not bodies_fall(static.world.capabilities):
@@ -72,10 +72,10 @@ def models_start_at_possible_poses(static: StaticExperiment) -> Iterator[Finding
     room = static.experiment.place("world", "scene")
     for model, ground in below_ground(scene, robots):
         message = f"the model '{model}' lies below '{ground}', which the robots stand on"
-        yield room.finding(Code.NRP316, message, Level.WARNING)
+        yield room.finding(Code.NRP306, message, Level.WARNING)
     for robot, top_m, ground in buried(scene, robots):
         message = f"the robot '{robot}' reaches up to z {top_m:.3g} m, which is below '{ground}'"
-        yield static.experiment.place("world", "robots", robot).finding(Code.NRP316, message, Level.WARNING)
+        yield static.experiment.place("world", "robots", robot).finding(Code.NRP306, message, Level.WARNING)
     for message in falling(scene, robots):
         yield room.finding(Code.NRP292, message, Level.WARNING)
     for robot, code, message in wrong_starts(scene, robots):

@@ -128,7 +128,7 @@ _COUNTING: Final = ("int", "round", "range", "ceil", "arange", "linspace")
 """Functions that count steps, or list their times."""
 
 
-@checks_function(Code.NRP360)
+@checks_function(Code.NRP358)
 def steps_are_those_of_the_loop(function: CheckedFunction) -> Iterator[Finding]:
     """Look for a constant ``DT`` that is not how often the function runs."""
     step_s = seconds(function.experiment.timestep)
@@ -151,7 +151,7 @@ def steps_are_those_of_the_loop(function: CheckedFunction) -> Iterator[Finding]:
                 f"'{name}' is {given.value:g}, and the function runs every {step_s:g} s; is the time since "
                 "its last call meant? It is known from 't'"
             )
-            yield function.declared.finding(Code.NRP360, node, message, Level.WARNING)
+            yield function.declared.finding(Code.NRP358, node, message, Level.WARNING)
             return
 
 
@@ -238,7 +238,7 @@ def topics_of_criteria_are_published(static: StaticExperiment) -> Iterator[Findi
             yield experiment.place(*keys, "name").finding(Code.NRP212, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP215, Code.NRP248)
+@checks_experiment(Code.NRP202, Code.NRP248)
 def varied_settings_exist(static: StaticExperiment) -> Iterator[Finding]:
     """Try a value from each range of a comparison."""
     experiment = static.experiment
@@ -266,7 +266,7 @@ def varied_settings_exist(static: StaticExperiment) -> Iterator[Finding]:
                 yield place.finding(Code.NRP248, f"'{key}' is {late}", Level.WARNING)
         if message:
             message = f"'{key}' cannot be varied: {message}"
-            yield experiment.place("comparison", "vary", key).finding(Code.NRP215, message)
+            yield experiment.place("comparison", "vary", key).finding(Code.NRP202, message)
 
 
 def _wrong_parameters(experiment: Experiment) -> list[str]:

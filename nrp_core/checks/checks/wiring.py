@@ -383,7 +383,7 @@ def _sequences(function: ast.AST) -> Iterator[list[ast.stmt]]:
                 yield part
 
 
-@checks_experiment(Code.NRP230)
+@checks_experiment(Code.NRP229)
 def neurons_have_one_source_of_a_kind(static: StaticExperiment) -> Iterator[Finding]:
     """Look for sources of the same kind that drive the same neurons."""
     sources = [
@@ -398,7 +398,7 @@ def neurons_have_one_source_of_a_kind(static: StaticExperiment) -> Iterator[Find
             where = f"'{first}'" + ("" if owner is declared else f" of '{owner.function.name}'")
             message = f"'{second}' drives neurons that {where} also drives: {other.selector!r}"
             node = declared.nodes.get(second)
-            yield declared.finding(Code.NRP230, node, message, Level.WARNING)
+            yield declared.finding(Code.NRP229, node, message, Level.WARNING)
 
 
 def _neurons(adapter: Adapter) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

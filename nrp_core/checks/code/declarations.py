@@ -325,7 +325,7 @@ class Declarations(Statements):
         if [argument.arg for argument in node.args.args][:1] != [TIME]:
             first = node.args.args[0] if node.args.args else node
             message = f"the first parameter of transfer function '{node.name}' must be the time, '{TIME}'"
-            self.findings.append(found_in(self._source, Code.NRP221, first, message))
+            self.findings.append(found_in(self._source, Code.NRP219, first, message))
             self.is_complete = False
             return None
         declared = Declared(stub_of(node, self.path), node, self._source, self.local, {}, self._imports.of)
@@ -347,7 +347,7 @@ class Declarations(Statements):
             case Read(node, Known(ModuleType()) | Names(), _, False):
                 self._is_wrong = True
                 message, instead = missing_name(event)
-                self.findings.append(found_in(self._source, Code.NRP241, node, message, instead=instead))
+                self.findings.append(found_in(self._source, Code.NRP240, node, message, instead=instead))
 
     def _decorator(self, node: ast.expr) -> Any:
         """Return the object that a decorator names; None if it is unknown or not one of ours."""
@@ -447,7 +447,7 @@ class Declarations(Statements):
             return Code.NRP210
         for side in (MapSpikeSink, MapSpikeSource):
             if issubclass(mapping, side):
-                return Code.NRP225 if kinds[0].drives is side.drives else Code.NRP222
+                return Code.NRP240 if kinds[0].drives is side.drives else Code.NRP210
         return Code.NRP210
 
     def _apply(self, declared: Declared, node: ast.expr, decorator: Any) -> bool:

@@ -60,7 +60,7 @@ def explain(
     """
     from nrp_core.cli.inspection.parameters import explain_parameters
     from nrp_core.experiment.reading.find import shipped
-    from nrp_core.findings.codes.removed import removed_in
+    from nrp_core.findings.codes.removed import MERGED, removed_in
 
     names = _codes()
     code = None if subject is None else subject.strip().upper()
@@ -69,8 +69,11 @@ def explain(
             raise typer.BadParameter("a code takes no other arguments", param_hint="PARAMETER")
         _explain_codes(code, as_json=json)
     elif (version := removed_in(code)) is not None:
-        text = f"{code} was removed in {version}: it is not reported any more"
-        document({"code": code, "removed_in": version}) if json else typer.echo(text)
+        other = MERGED.get(code)
+        instead = "it is not reported any more" if other is None else f"{other} is reported instead"
+        text = f"{code} was removed in {version}: {instead}"
+        data = {"code": code, "removed_in": version, "instead": other}
+        document(data) if json else typer.echo(text)
     elif parameter is not None or Path(str(subject)).exists() or subject in shipped():
         explain_parameters(str(subject), parameter, overrides or [], as_json=json)
     else:

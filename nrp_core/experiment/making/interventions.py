@@ -41,7 +41,7 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
             change, idle = intervention.change, intervention.idle(experiment.duration)
             if idle:
                 message = f"'{intervention.name}' has no effect: it {idle}"
-                collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
+                collector.add(Code.NRP279, message, *_KEYS, i, level=Level.WARNING)
             if change is None:
                 assert intervention.activate is not None
                 continue
@@ -51,7 +51,7 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
             synapses = change.synapses(network)
             if not synapses and has_synapses and not idle:
                 message = f"'{intervention.name}' affects no synapse"
-                collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
+                collector.add(Code.NRP279, message, *_KEYS, i, level=Level.WARNING)
             if intervention.at == 0:
                 network = change.of(network, synapses)
             else:
@@ -69,7 +69,7 @@ def _with_controls(network: Network, experiment: Experiment, collector: Collecto
             before, network = network, section.control(network, seeds.child(str(i)))
             if any(projection.size for projection in before.projections) and _are_equal(before, network):
                 message = f"'{section.name}' changes nothing: the synapses stay the same"
-                collector.add(Code.NRP336, message, *keys, level=Level.WARNING)
+                collector.add(Code.NRP279, message, *keys, level=Level.WARNING)
     return network
 
 
@@ -93,7 +93,7 @@ def _report_cut(whole: Network, network: Network, experiment: Experiment, collec
                 selected = change.synapses(whole) if intervention.change is None else left
         if selected and all(cut.get(label, ~mask)[mask].all() for label, mask in left.items()):
             message = f"'{intervention.name}' has no effect: other interventions have cut all these synapses"
-            collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
+            collector.add(Code.NRP279, message, *_KEYS, i, level=Level.WARNING)
         elif intervention.change is not None and change.factor == 0:
             cut |= {label: cut.get(label, mask) | mask for label, mask in selected.items()}
 

@@ -265,7 +265,7 @@ def _checked(
             raise mistake
     for parameter in () if declared.mistakes else declared.unused:
         message = f"nothing reads the parameter '{parameter.name}': every value gives the same result"
-        where = Finding(Code.NRP318, message, Level.WARNING, parameter.path, parameter.line)
+        where = Finding(Code.NRP279, message, Level.WARNING, parameter.path, parameter.line)
         collector.findings.append(where)
     values, wrong = fitting(declared.parameters, given)
     unread = {mistake.path for mistake in declared.mistakes}

@@ -423,7 +423,7 @@ def _own_topics(
     if world is None:
         return ()
     with (
-        collector.during(Code.NRP206, "world", "options"),
+        collector.during(Code.NRP202, "world", "options"),
         named(experiment.world.backend, "report its topics"),
     ):
         return world.backend.topics(world.options)

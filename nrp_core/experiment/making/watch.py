@@ -63,7 +63,7 @@ def warn_of_missing_topics(
     served, known = dict(world.topics), len(world.warnings)
     for topic in declare_missing_topics(experiment, world, functions):
         message = silent_topic(topic, served)
-        collector.add(Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic)
+        collector.add(Code.NRP212, message, "transfer_functions", level=Level.WARNING, subject=topic)
     collector.findings += world.warnings[known:]
 
 

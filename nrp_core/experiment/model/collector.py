@@ -145,7 +145,7 @@ def _below(node: dict[str, Any], key: Key) -> Iterator[dict[str, Any]]:
     yield from (child for child in children if isinstance(child, dict))
 
 
-_MILD = {Code.NRP244: Level.WARNING}
+_MILD = {Code.NRP239: Level.WARNING}
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,7 +103,7 @@ def with_platform(experiment: Experiment) -> Experiment:
     except ValidationError as error:
         above = "compatibility", "options"
         raise InvalidExperimentError(
-            schema_findings(error, platform.options, experiment.source, above, Code.NRP206)
+            schema_findings(error, platform.options, experiment.source, above, Code.NRP202)
         ) from None
     return experiment.with_maker(platform.maker(experiment, options))
 
@@ -243,7 +243,7 @@ def _bases(named: Tree | None) -> list[Tree]:
     for place, base in enumerate(bases):
         if base.value in [one.value for one in bases[:place]]:
             message = f"'{EXTENDS}' names '{base.value}' twice"
-            raise InvalidExperimentError([base.place.finding(Code.NRP214, message)])
+            raise InvalidExperimentError([base.place.finding(Code.NRP200, message)])
     return bases
 
 
@@ -253,11 +253,11 @@ def _base(base: Tree, extending: tuple[Path, ...]) -> Path:
             raise ExperimentError(f"'{EXTENDS}' takes files or names of experiments, one or a list")
         path = find_file(base.value, base.place.folder)
     except ExperimentError as error:
-        raise InvalidExperimentError([base.place.finding(Code.NRP214, str(error))]) from error
+        raise InvalidExperimentError([base.place.finding(Code.NRP200, str(error))]) from error
     if path in extending:
         round_trip = " -> ".join(file.name for file in (*extending[extending.index(path) :], path))
         message = f"an experiment cannot extend itself: {round_trip}"
-        raise InvalidExperimentError([base.place.finding(Code.NRP214, message)])
+        raise InvalidExperimentError([base.place.finding(Code.NRP200, message)])
     return path
 
 
@@ -284,7 +284,7 @@ def overridden(tree: Tree, override: str) -> Tree:
             raise place.error(f"it changes nothing: mappings are merged; '{key.strip()}=null' removes it")
         return tree.overridden(keys, value)
     except ExperimentError as error:
-        raise InvalidExperimentError([Finding.of(error, Code.NRP215)]) from error
+        raise InvalidExperimentError([Finding.of(error, Code.NRP202)]) from error
 
 
 def _require_optional(tree: Tree, keys: Sequence[str], place: Place) -> None:

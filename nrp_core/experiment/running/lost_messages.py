@@ -58,7 +58,7 @@ class SilentTopics:
             if readers and topic not in published:
                 place = readers[0].place
                 yield Finding(
-                    Code.NRP268, message, Level.WARNING, Path(place.path), place.line, subject=topic
+                    Code.NRP212, message, Level.WARNING, Path(place.path), place.line, subject=topic
                 )
 
 
@@ -158,8 +158,8 @@ class UnheardCommands:
             None,
         )
         if place is None:
-            return Finding(Code.NRP267, message, Level.WARNING, subject=topic)
-        return Finding(Code.NRP267, message, Level.WARNING, Path(place.path), place.line, subject=topic)
+            return Finding(Code.NRP212, message, Level.WARNING, subject=topic)
+        return Finding(Code.NRP212, message, Level.WARNING, Path(place.path), place.line, subject=topic)
 
     def _of_other_type(self, topic: str) -> str:
         """Return the topic of the world that ends in the same name and takes other messages, in words."""

@@ -64,7 +64,7 @@ class FallWatch:
                     f"the robot '{name}' has fallen {DEPTH_M:g} m below the room: it is at z "
                     f"{poses[name].position[2]:.2f} m at {seconds(now_ns):g} s"
                 )
-                self._fallen[name] = Finding(Code.NRP293, message, Level.WARNING, subject=name)
+                self._fallen[name] = Finding(Code.NRP292, message, Level.WARNING, subject=name)
 
     def findings(self) -> list[Finding]:
         """Return a finding for each robot that has fallen."""

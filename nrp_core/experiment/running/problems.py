@@ -129,7 +129,7 @@ def _lost_numbers(functions: Iterable[TransferFunction], now_ns: int) -> Iterato
                     "it is nan"
                 )
                 path, line = Path(function.place.path), function.place.line
-                yield Finding(Code.NRP354, message, Level.WARNING, path, line, subject=function.name)
+                yield Finding(Code.NRP277, message, Level.WARNING, path, line, subject=function.name)
 
 
 def too_fast(
@@ -213,7 +213,7 @@ def _quarantine(failure: Failure) -> Finding:
         "not called any more"
     )
     return Finding(
-        Code.NRP274, message, Level.WARNING, Path(failure.path), failure.line, subject=failure.function
+        Code.NRP272, message, Level.WARNING, Path(failure.path), failure.line, subject=failure.function
     )
 
 

@@ -145,7 +145,7 @@ def _recorded_problems(result: Mapping[str, Any], state: str, reached_s: float) 
     found = [Finding(Code.NRP278, str(text), Level.WARNING) for text in result.get("warnings", ())]
     for failure in result.get("failures", ()) if state == FINISHED else ():
         message = f"the transfer function '{failure['function']}' raised {failure['error']}"
-        found.append(Finding(Code.NRP274, message, Level.WARNING, line=failure["line"]))
+        found.append(Finding(Code.NRP272, message, Level.WARNING, line=failure["line"]))
     if state == FAILED:
         found.append(_ended_by(result))
     if state in (INTERRUPTED, RUNNING):

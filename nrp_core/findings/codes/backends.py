@@ -10,26 +10,18 @@ NO_BACKEND = Explanation(
     Weight.ALTERED,
 )
 
-WRONG_OPTION = Explanation(
-    "A backend option that is unknown or wrong.",
-    "Each backend has its own options; this one would have no effect.",
-    "Use one of the options in the message.",
-    "{n} wrong backend options",
-    Weight.ALTERED,
-)
-
 NO_CAPABILITY = Explanation(
-    "The backend, or nrp-core itself, lacks a capability that the experiment needs.",
+    "The backend, or nrp-core itself, does not support a part or setting of the experiment.",
     "The part that needs it has no effect; if the simulation needs it, the run does not start.",
     "Choose a backend with this capability (`nrp backends`), or remove the part that the message names.",
-    "{n} missing capabilities",
+    "{n} parts or settings are not supported",
     Weight.ALTERED,
 )
 
 APPROXIMATED = Explanation(
-    "A property of the network that the brain backend changes.",
-    "The network runs, but differs from the script.",
+    "A property of the network that the reader of its file or the brain backend changes.",
+    "The network runs, but differs from the script or file.",
     "Choose another backend or model if the property matters.",
-    "{n} properties of the network are changed by the brain backend",
+    "{n} properties of the network are changed",
     Weight.ALTERED,
 )

@@ -44,28 +44,12 @@ NO_SUCH_NEURONS = Explanation(
     Weight.ALTERED,
 )
 
-SLOW_SCRIPT = Explanation(
-    "The brain script takes too long to be checked.",
-    "Everything that depends on the network, such as the range of indices, was not checked.",
-    "Run the experiment; if the script never ends, check its loops.",
-    "{n} brain scripts take too long to be checked",
-    Weight.REMARK,
-)
-
 BRAIN_LEFT_OUT = Explanation(
     "The brain is left out.",
     "The experiment runs without neurons: all spike counts are zero.",
     "Correct the cause that the message names: a missing file, or a file that cannot be read.",
     "{n} brains are left out",
     Weight.INCOMPLETE,
-)
-
-BRAIN_FILE_CHANGED = Explanation(
-    "A model, setting or statement of a brain file is ignored or replaced.",
-    "The network runs, but differs from the brain file.",
-    "No action is needed unless it matters; use a supported model or setting to avoid it.",
-    "{n} models, settings or statements of brain files are ignored or replaced",
-    Weight.ALTERED,
 )
 
 EMPTY_POPULATION = Explanation(
@@ -114,14 +98,6 @@ IMPOSSIBLE_VARIANT = Explanation(
     "Use one of the names in the message, or leave out the intervention or control.",
     "{n} interventions or controls cannot be applied",
     Weight.ALTERED,
-)
-
-IDLE_INTERVENTION = Explanation(
-    "An intervention does not affect any synapse.",
-    "The run is the same as without it.",
-    "Name cells that have synapses, and name sources and targets in the right order.",
-    "{n} interventions have no effect",
-    Weight.REMARK,
 )
 
 UNREACHABLE_THRESHOLD = Explanation(

@@ -3,9 +3,9 @@
 from nrp_core.findings.codes.explanation import Explanation, Weight
 
 NOT_READABLE = Explanation(
-    "The file is not valid YAML, or not text.",
+    "The file, or the experiment that it extends, cannot be read.",
     "The file cannot be read, so nothing else is checked.",
-    "Correct the reported line: check indentation, brackets, and the space after each colon.",
+    "Correct the line or name in the message: check indentation, brackets, and the space after each colon.",
     "{n} files cannot be read",
     Weight.ALTERED,
 )
@@ -19,10 +19,10 @@ UNKNOWN_KEY = Explanation(
 )
 
 WRONG_VALUE = Explanation(
-    "A value of the wrong type, or out of range.",
+    "A value, option or override of the wrong kind, or out of range.",
     "The run would differ from what you intended.",
-    "Use a value of the type in the message, within its limits.",
-    "{n} wrong values",
+    "Write a key and a value of the kind that the message names, within its limits.",
+    "{n} wrong values, options or overrides",
     Weight.ALTERED,
 )
 
@@ -35,10 +35,10 @@ MISSING_KEY = Explanation(
 )
 
 MISSING_FILE = Explanation(
-    "A file that does not exist.",
-    "The experiment cannot be built without the file.",
-    "Correct the path; relative paths start at the folder of the file that contains them.",
-    "{n} files do not exist",
+    "A file, module or package that does not exist.",
+    "What uses it cannot be built, or does without it.",
+    "Correct the path, which is relative to the folder of the file that contains it, or install the module.",
+    "{n} files or modules do not exist",
     Weight.ALTERED,
 )
 
@@ -51,10 +51,10 @@ STEPS_DO_NOT_DIVIDE = Explanation(
 )
 
 LONG_STEP = Explanation(
-    "The time step is too long for a closed loop.",
-    "Brain and robot exchange values only once in a step, so the robot reacts late.",
-    "Shorten `timestep`; 20 ms is usual.",
-    "{n} time steps are too long for a closed loop",
+    "A time step does not suit a closed loop, or that of its environment.",
+    "The robot reacts late, or brain and body simulate different times between two observations.",
+    "Set the step that the message names; 20 ms is usual for the loop.",
+    "{n} time steps do not suit the loop",
     Weight.REMARK,
 )
 
@@ -66,27 +66,11 @@ NO_SUCH_REFERENCE = Explanation(
     Weight.ALTERED,
 )
 
-BASE_NOT_READABLE = Explanation(
-    "The experiment that this one extends cannot be read.",
-    "The inherited settings are missing.",
-    "Correct the name under `extends`; an experiment cannot extend itself.",
-    "{n} extended experiments cannot be read",
-    Weight.ALTERED,
-)
-
-WRONG_OVERRIDE = Explanation(
-    "An override that cannot be applied.",
-    "The run would differ from the one that you requested.",
-    "Write `dotted.key=value`, with a key of the experiment and a value in YAML.",
-    "{n} overrides cannot be applied",
-    Weight.ALTERED,
-)
-
 NEVER = Explanation(
-    "An event or condition that can never happen.",
-    "The run ends earlier, or two events wait for each other.",
+    "An event, condition or state that can never happen.",
+    "Its messages are not published, and what waits for it does not happen either.",
     "Check the times: an experiment file needs units; `t` is in seconds from the start of the run.",
-    "{n} events or conditions can never happen",
+    "{n} events, conditions or states can never happen",
     Weight.REMARK,
 )
 

@@ -1,6 +1,7 @@
 """Every kind of finding, with the explanation that ``nrp explain`` prints.
 
-A code never changes its meaning, so that people can look it up and scripts can rely on it.
+A code never changes its meaning, so that people can look it up and scripts can rely on it; numbers of
+``removed.py`` are not used again.
 ``docs/reference/findings.md`` is generated from this table.
 """
 
@@ -30,7 +31,6 @@ class Code(Enum):
     NRP203 = experiment.MISSING_KEY
     NRP204 = experiment.MISSING_FILE
     NRP205 = backends.NO_BACKEND
-    NRP206 = backends.WRONG_OPTION
     NRP207 = experiment.STEPS_DO_NOT_DIVIDE
     NRP208 = brain.SCRIPT_FAILED
     NRP209 = world.NOT_READABLE
@@ -38,22 +38,11 @@ class Code(Enum):
     NRP211 = brain.NO_SUCH_NEURONS
     NRP212 = world.WRONG_TOPIC
     NRP213 = experiment.NO_SUCH_REFERENCE
-    NRP214 = experiment.BASE_NOT_READABLE
-    NRP215 = experiment.WRONG_OVERRIDE
     NRP216 = backends.NO_CAPABILITY
     NRP217 = backends.APPROXIMATED
     NRP218 = functions.NO_SUCH_IMPORT
     NRP219 = functions.MAPPING_MISMATCH
-    NRP221 = functions.NO_TIME
-    NRP222 = functions.WRONG_DIRECTION
-    NRP223 = functions.NO_SUCH_ATTRIBUTE
-    NRP224 = functions.READ_ONLY
-    NRP225 = functions.WRONG_SETTING
-    NRP226 = functions.NO_SUCH_FIELD
-    NRP227 = functions.WRONG_MESSAGE
-    NRP228 = functions.WRONG_MESSAGE_TYPE
     NRP229 = functions.TWO_PUBLISHERS
-    NRP230 = functions.TWO_SOURCES
     NRP231 = functions.SILENT_SOURCE
     NRP233 = functions.WRONG_UNIT
     NRP235 = functions.SAME_NAME
@@ -61,37 +50,24 @@ class Code(Enum):
     NRP238 = functions.DELAY
     NRP239 = functions.NOT_CHECKED
     NRP240 = functions.WRONG_CALL
-    NRP241 = functions.NO_SUCH_NAME
     NRP243 = functions.NOT_REPRODUCIBLE
-    NRP244 = brain.SLOW_SCRIPT
-    NRP245 = functions.WRONG_TRIGGER
     NRP246 = functions.UNDEFINED_NAME
     NRP247 = functions.NOT_A_NUMBER
     NRP248 = experiment.NEVER
     NRP249 = experiment.DEGREES
-    NRP252 = functions.WRONG_INDEX
     NRP253 = functions.REASSIGNED_PARAMETER
-    NRP254 = functions.WRONG_ROW
     NRP255 = neurorobotics_platform.CONVERTED
     NRP256 = world.ROBOT_LEFT_OUT
-    NRP257 = world.ROOM_LEFT_OUT
     NRP258 = world.MESH_REPLACED
-    NRP259 = world.APPEARANCE_REPLACED
     NRP260 = world.PART_LEFT_OUT
     NRP261 = world.UNKNOWN_PLUGIN
     NRP262 = world.SENSOR_NOT_SIMULATED
-    NRP263 = world.VALUE_IGNORED
     NRP264 = world.VALUE_REPLACED
     NRP265 = world.NOT_CONTROLLED
     NRP266 = world.RENAMED
-    NRP267 = world.NO_SUBSCRIBER
-    NRP268 = world.NO_PUBLISHER
     NRP269 = brain.BRAIN_LEFT_OUT
-    NRP270 = brain.BRAIN_FILE_CHANGED
     NRP271 = brain.EMPTY_POPULATION
     NRP272 = running.FUNCTION_LEFT_OUT
-    NRP273 = running.STATE_MACHINE_LEFT_OUT
-    NRP274 = running.FUNCTION_QUARANTINED
     NRP275 = running.ENGINE_FAILED
     NRP276 = running.ENDED_BY_ERROR
     NRP277 = running.NUMERICAL
@@ -103,14 +79,11 @@ class Code(Enum):
     NRP283 = running.LATE
     NRP284 = running.RECORDING_INCOMPLETE
     NRP285 = running.REPLAY_DIFFERS
-    NRP286 = neurorobotics_platform.RESOURCE_MISSING
-    NRP287 = neurorobotics_platform.NOT_SUPPORTED
     NRP288 = experiment.WRONG_PARAMETER
     NRP289 = experiment.UNREADABLE_PARAMETER
     NRP290 = brain.UNCONNECTED
     NRP291 = world.STARTS_INSIDE
     NRP292 = world.NO_GROUND
-    NRP293 = world.FELL_OUT
     NRP294 = running.INTERRUPTED
     NRP295 = world.NO_LIGHT
     NRP296 = experiment.LONG_STEP
@@ -118,41 +91,25 @@ class Code(Enum):
     NRP299 = world.BEYOND_LIMIT
     NRP301 = functions.HIDDEN_STATE
     NRP302 = functions.ENDS_PROCESS
-    NRP303 = functions.WRITES_FILE
     NRP306 = world.STARTS_HIGH
     NRP308 = brain.UNLIKE_SCRIPT
-    NRP315 = functions.FILE_RENAMED
-    NRP316 = world.BELOW_GROUND
-    NRP318 = functions.PARAMETER_WITHOUT_EFFECT
     NRP319 = functions.MESSAGE_OVERWRITTEN
-    NRP321 = functions.COMMAND_IGNORED
     NRP322 = experiment.MISSED_EVENT
     NRP325 = brain.TOO_FAST
-    NRP326 = world.TWO_DRIVES
-    NRP327 = running.STATE_MACHINE_DOUBTFUL
     NRP330 = functions.NOT_KEPT
-    NRP332 = functions.NO_SUCH_JOINT
     NRP335 = brain.IMPOSSIBLE_VARIANT
-    NRP336 = brain.IDLE_INTERVENTION
-    NRP340 = world.STEP_OF_ENVIRONMENT
     NRP343 = brain.NO_NETWORK_IN_FILE
     NRP344 = brain.ENDLESS_SCRIPT
-    NRP345 = world.OTHER_ENGINE
-    NRP346 = world.FRAME_ELSEWHERE
     NRP350 = brain.REFUSED_NETWORK
     NRP351 = experiment.CONTRADICTORY_PARAMETER
     NRP353 = running.BEYOND_THE_END
-    NRP354 = functions.LOST_NUMBER
     NRP355 = functions.MESSAGE_NOT_SENT
     NRP356 = functions.NO_PREPROCESSED_RESULT
     NRP357 = functions.WAITS
     NRP358 = functions.IMPOSSIBLE_COLOUR
-    NRP359 = functions.BEYOND_SCANNER
-    NRP360 = functions.OTHER_STEP
     NRP370 = world.TILTED_START
     NRP371 = world.LENGTH_UNIT
     NRP372 = world.STEP_UNIT
-    NRP373 = world.POSE_UNIT
     NRP374 = world.OWN_ROBOT_VIEW
     NRP375 = world.WHEELS_WITHOUT_CONTACT
     NRP376 = world.TWO_CONTROLLERS

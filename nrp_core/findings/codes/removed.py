@@ -30,7 +30,57 @@ REMOVED: Final = {
 }
 """By the version in which they were removed."""
 
+MERGED: Final = {
+    "NRP206": "NRP202",
+    "NRP214": "NRP200",
+    "NRP215": "NRP202",
+    "NRP221": "NRP219",
+    "NRP222": "NRP210",
+    "NRP223": "NRP240",
+    "NRP224": "NRP240",
+    "NRP225": "NRP240",
+    "NRP226": "NRP240",
+    "NRP227": "NRP240",
+    "NRP228": "NRP240",
+    "NRP230": "NRP229",
+    "NRP241": "NRP240",
+    "NRP244": "NRP239",
+    "NRP245": "NRP210",
+    "NRP252": "NRP240",
+    "NRP254": "NRP240",
+    "NRP257": "NRP256",
+    "NRP259": "NRP258",
+    "NRP263": "NRP264",
+    "NRP267": "NRP212",
+    "NRP268": "NRP212",
+    "NRP270": "NRP217",
+    "NRP273": "NRP272",
+    "NRP274": "NRP272",
+    "NRP286": "NRP204",
+    "NRP287": "NRP216",
+    "NRP293": "NRP292",
+    "NRP303": "NRP301",
+    "NRP315": "NRP210",
+    "NRP316": "NRP306",
+    "NRP318": "NRP279",
+    "NRP321": "NRP299",
+    "NRP326": "NRP376",
+    "NRP327": "NRP248",
+    "NRP332": "NRP240",
+    "NRP336": "NRP279",
+    "NRP340": "NRP296",
+    "NRP345": "NRP260",
+    "NRP346": "NRP266",
+    "NRP354": "NRP277",
+    "NRP359": "NRP358",
+    "NRP360": "NRP358",
+    "NRP373": "NRP372",
+}
+"""Codes of 0.2 whose findings have another code since 0.3."""
+
 
 def removed_in(code: str) -> str | None:
     """Return the version in which a code was removed; None if it was not."""
+    if code in MERGED:
+        return "0.3"
     return next((version for version, codes in REMOVED.items() if code in codes), None)

@@ -3,34 +3,10 @@
 from nrp_core.findings.codes.explanation import Explanation, Weight
 
 FUNCTION_LEFT_OUT = Explanation(
-    "A transfer function is left out.",
-    "The experiment runs without this function.",
+    "A transfer function or state machine is left out, or stopped by an error.",
+    "The experiment runs without it.",
     "Correct the cause that the message names; with `strict: true` the experiment does not run without it.",
-    "{n} transfer functions are left out",
-    Weight.INCOMPLETE,
-)
-
-STATE_MACHINE_LEFT_OUT = Explanation(
-    "A state machine is left out or stopped by an error.",
-    "Its later states are not reached, and its commands are missing.",
-    "Correct the cause that the message names.",
-    "{n} state machines are left out or stopped",
-    Weight.INCOMPLETE,
-)
-
-STATE_MACHINE_DOUBTFUL = Explanation(
-    "A state machine runs, but a state or transition is probably a mistake.",
-    "A state that no transition leads to is never entered, and an outcome without a transition ends it.",
-    "Correct the states and transitions that the message names.",
-    "{n} states or transitions are probably mistakes",
-    Weight.REMARK,
-)
-
-FUNCTION_QUARANTINED = Explanation(
-    "A transfer function raised an error and is no longer called.",
-    "The rest of the run continues without this function.",
-    "Correct the function; with `on_error: stop` the run ends at the first error.",
-    "{n} transfer functions were stopped by an error",
+    "{n} transfer functions or state machines are left out or stopped",
     Weight.INCOMPLETE,
 )
 
@@ -51,10 +27,10 @@ ENDED_BY_ERROR = Explanation(
 )
 
 NUMERICAL = Explanation(
-    "The numbers of an engine became inaccurate, or exceeded their range.",
+    "A number of an engine or a variable became NaN, inaccurate, or exceeded its range.",
     "The results after this time may be wrong.",
-    "Use a shorter time step, or smaller forces, velocities or weights.",
-    "{n} numerical problems in engines",
+    "Use a shorter time step or smaller values; in a function, test that there is something to compute with.",
+    "{n} numerical problems",
     Weight.ALTERED,
 )
 
@@ -67,10 +43,10 @@ REPORTED = Explanation(
 )
 
 NO_EFFECT = Explanation(
-    "An option has no effect, or a bad one, in this experiment.",
+    "An option, parameter or intervention has no effect, or a bad one, in this experiment.",
     "The results do not change; the run may be slower than it could be.",
-    "Remove or change the option that the message names.",
-    "{n} options have no useful effect",
+    "Remove or change what the message names.",
+    "{n} options, parameters or interventions have no useful effect",
     Weight.REMARK,
 )
 

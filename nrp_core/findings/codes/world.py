@@ -11,47 +11,31 @@ NOT_READABLE = Explanation(
 )
 
 WRONG_TOPIC = Explanation(
-    "A topic that does not exist, or has another type or direction.",
+    "A topic that does not exist, has another type or direction, or has nothing at its other end.",
     "No message would arrive, or nothing would receive the published messages.",
-    "Use the name and type in the message; subscribe to sensors, publish on the topics of drives.",
+    "Use a name and type that `nrp inspect` lists; subscribe to sensors, publish on the topics of drives.",
     "{n} uses of topics that do not fit the world",
     Weight.ALTERED,
 )
 
 ROBOT_LEFT_OUT = Explanation(
-    "A robot is left out.",
-    "The experiment runs without this robot; whatever the robot should sense or do is missing.",
+    "A robot is left out, or the room, which is replaced by a plain floor.",
+    "The experiment runs without it; whatever it should sense, do or contain is missing.",
     "Correct the cause that the message names: a missing file, or a file that cannot be read.",
-    "{n} robots are left out",
-    Weight.INCOMPLETE,
-)
-
-ROOM_LEFT_OUT = Explanation(
-    "The room is left out and replaced by a plain floor.",
-    "The objects and lights of the room are missing.",
-    "Correct the cause that the message names: a missing file, or a file that cannot be read.",
-    "{n} rooms are left out",
+    "{n} robots or rooms are left out",
     Weight.INCOMPLETE,
 )
 
 MESH_REPLACED = Explanation(
-    "A shape from a file is replaced by a simple shape.",
-    "Cameras, rays and contacts use the simple shape; a shape may also be left out.",
+    "A mesh, texture, material or colour is missing or not supported, and is replaced.",
+    "Cameras and rays see the replacement; bodies touch the simple shape that replaces a mesh.",
     "Put the file where the models are searched, or correct it.",
-    "{n} meshes are replaced by simple shapes",
-    Weight.ALTERED,
-)
-
-APPEARANCE_REPLACED = Explanation(
-    "A texture, material or colour is missing or not supported.",
-    "Images show the part in another colour; its motion is unaffected.",
-    "Add the file or the material, or give the part a plain colour.",
-    "{n} textures, materials or colours are replaced",
+    "{n} meshes, textures or materials are replaced",
     Weight.ALTERED,
 )
 
 PART_LEFT_OUT = Explanation(
-    "A part of a robot or room is left out.",
+    "A part of a robot or room is left out, or exists only in another physics engine.",
     "The part is not simulated; the rest of the model is.",
     "Correct the part as the message says, or remove it from the file.",
     "{n} parts of models are left out",
@@ -74,19 +58,11 @@ SENSOR_NOT_SIMULATED = Explanation(
     Weight.ALTERED,
 )
 
-VALUE_IGNORED = Explanation(
-    "An element or value of a robot or room is ignored.",
-    "The simulation does not have the effect that the element describes.",
-    "No action is needed unless the effect matters; correct the name of an element if it is misspelled.",
-    "{n} elements of models are ignored",
-    Weight.ALTERED,
-)
-
 VALUE_REPLACED = Explanation(
-    "A value of a robot or room is missing or impossible, and another value is used.",
-    "The model is simulated with the value in the message.",
-    "Write the intended value into the file.",
-    "{n} values of models are replaced",
+    "A value of a robot or room is ignored, missing or impossible.",
+    "The model moves or looks as the message says.",
+    "Write the intended value into the file; correct the name of an element if it is misspelled.",
+    "{n} values of models are ignored or replaced",
     Weight.ALTERED,
 )
 
@@ -99,27 +75,11 @@ NOT_CONTROLLED = Explanation(
 )
 
 RENAMED = Explanation(
-    "A part of a robot or room is renamed, because its name is already in use.",
-    "Topics, services and recordings use the new name.",
-    "Give each part a unique name.",
-    "{n} parts of models are renamed",
+    "A part of a model or the frame of a sensor gets another name.",
+    "Topics, services, messages and recordings use the new name.",
+    "Give each part a name of its own, and a sensor the name of a link at its pose.",
+    "{n} parts or frames of models are renamed",
     Weight.REMARK,
-)
-
-NO_SUBSCRIBER = Explanation(
-    "Commands are published on a topic without a subscriber.",
-    "The commands have no effect.",
-    "Publish on a topic that `nrp inspect` lists for the robot, or add the drive that subscribes to it.",
-    "{n} topics receive commands without a subscriber",
-    Weight.ALTERED,
-)
-
-NO_PUBLISHER = Explanation(
-    "A topic does not exist in the world, or does not have a publisher.",
-    "Its subscribers do not receive messages unless a function publishes on the topic.",
-    "Subscribe to a topic that `nrp inspect` lists for the robot, or add the sensor that publishes on it.",
-    "{n} topics have no publisher",
-    Weight.ALTERED,
 )
 
 STARTS_INSIDE = Explanation(
@@ -131,19 +91,11 @@ STARTS_INSIDE = Explanation(
 )
 
 NO_GROUND = Explanation(
-    "There is no ground below a robot or below a movable model of the room at the start.",
+    "A robot or a loose model has nothing below it, or has fallen out of the room.",
     "The model falls. The drive of a falling robot has no effect; a floor falls with the objects on it.",
     "Add ground to the room, move the start pose above the ground, make fixed models `<static>`, or set "
     "the gravity of the room to 0.",
     "{n} models have no ground below them",
-    Weight.ALTERED,
-)
-
-FELL_OUT = Explanation(
-    "A robot has fallen out of the room.",
-    "After that time its sensors and its drive have no objects to act on.",
-    "Move the start pose above the ground, or make the ground larger.",
-    "{n} robots have fallen out of the room",
     Weight.ALTERED,
 )
 
@@ -156,59 +108,19 @@ NO_LIGHT = Explanation(
 )
 
 BEYOND_LIMIT = Explanation(
-    "A command exceeds the limits of its joint or drive.",
-    "A joint goes to its limit instead; a drive ignores motions it cannot perform, or moves unrealistically.",
+    "A command, or a part of it, is beyond what its joint or drive can do.",
+    "A joint goes to its limit instead; a drive ignores motions that it cannot perform.",
     "Scale the command to the limits that `nrp inspect` lists, use m/s and rad/s, or change the robot file.",
-    "{n} topics receive commands beyond the limits of their joint or drive",
+    "{n} topics get commands beyond what their joint or drive can do",
     Weight.REMARK,
 )
 
 STARTS_HIGH = Explanation(
-    "A robot starts several metres above the ground.",
-    "Gravity makes the robot fall, and the impact can throw it over.",
-    "Lower z of the start pose so that the robot begins on the ground.",
-    "{n} robots start high above the ground",
+    "A model starts high above everything below it, or lies below the ground.",
+    "It falls and may be thrown over, or nothing above the ground sees or touches it.",
+    "Correct z of its pose, which is in m from the origin of the room.",
+    "{n} models start far above or below the ground",
     Weight.REMARK,
-)
-
-BELOW_GROUND = Explanation(
-    "A model lies below the ground that robots stand on.",
-    "Objects above the ground do not collide with it, and sensors do not detect it.",
-    "Correct z of its pose; poses of models are in m, from the origin of the room.",
-    "{n} models lie below the ground",
-    Weight.REMARK,
-)
-
-STEP_OF_ENVIRONMENT = Explanation(
-    "The time step of an environment differs from that of the experiment.",
-    "Between two observations the brain runs for a longer or shorter time than the body.",
-    "Set the time that the message names: `world: {options: {timestep: 50 ms}}`.",
-    "{n} environments have another time step",
-    Weight.REMARK,
-)
-
-OTHER_ENGINE = Explanation(
-    "A part of a robot exists only in another physics engine.",
-    "The world runs without it: its commands have no effect, it exerts no forces, and it has no inertia.",
-    "Use the engine whose format describes it, for MJCF `world: {backend: mujoco}`.",
-    "{n} parts of robots exist only in another engine",
-    Weight.ALTERED,
-)
-
-FRAME_ELSEWHERE = Explanation(
-    "A sensor names a frame in which its measurements would be misplaced.",
-    "Its messages use a separate frame, which has the correct pose in the transform tree.",
-    "Name a link at the pose of the sensor; for a camera, one with z forward, x right and y down.",
-    "{n} sensors name frames that are elsewhere",
-    Weight.REMARK,
-)
-
-TWO_DRIVES = Explanation(
-    "A plugin of the simulator itself moves joints that a drive of nrp-core moves.",
-    "They conflict, so the robot does not move as commanded.",
-    "Remove one of them from the file, or leave the drive to the simulator, on Gazebo by `drive: plugin`.",
-    "{n} plugins move joints that a drive moves",
-    Weight.ALTERED,
 )
 
 TILTED_START = Explanation(
@@ -228,18 +140,10 @@ LENGTH_UNIT = Explanation(
 )
 
 STEP_UNIT = Explanation(
-    "The time step of the world is much shorter or longer than usual.",
-    "The run is slow, or contacts and controllers are inaccurate.",
-    "Write the unit of the step: `timestep: 1 ms`.",
-    "{n} time steps are probably in another unit",
-    Weight.REMARK,
-)
-
-POSE_UNIT = Explanation(
-    "A pose is probably in another unit than m and rad.",
-    "The part is at a wrong position or has a wrong orientation.",
-    'Write positions in m and angles in rad; SDF has `<pose degrees="true">`, xacro has `${radians(90)}`.',
-    "{n} poses are probably in another unit",
+    "A time step or pose of a model is probably in another unit.",
+    "The run is slow or inaccurate, or the part is far from where it should be.",
+    'Write steps with a unit, positions in m and angles in rad; SDF has `<pose degrees="true">`.',
+    "{n} time steps or poses are probably in another unit",
     Weight.REMARK,
 )
 
@@ -260,9 +164,9 @@ WHEELS_WITHOUT_CONTACT = Explanation(
 )
 
 TWO_CONTROLLERS = Explanation(
-    "Two controllers, or a drive and a controller, command one joint.",
+    "Two controllers, drives or plugins command one joint.",
     "They work against each other, or the last command counts.",
-    "Remove one of them, or name another joint.",
+    "Remove one of them, name another joint, or on Gazebo leave the drive to it by `drive: plugin`.",
     "{n} joints have two controllers",
     Weight.ALTERED,
 )

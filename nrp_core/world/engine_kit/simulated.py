@@ -102,10 +102,10 @@ def report_mechanisms(model: Model, engine: str, namespace: str, warnings: Findi
     """
     foreign = [each for each in model.native if each.namespace != namespace]
     for subject, part in _lacking(model, foreign):
-        warnings.add(Code.NRP345, f"{engine} does not have {part}", subject=subject)
+        warnings.add(Code.NRP260, f"{engine} does not have {part}", subject=subject)
     if any(each.tag == "contact" and each.attribute("self") == "true" for each in foreign):
         message = f"in {engine} parts of '{model.name}' do not touch each other, as its file says they do"
-        warnings.add(Code.NRP345, message, subject="contact")
+        warnings.add(Code.NRP260, message, subject="contact")
 
 
 def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str]]:

@@ -150,7 +150,7 @@ class NavSat(Sensor):
         if ignored := plugin.all(*_OF_HECTOR):
             tags, verb = " and ".join(f"<{each.tag}>" for each in ignored), "are" if ignored[1:] else "is"
             message = f"{tags} {verb} not used: the world's <spherical_coordinates> say where it is"
-            reading.notes.warn(ignored[0], Code.NRP263, message, subject=ignored[0].tag)
+            reading.notes.warn(ignored[0], Code.NRP264, message, subject=ignored[0].tag)
         link = model.link(plugin.require("bodyName")).name
         velocity = topic_in_namespace(plugin, plugin.word("velocityTopicName", "fix_velocity"), reading)
         return link, cls(name, topic, rate_hz, offset_of(plugin), velocity, noise=noise)
@@ -238,7 +238,7 @@ def _noise_of_axes(sensor: Element, quantity: str, reading: Reading) -> Noise:
             message = (
                 f"the noise of <x> is used for all axes of <{quantity}>, and that of <{axis}> is another"
             )
-            reading.notes.warn(sensor, Code.NRP263, message, subject=sensor.attribute("name"))
+            reading.notes.warn(sensor, Code.NRP264, message, subject=sensor.attribute("name"))
             break
     return along_x
 

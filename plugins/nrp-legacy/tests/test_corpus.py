@@ -188,7 +188,7 @@ def test_a_course_of_2019_goes_to_a_point_of_a_grid_that_it_reads_by_texts_and_f
 
 def test_its_machine_hears_each_message_and_waits_for_activity(played: Callable[..., Run]) -> None:
     run = played("course_2019/course.exc")
-    assert not [problem for problem in run.problems if problem.code in (Code.NRP273, Code.NRP280)]
+    assert not [problem for problem in run.problems if problem.code in (Code.NRP272, Code.NRP280)]
     (sun,) = (light for light in run.world.scene.lights if light.name == "sun")
     assert sun.diffuse[:2] == (0.1, 0.2)
     assert run.world.model_motion("left_vr_screen").pose.position == pytest.approx((3.0, 2.0, 0.5))

@@ -28,7 +28,7 @@ def _doubts(folder: Path, old: str = "", new: str = "") -> list[str]:
     for name, text in (("old.exc", _EXC), ("old.bibi", _BIBI)):
         (folder / name).write_text(text.replace(old, new, 1) if old else text)
     found = list(check_documents(read_experiment(folder / "old.exc"), read_bibi(folder / "old.bibi")))
-    assert all(one.code is Code.NRP287 and one.line for one in found)
+    assert all(one.code is Code.NRP216 and one.line for one in found)
     return [one.message for one in found]
 
 
@@ -84,7 +84,7 @@ def test_a_value_that_is_passed_over_is_reported(tmp_path: Path, old: str, new: 
     [
         ("bodyModel", "bodymodle", Code.NRP256),
         ("brainModel", "BrainModel", Code.NRP269),
-        ("environmentModel", "enviromentModel", Code.NRP257),
+        ("environmentModel", "enviromentModel", Code.NRP256),
         ("transferFunction", "trasferFunction", Code.NRP272),
     ],
 )
@@ -145,7 +145,7 @@ def test_two_state_machines_with_one_id_are_reported(tmp_path: Path, second: str
         (">husky.sdf<", "> <", Code.NRP256, "the robot 'husky' is left out: its <bodyModel> names no file"),
         (">brain.py<", "><", Code.NRP269, "the brain is left out: its <brainModel> has populations, and"),
         ("</environmentModel>", "</environmentModel><experimentControl><stateMachine id='a' src=''/>"
-         "</experimentControl>", Code.NRP273, "the state machine 'a' is left out: it names no file"),
+         "</experimentControl>", Code.NRP272, "the state machine 'a' is left out: it names no file"),
     ],
 )  # fmt: skip
 def test_a_part_that_names_no_file_is_left_out_and_reported(

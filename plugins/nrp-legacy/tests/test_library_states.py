@@ -170,7 +170,7 @@ with sm:
     (folder / "m.exd").write_text(machine)
     with caplog.at_level("INFO"), Run(read_exc(folder / "x.exc")) as run:
         run.run(0.2)
-        assert Code.NRP267 not in [problem.code for problem in run.problems]
+        assert Code.NRP212 not in [problem.code for problem in run.problems]
     assert [one.message for one in caplog.records if one.name == "nrp_legacy"] == ["begins", "talks 1"]
 
 

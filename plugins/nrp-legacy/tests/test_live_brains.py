@@ -267,7 +267,7 @@ def test_rates_and_currents_that_no_device_can_have_count_as_none(
     assert counts["cells"] > 5
     assert "p: rate cannot be -5.0: set to 0.0" in caplog.text
     assert caplog.text.count("rate cannot be") == 3
-    told = [one.message for one in run.result().problems if one.code is Code.NRP225]
+    told = [one.message for one in run.result().problems if one.code is Code.NRP240]
     assert "p: rate cannot be -5.0: set to 0.0" in told
     assert sum("rate cannot be" in one for one in told) == 3
 

@@ -47,7 +47,7 @@ def test_a_transition_that_leads_nowhere_is_reported(
     found = list(check_machine_file(path))
     assert bool(found) == (words is not None)
     if words is not None:
-        assert found[0].code is Code.NRP273
+        assert found[0].code is Code.NRP272
         assert found[0].line == line
         assert any(words in one.message for one in found)
 
@@ -61,12 +61,12 @@ def _state(*outcomes: str) -> State:
     [
         ({"a": (_state("done"), {"done": "END"})}, ["END"], None, None, ""),
         ({"a": (_state("valid", "invalid"), {"succeeded": "END"})}, ["END"], None, None, ""),
-        ({}, ["END"], None, Code.NRP273, "does not have any state"),
-        ({"a": (_state("done"), {"done": "b"})}, ["END"], None, Code.NRP273, "'a' goes to 'b', which is nei"),
-        ({"a": (_state("done"), {"done": "END"})}, ["END"], "b", Code.NRP273, "no initial state 'b'"),
-        ({"a": (State, {})}, ["END"], None, Code.NRP273, "which is not a state; call it"),
-        ({"a": (_state("done", "bad"), {"done": "END"})}, ["END"], None, Code.NRP327, "can end with 'bad'"),
-        ({"a": (_state("done"), {"done": "END", "dome": "a"})}, ["END"], None, Code.NRP327,
+        ({}, ["END"], None, Code.NRP272, "does not have any state"),
+        ({"a": (_state("done"), {"done": "b"})}, ["END"], None, Code.NRP272, "'a' goes to 'b', which is nei"),
+        ({"a": (_state("done"), {"done": "END"})}, ["END"], "b", Code.NRP272, "no initial state 'b'"),
+        ({"a": (State, {})}, ["END"], None, Code.NRP272, "which is not a state; call it"),
+        ({"a": (_state("done", "bad"), {"done": "END"})}, ["END"], None, Code.NRP248, "can end with 'bad'"),
+        ({"a": (_state("done"), {"done": "END", "dome": "a"})}, ["END"], None, Code.NRP248,
          "a transition for 'dome', which is not an outcome of it; did you mean 'done'"),
     ],
 )  # fmt: skip
@@ -91,7 +91,7 @@ def test_outcomes_that_are_a_text_are_reported() -> None:
     with machine:
         StateMachine.add("a", State("done"), {"done": "END"})
     ((code, sentence),) = check_machine(machine)
-    assert code is Code.NRP327
+    assert code is Code.NRP248
     assert "the outcomes of the state 'a' are the text 'done'" in sentence
 
 

@@ -100,9 +100,9 @@ def test_a_machine_in_scxml_is_left_out_as_on_the_platform_and_said_before_and_a
     assert kind in exc.read_text()
     assert "gate.scxml" in exc.read_text()
     words = "gate.scxml is in SCXML, which the Neurorobotics Platform did not execute either"
-    assert [words in one.message for one in validate_file(exc) if one.code is Code.NRP273] == [True]
+    assert [words in one.message for one in validate_file(exc) if one.code is Code.NRP272] == [True]
     run = opened("poses_2017/poses.exc")
     run.run_until(0.1)
-    (told,) = [one for one in run.problems if one.code is Code.NRP273]
+    (told,) = [one for one in run.problems if one.code is Code.NRP272]
     assert words in told.message
     assert not run.result().complete

@@ -81,22 +81,22 @@ def _doubts(folder: Path, exc: str = _EXC.format(""), bibi: str = _BIBI.format("
 @pytest.mark.parametrize(
     ("old", "new", "code", "said"),
     [
-        ("<brainModel>", "<brainModel><flie>b.py</flie>", Code.NRP287,
+        ("<brainModel>", "<brainModel><flie>b.py</flie>", Code.NRP216,
          "<flie> is ignored; did you mean <file>?"),
-        ("<brainModel>", "<file>b.py</file><brainModel>", Code.NRP287,
+        ("<brainModel>", "<file>b.py</file><brainModel>", Code.NRP216,
          "<file> in <bibi> is ignored; it belongs in <environmentModel> or <brainModel> or <bodyModel>"),
         (">h.sdf<", ">h.sdf<brainModel/><", Code.NRP269,
          "<brainModel> in <bodyModel> is ignored; it belongs in <bibi>"),
         ('src="f.py"/>', 'src="f.py"><transferFunction src="g.py"/></transferFunction>', Code.NRP272,
          "<transferFunction> in <transferFunction> is ignored; it belongs in <bibi>"),
-        ('src="f.py"', 'scr="f.py"', Code.NRP287, "the attribute 'scr' is ignored; did you mean 'src'?"),
+        ('src="f.py"', 'scr="f.py"', Code.NRP216, "the attribute 'scr' is ignored; did you mean 'src'?"),
         (' src="f.py"', "", Code.NRP272,
          "the transfer function is left out: it names no file and holds no code"),
-        ("PythonTransferFunction", "PytonTransferFunction", Code.NRP287,
+        ("PythonTransferFunction", "PytonTransferFunction", Code.NRP216,
          "the type of <transferFunction> is 'PytonTransferFunction'; did you mean 'PythonTransferFunction'?"),
-        ("<brainModel>", "<mode>SynchronuosPynnNestSimulation</mode><brainModel>", Code.NRP287,
+        ("<brainModel>", "<mode>SynchronuosPynnNestSimulation</mode><brainModel>", Code.NRP216,
          "the <mode> 'SynchronuosPynnNestSimulation' is not known: is 'Synchronuos' meant as 'Synchronous'?"),
-        ("bibi xm", "ibbi xm", Code.NRP287, "the document begins with <ibbi>; did you mean <bibi>?"),
+        ("bibi xm", "ibbi xm", Code.NRP216, "the document begins with <ibbi>; did you mean <bibi>?"),
     ],
 )  # fmt: skip
 def test_a_slip_in_a_bibi_document_is_reported(
@@ -125,6 +125,6 @@ def test_what_documents_of_any_year_hold_is_not_reported(tmp_path: Path, other: 
 
 def test_an_empty_value_of_a_start_pose_is_reported(tmp_path: Path) -> None:
     (found,) = _doubts(tmp_path, exc=_EXC.format("").replace('x="0"', 'x="0" yaw=""'))
-    assert found == (Code.NRP287, "'yaw' of a start pose is empty: not used")
+    assert found == (Code.NRP216, "'yaw' of a start pose is empty: not used")
     more = "<cameraPose><cameraPosition x='1'/></cameraPose><visualModel src='v' scale='1'/><own><x/></own>"
     assert _doubts(tmp_path, exc=_EXC.format(more)) == []

@@ -207,7 +207,7 @@ def test_the_clock_triggers_functions_as_with_ros(opened: Opened, corpus: Path) 
     times, heard = zip(*function.adapters["times"].value, strict=True)  # type: ignore[attr-defined]
     assert times == (0.02, 0.04, 0.06, 0.08, 0.1)  # the ends of the steps
     assert heard == ([], [0.04], [0.06], [0.08], [0.1])  # a subscriber of rospy hears from its first step on
-    assert not [one for one in validate_file(folder / "x.exc") if one.code is Code.NRP268]
+    assert not [one for one in validate_file(folder / "x.exc") if one.code is Code.NRP212]
 
 
 STRINGS = """

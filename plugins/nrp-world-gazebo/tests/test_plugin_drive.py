@@ -57,7 +57,7 @@ def test_a_drive_of_nrp_core_takes_the_place_of_gazebos_plugin_which_is_noted(re
     (note,) = leave_out(model, sdf)
     assert sdf.find(".//plugin") is None
     assert (note.code, note.level, note.line) == (
-        Code.NRP326,
+        Code.NRP376,
         Level.NOTE,
         CART[: CART.index("<plugin")].count("\n") + 1,
     )
@@ -69,7 +69,7 @@ def test_another_plugin_that_names_a_driven_joint_is_warned_of(read):
     sdf = given(model)
     _, warning = leave_out(model, sdf)
     assert [each.get("name") for each in sdf.iter("plugin")] == ["spin"]
-    assert (warning.code, warning.level) == (Code.NRP326, Level.WARNING)
+    assert (warning.code, warning.level) == (Code.NRP376, Level.WARNING)
     assert "'spin' (libspin.so) of 'cart' names the joint 'left_axle'" in warning.message
     harmless = read(CART.replace("</model>", OTHER.replace("left_axle", "arm")))
     assert len(list(leave_out(harmless, given(harmless)))) == 1
@@ -95,7 +95,7 @@ def driven(models, drive, forward, turn, seconds=4.0):
         world.run_until(1_000_000_000)
         commands.publish(Twist(Vector3(forward), Vector3(z=turn)))
         world.run_until(1_000_000_000 + round(seconds * 1e9))
-        assert [each.code for each in world.warnings] == ([] if drive == "plugin" else [Code.NRP326])
+        assert [each.code for each in world.warnings] == ([] if drive == "plugin" else [Code.NRP376])
         pose = world.model_motion("cart").pose
         return (*pose.position[:2], pose.yaw)
 

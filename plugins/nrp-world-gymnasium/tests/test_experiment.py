@@ -42,10 +42,10 @@ def test_without_its_brain_the_pole_falls(cart_pole):
 @pytest.mark.parametrize(
     ("overrides", "code", "message"),
     [
-        (["world.options.env=CartPol-v1"], Code.NRP206, "Did you mean: `CartPole`"),
+        (["world.options.env=CartPol-v1"], Code.NRP202, "Did you mean: `CartPole`"),
         (["criteria.balances.topic_stays.name=/env/terminatd"], Code.NRP212, "/env/terminated"),
         (["world.options.timestep=30 ms"], Code.NRP207, "30 ms"),
-        (["world.options.envs=CartPole-v1"], Code.NRP206, "did you mean 'env'"),
+        (["world.options.envs=CartPole-v1"], Code.NRP202, "did you mean 'env'"),
         (["world.backend=mujoco", "world.options=null"], Code.NRP203, "'world' needs the key 'scene'"),
     ],
 )

@@ -130,7 +130,7 @@ def test_frames_have_the_names_in_the_file_unless_they_are_elsewhere(told, robot
     assert told("seen/image")[0].header.frame_id == "robot/head_optical"
     assert told("kinect/points")[0].header.frame_id == "robot/depth_optical"
     assert told("scan")[0].header.frame_id == "robot/base_scan/lds"
-    (warning,) = (each for each in robot.warnings if each.code.name == "NRP346")
+    (warning,) = (each for each in robot.warnings if each.code.name == "NRP266")
     assert (
         "'lds' names the frame 'base_scan', which is 0.0812 m away and turned by 0.1 rad" in warning.message
     )

@@ -42,13 +42,13 @@ def told(folder: Path, engine: str = "mujoco") -> list[tuple[Code, str]]:
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 def test_missing_files_are_replaced_and_reported(tmp_path: Path, engine: str) -> None:
     pytest.importorskip(engine)
-    assert told(tmp_path, engine) == [(Code.NRP258, "shell.stl"), (Code.NRP259, "paint.png")]
+    assert told(tmp_path, engine) == [(Code.NRP258, "shell.stl"), (Code.NRP258, "paint.png")]
 
 
 def test_files_that_are_there_are_used(tmp_path: Path) -> None:
     (tmp_path / "assets").mkdir()
     write_stl(tmp_path / "assets" / "shell.stl", CORNERS)
-    assert told(tmp_path) == [(Code.NRP259, "paint.png")]
+    assert told(tmp_path) == [(Code.NRP258, "paint.png")]
 
 
 ATTACHED = """<mujoco><compiler meshdir="assets"/><asset><mesh name="shell" file="shell.stl"/></asset>

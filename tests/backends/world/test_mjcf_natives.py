@@ -268,7 +268,7 @@ def test_another_engine_names_the_actuators_that_it_lacks(tmp_path):
     with opened(read_scene(tmp_path / "gecko.xml"), "pybullet") as world:
         world.advertise("/pad/grip/cmd").publish(Float64(1.0))
         world.run_until(20_000_000)
-        lacking = {warning.subject for warning in world.warnings if warning.code is Code.NRP345}
+        lacking = {warning.subject for warning in world.warnings if warning.code is Code.NRP260}
     assert {"grip", "pull", "spatial"} <= lacking
 
 
@@ -321,7 +321,7 @@ def test_pybullet_tells_of_parts_that_would_touch_each_other(tmp_path, hand, exc
         f"</body></body></worldbody><contact>{excluded}</contact></mujoco>"
     )
     with opened(read_scene(tmp_path / "crane.xml"), "pybullet") as world:
-        found = [warning for warning in world.warnings if warning.code is Code.NRP345]
+        found = [warning for warning in world.warnings if warning.code is Code.NRP260]
         assert [warning.subject for warning in found] == told
         assert ["parts of 'mast' do not touch each other" in one.message for one in found] == [True] * len(
             told
@@ -343,11 +343,11 @@ def test_pybullet_tells_that_it_has_no_inertia_of_motors_and_no_medium(tmp_path,
         "</worldbody></mujoco>"
     )
     with opened(read_scene(tmp_path / "fin.xml"), "pybullet") as world:
-        found = [warning for warning in world.warnings if warning.code is Code.NRP345]
+        found = [warning for warning in world.warnings if warning.code is Code.NRP260]
         assert [warning.subject for warning in found if warning.subject != "contact"] == told
         assert all("'flap'" in each.message for each in found if each.subject == "armature")
     with opened(read_scene(tmp_path / "fin.xml")) as world:
-        assert not [warning for warning in world.warnings if warning.code is Code.NRP345]
+        assert not [warning for warning in world.warnings if warning.code is Code.NRP260]
 
 
 @pytest.mark.parametrize(("base", "touches"), [("", True), ("<freejoint/>", False)])
@@ -375,7 +375,7 @@ def test_pybullet_lacks_only_excludes_between_models(tmp_path, other, told):
         f'</worldbody><contact><exclude body1="mast" body2="{other}"/></contact></mujoco>'
     )
     with opened(read_scene(tmp_path / "crane.xml"), "pybullet") as world:
-        assert [warning.subject for warning in world.warnings if warning.code is Code.NRP345] == told
+        assert [warning.subject for warning in world.warnings if warning.code is Code.NRP260] == told
 
 
 @pytest.mark.parametrize(("times", "more"), [(1, ""), (3, " (and 2 more)")])

@@ -28,7 +28,7 @@ def test_an_experiment_is_shown_by_its_name(nrp):
 def test_warnings_go_to_standard_error(nrp, tmp_path):
     robot = tmp_path / "robot.urdf"
     robot.write_text('<robot name="r"><link name="base"/><wheels/></robot>')
-    done = nrp("inspect", robot)
+    done = nrp("inspect", robot, "-v")
     assert done.code == 0
     assert "robot.urdf:1: the <wheels> of a <robot> is unknown" in done.err
     assert "wheels" not in done.out

@@ -239,7 +239,7 @@ def test_a_parameter_that_is_not_there_or_does_not_fit_is_told(nrp, folder, argu
 
 
 def test_a_code_has_no_parameters_and_a_recording_its_own_values(nrp, folder, tmp_path):
-    assert nrp("explain", "NRP223", "cells").code == 2
+    assert nrp("explain", "NRP240", "cells").code == 2
     run(folder, until_s=0.02, record=tmp_path / "out")
     assert nrp("explain", tmp_path / "out", "cells", "-s", "brain.parameters.cells=5").code == 2
 

@@ -497,4 +497,4 @@ def test_a_replay_of_an_incomplete_run_says_that_it_is(
     assert "the run is not complete:" in done.out
     assert "✗ the transfer function 'wrong' raised ZeroDivisionError" in done.out
     told = json.loads(nrp("replay", folder, "--json").out)["result"]
-    assert (told["complete"], told["problems"][0]["code"]) == (False, "NRP274")
+    assert (told["complete"], told["problems"][0]["code"]) == (False, "NRP272")

@@ -69,7 +69,7 @@ def test_a_doubt_about_a_line_that_failed_is_not_repeated(
     nrp: Nrp, driven: Callable[[str], list[str]]
 ) -> None:
     given = driven(RAISES)
-    assert "NRP226" in nrp("validate", *given).err
+    assert "NRP240" in nrp("validate", *given).err
     data = json.loads(nrp("run", *given, "--json").out)
     assert codes_of(data["problems"]) == ["NRP276"]
 
@@ -129,3 +129,4 @@ def test_the_shell_ignores_codes_for_one_command(nrp: Nrp, driven: Callable[[str
 
 def test_a_code_of_an_earlier_version_is_explained_as_removed(nrp: Nrp) -> None:
     assert "removed in 0.3" in nrp("explain", "NRP242").out
+    assert "NRP240" in nrp("explain", "NRP223").out

@@ -31,7 +31,7 @@ def test_problems_of_one_code_are_one_line_unless_details_are_asked_for() -> Non
     judgement = Judgement("finished", ordered([MESH, LATER, GHOST]), {}, 1.0, 1.0)
     assert [line for _, line in judgement.lines()] == [
         "✗ the robot 'ghost' is left out [NRP256]",
-        "! 2 meshes are replaced by simple shapes [NRP258]",
+        "! 2 meshes, textures or materials are replaced [NRP258]",
     ]
     assert [line.strip() for _, line in judgement.lines(details=True)][2:] == [
         "b.sdf:3: the mesh is replaced",
@@ -42,7 +42,7 @@ def test_problems_of_one_code_are_one_line_unless_details_are_asked_for() -> Non
     many, each = [
         line for _, line in Judgement("finished", (replace(MESH, count=3),), {}, 1.0).lines(details=True)
     ]
-    assert many == "! 3 meshes are replaced by simple shapes [NRP258]"
+    assert many == "! 3 meshes, textures or materials are replaced [NRP258]"
     assert each.strip() == "b.sdf:3: the mesh is replaced (and 2 more)"
     assert [len(group.findings) for group in grouped(judgement.problems)] == [1, 2]
 
@@ -78,7 +78,7 @@ def test_a_result_of_version_0_1_is_judged_by_its_failures() -> None:
     judgement = recorded_judgement({"state": "finished", "result": result}, 3.0)
     assert judgement is not None
     assert (judgement.complete, judgement.passed) == (False, None)
-    assert [problem.code for problem in judgement.problems] == [Code.NRP274, Code.NRP278]
+    assert [problem.code for problem in judgement.problems] == [Code.NRP272, Code.NRP278]
 
 
 def test_nothing_is_known_of_a_bare_file() -> None:
@@ -172,7 +172,7 @@ def test_a_variable_that_has_become_nan_is_a_problem(
     functions = f"transfer_functions=[{drive_to_the_wall / 'drive.py'}, {file}]"
     with Run(load_experiment(drive_to_the_wall, [functions])) as simulation:
         simulation.run(0.1)
-        found = [one for one in simulation.problems if one.code is Code.NRP354]
+        found = [one for one in simulation.problems if one.code is Code.NRP277]
     assert [(one.path, one.line, one.subject) for one in found] == [(file, 4, "mean")] * is_lost
 
 
@@ -221,7 +221,7 @@ def unheard(fakes: None, drive_to_the_wall: Path) -> Callable[..., list[Any]]:
         with Run(load_experiment(drive_to_the_wall, [functions, *overrides])) as simulation:
             simulation.run(0.1)
             problems = simulation.problems
-        return [(one.subject, one.line, one.message) for one in problems if one.code is Code.NRP267]
+        return [(one.subject, one.line, one.message) for one in problems if one.code is Code.NRP212]
 
     return run
 

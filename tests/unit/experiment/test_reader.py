@@ -101,11 +101,11 @@ MISTAKES = [
     ("sensors:", "my sensors:", "my sensors", "NRP202",
      "brain.populations.my sensors: a name has letters, digits and '_', and no digit first: "
      "not 'my sensors'"),
-    ("resolution", "resoluton", "resoluton", "NRP206",
+    ("resolution", "resoluton", "resoluton", "NRP202",
      "'brain.options' has no key 'resoluton'; did you mean 'resolution'?"),
-    ("1 ms}", "1 m}", "1 m}", "NRP206",
+    ("1 ms}", "1 m}", "1 m}", "NRP202",
      "brain.options.resolution: 'm' is not a unit of a time; did you mean 'ms'?"),
-    ("2 ms}", "-2 ms}", "-2 ms", "NRP206", "world.options.timestep: must be more than 0, not -2 ms"),
+    ("2 ms}", "-2 ms}", "-2 ms", "NRP202", "world.options.timestep: must be more than 0, not -2 ms"),
     ("0, 0, 180", "180", "[0, 0", "NRP202",
      "world.robots.husky.pose: a pose is [x, y, z, roll, pitch, yaw], 6 values, not 4"),
     ("180 deg", "180 degrees", "180 degrees", "NRP202",
@@ -168,7 +168,7 @@ def test_all_mistakes_are_found_at_once_in_the_order_of_the_file(write: Write) -
     text = text.replace("value: red", "value: red, x: 1")
     findings = findings_of(write(text))
     assert [(f.line, f.code.name) for f in findings] == [
-        (3, "NRP202"), (14, "NRP206"), (15, "NRP204"), (19, "NRP201"),
+        (3, "NRP202"), (14, "NRP202"), (15, "NRP204"), (19, "NRP201"),
     ]  # fmt: skip
 
 
@@ -209,27 +209,27 @@ def test_a_file_named_by_an_override_lies_below_the_current_folder(
 @pytest.mark.parametrize(
     ("override", "finding"),
     [
-        ("seed", "in the override 'seed': it must read 'dotted.key=value' [NRP215]"),
-        (None, "in the override 'None': it must read 'dotted.key=value' [NRP215]"),
-        ("seed= ", "in the override 'seed= ': there is no value; write 'seed=null' to remove it [NRP215]"),
-        ("brain..model=x", "in the override 'brain..model=x': it must read 'dotted.key=value' [NRP215]"),
+        ("seed", "in the override 'seed': it must read 'dotted.key=value' [NRP202]"),
+        (None, "in the override 'None': it must read 'dotted.key=value' [NRP202]"),
+        ("seed= ", "in the override 'seed= ': there is no value; write 'seed=null' to remove it [NRP202]"),
+        ("brain..model=x", "in the override 'brain..model=x': it must read 'dotted.key=value' [NRP202]"),
         ("seed=x", "in the override 'seed=x': seed: should be a valid integer, not 'x' [NRP202]"),
         ("sede=1",
          "in the override 'sede=1': an experiment has no key 'sede'; did you mean 'seed'? [NRP201]"),
         ("brain.options.resoluton=1 ms",
          "in the override 'brain.options.resoluton=1 ms': 'brain.options' has no key 'resoluton'; did you "
-         "mean 'resolution'? [NRP206]"),
+         "mean 'resolution'? [NRP202]"),
         ("world.robots.husky.pose.9=1", "in the override 'world.robots.husky.pose.9=1': the list has no item "
-         "'9'; valid: 0, 1, 2, 3, 4, 5 [NRP215]"),
+         "'9'; valid: 0, 1, 2, 3, 4, 5 [NRP202]"),
         ("events.left_rde.at=1 s", "in the override 'events.left_rde.at=1 s': there is no event 'left_rde'; "
          "did you mean 'left_red'? (a new event is given whole: "
-         "'events.left_rde={at: ..., publish: ...}') [NRP215]"),
+         "'events.left_rde={at: ..., publish: ...}') [NRP202]"),
         ("seed.x=1", "in the override 'seed.x=1': 'x' cannot be set: the value above it is 7, "
-         "not a mapping [NRP215]"),
+         "not a mapping [NRP202]"),
         ("events={}", "in the override 'events={}': it changes nothing: mappings are merged; 'events=null' "
-         "removes it [NRP215]"),
+         "removes it [NRP202]"),
         ("events=[", "in the override 'events=[': not YAML: a list in [ ] or a mapping in { } is "
-         "not complete [NRP215]"),
+         "not complete [NRP202]"),
     ],
 )  # fmt: skip
 def test_a_wrong_override_is_named(write: Write, override: str, finding: str) -> None:
@@ -334,7 +334,7 @@ def test_a_base_that_cannot_be_extended_is_named(write: Write, base: str, messag
     write("extends: variant.yaml", "other.yaml")
     write("name: base", "base.yaml")
     finding = findings_of(write(f"name: v\nextends: {base}", "variant.yaml"))[0]
-    assert finding.code.name == "NRP214"
+    assert finding.code.name == "NRP200"
     assert message in finding.message
 
 

@@ -371,7 +371,7 @@ def test_a_topic_that_only_a_function_added_later_reads_is_a_problem_as_long_as_
     run = open_run("strict=false")
     for name, text in (("reader", READER), ("writer", WRITER)):
         (tmp_path / f"{name}.py").write_text(text)
-    silent = lambda: [one for one in run.problems if one.code is Code.NRP268]  # noqa: E731
+    silent = lambda: [one for one in run.problems if one.code is Code.NRP212]  # noqa: E731
     assert silent() == []
     run.change([tmp_path / "reader.py"])
     (problem,) = silent()

@@ -114,7 +114,7 @@ def test_a_mistake_in_the_experiment_is_found_at_its_place(
         ("drive.py", '"/husky/cmd_vel"', '"/huskie/cmd_vel"', "drive.py:9", "NRP212"),
         ("drive.py", '"speed", nrp', '"sped", nrp', "drive.py:6", "NRP219"),
         ("drive.py", "def drive", "def def drive", "drive.py:10", "NRP210"),
-        ("drive.py", "@nrp.Neuron2Robot(", "@nrp.Neuron2Robt(", "drive.py:9", "NRP241"),
+        ("drive.py", "@nrp.Neuron2Robot(", "@nrp.Neuron2Robt(", "drive.py:9", "NRP240"),
         ("brain.py", "sim.setup", "sim.setpu", "brain.py:3", "NRP208"),
         ("brain.py", "IF_curr_exp", "Izhikevich", "experiment.yaml:5:18", "NRP216"),
         ("room.sdf", "<size>0.02 2 1</size>", "<size>0.02 2</size>", "room.sdf:10", "NRP209"),

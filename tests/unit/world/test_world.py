@@ -297,7 +297,7 @@ def test_a_closed_world_has_no_topics(room: Any) -> None:
 
 
 def test_the_warnings_of_the_scene_are_the_worlds(room: Any) -> None:
-    finding = Finding(Code.NRP263, "careful", Level.WARNING, Path("room.sdf"), 3)
+    finding = Finding(Code.NRP264, "careful", Level.WARNING, Path("room.sdf"), 3)
     warned = replace(room.scene, warnings=(finding,))
     assert World(type(room.engine)(warned)).warnings == [finding]
 

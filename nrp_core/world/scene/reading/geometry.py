@@ -142,7 +142,7 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
     if others:
         ignored = ", ".join(f"<{tag}>" for tag in others)
         message = f"a <geometry> has one shape: <{shape.tag}> is used, and not {ignored}"
-        reading.notes.warn(element, Code.NRP263, message)
+        reading.notes.warn(element, Code.NRP264, message)
     if shape.tag == "plane":
         return [_plane(shape)]
     if shape.tag == "mesh":

@@ -160,7 +160,7 @@ def check_parameters(plugin: Element, reading: Reading) -> None:
 def warn_of_parameters(plugin: Element, notes: Notes) -> None:
     """Do the same where there is no reading yet."""
     for child, problem in _problems(plugin, f"the plugin '{plugin_name(plugin)}'"):
-        notes.warn(child, Code.NRP263, problem, subject=child.tag)
+        notes.warn(child, Code.NRP264, problem, subject=child.tag)
 
 
 def _problems(holder: Element, plugin: str) -> Iterator[tuple[Element, str]]:

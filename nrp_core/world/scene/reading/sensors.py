@@ -340,7 +340,7 @@ def _warn_of_unread(sensor: Element, reading: Reading) -> None:
             check_parameters(child, reading)
         elif child.tag not in sensor.asked and (child.tag in SENSORS.names() or child.tag in _UNSIMULATED):
             message = f"<{child.tag}> has no effect in the sensor '{name}', which is of type '{kind}'"
-            reading.notes.warn(child, Code.NRP263, message, subject=child.tag)
+            reading.notes.warn(child, Code.NRP264, message, subject=child.tag)
 
 
 def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> list[Link] | None:

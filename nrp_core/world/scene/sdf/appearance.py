@@ -78,7 +78,7 @@ def read_map(workflow: Element, tag: str, reading: Reading) -> Map | None:
     if path is not None and mean is not None:
         return Map(path, mean)
     reason = "is not there" if path is None else "cannot be read"
-    reading.notes.warn(uri, Code.NRP259, f"the image '{uri.text}' {reason}: left out", subject=uri.text)
+    reading.notes.warn(uri, Code.NRP258, f"the image '{uri.text}' {reason}: left out", subject=uri.text)
     return None
 
 
@@ -245,7 +245,7 @@ def _script(material: Element, reading: Reading) -> Material | None:
     name = script.find("name") or script  # as old files write it
     if not name.text:
         if material.find("script"):
-            reading.notes.warn(script, Code.NRP259, "the <script> has no <name>: shown grey")
+            reading.notes.warn(script, Code.NRP258, "the <script> has no <name>: shown grey")
         return None
     places, media = [reading.resources.locate(uri) for uri in script.all("uri")], reading.resources.media()
     found = script_material(name.text, [place for place in places if place], media)
@@ -257,7 +257,7 @@ def _script(material: Element, reading: Reading) -> Material | None:
         found = script_material(name.text, media) or image_material(name.text, media)
         if found is not None:
             return found
-        reading.notes.warn(name, Code.NRP259, f"shown grey: {error}", subject=name.text)
+        reading.notes.warn(name, Code.NRP258, f"shown grey: {error}", subject=name.text)
         return None
 
 

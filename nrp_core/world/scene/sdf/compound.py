@@ -157,7 +157,7 @@ def ball(joint: Joint, element: Element, _: Frames, __: tuple[int, int], reading
     """Read a ``ball`` joint; its damping and friction act about every axis."""
     axis = element.section("axis")
     if axis.section("dynamics").number("spring_stiffness", 0.0):
-        reading.notes.warn(axis, Code.NRP263, "a <spring_stiffness> of a ball joint is not simulated")
+        reading.notes.warn(axis, Code.NRP264, "a <spring_stiffness> of a ball joint is not simulated")
     return (with_dynamics(replace(joint, kind="ball"), axis),)
 
 
@@ -170,7 +170,7 @@ def two_axes(
     other = with_axis(replace(turning, name=second(joint.name)), element, "axis2", frames, version)
     if hypot(*np.cross(first.axis, other.axis)) < _PARALLEL:
         what = f"both axes of the joint '{joint.name}' are the same: it turns about the first one only"
-        reading.notes.warn(element, Code.NRP263, what, subject=joint.name)
+        reading.notes.warn(element, Code.NRP264, what, subject=joint.name)
         return (first,)
     return first, other
 

@@ -46,7 +46,7 @@ def read_friction(collision: Element, reading: Reading, *, static: bool = False)
     mu, mu2 = (usable_friction(each, friction, reading.notes) for each in (mu, mu2))
     if mu != mu2:
         message = f"friction is the same in all directions: mu = {mu:g}, not mu2 = {mu2:g}"
-        reading.notes.warn(friction, Code.NRP263, message)
+        reading.notes.warn(friction, Code.NRP264, message)
     return mu
 
 
@@ -60,18 +60,18 @@ def touches(collision: Element, reading: Reading) -> bool:
     bounce = surface.section("bounce")
     if bounce.number("restitution_coefficient", 0.0) > 0:
         message = "the <restitution_coefficient> of a <bounce> is not simulated: nothing bounces"
-        reading.notes.warn(bounce, Code.NRP263, message, subject="bounce")
+        reading.notes.warn(bounce, Code.NRP264, message, subject="bounce")
     contact = surface.section("contact")
     if contact.flag("collide_without_contact", False):
         message = "<collide_without_contact> is not simulated: whatever touches the collision is stopped"
-        reading.notes.warn(contact, Code.NRP263, message, subject="collide_without_contact")
+        reading.notes.warn(contact, Code.NRP264, message, subject="collide_without_contact")
     masks = {tag: _bits(contact, tag) for tag in _MASKS}
     if masks["collide_bitmask"] == 0:
         return False
     for tag, bits in masks.items():
         if bits & _ALL != _ALL:
             message = f"the <{tag}> {contact.word(tag)} is not simulated: everything touches the collision"
-            reading.notes.warn(contact, Code.NRP263, message, subject=tag)
+            reading.notes.warn(contact, Code.NRP264, message, subject=tag)
     return True
 
 

@@ -172,7 +172,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
             message = (
                 f"the <static> of the nested model '{inner.name}' is not simulated: it moves as what holds it"
             )
-            reading.notes.warn(inner.user, Code.NRP263, message, subject=inner.name)
+            reading.notes.warn(inner.user, Code.NRP264, message, subject=inner.name)
     frames = _frames(model, nested, source.version)
     links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
     rows = list(read_joints(model, frames, source.version, reading))
@@ -204,7 +204,7 @@ def _warn_of_frame(misplaced: Misplaced, model: Element, reading: Reading) -> No
     holders = (link for link in model.all("link") if link.attribute("name") == misplaced.link)
     sensors = (sensor for link in holders for sensor in link.all("sensor"))
     where = next((each for each in sensors if each.attribute("name") == misplaced.sensor), model)
-    reading.notes.warn(where, Code.NRP346, misplaced.message, subject=misplaced.sensor)
+    reading.notes.warn(where, Code.NRP266, misplaced.message, subject=misplaced.sensor)
 
 
 def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]], version: tuple[int, int]) -> Frames:

@@ -206,7 +206,7 @@ def check_repeated(element: Element, notes: Notes) -> None:
             message = (
                 f"a second <{child.tag}> in the {owner} is ignored: the one of line {earlier.line} is used"
             )
-            notes.warn(child, Code.NRP263, message, subject=f"{owner}/{child.tag}")
+            notes.warn(child, Code.NRP264, message, subject=f"{owner}/{child.tag}")
 
 
 def _contents(element: Element) -> object:
@@ -300,6 +300,6 @@ def _version(root: Element, reading: Reading) -> tuple[int, int]:
     version = int(match[1]), int(match[2])
     if not OLDEST <= version <= NEWEST:
         reading.notes.warn(
-            root, Code.NRP263, f"SDF {text} is not a supported version; supported: 1.4 to 1.12"
+            root, Code.NRP264, f"SDF {text} is not a supported version; supported: 1.4 to 1.12"
         )
     return version

@@ -285,13 +285,13 @@ def _check_inside(element: Element, rule: Rule, around: tuple[Element, Rule] | N
         if inner is None:
             hint = _place_of(child, element, rule, around)
             message = f"<{child.tag}> is not an element of <{element.tag}>: ignored{hint}"
-            notes.warn(child, Code.NRP263, message, subject=child.tag)
+            notes.warn(child, Code.NRP264, message, subject=child.tag)
             continue
         problems = [*_attributes(child, inner), *_value(child, inner)]
         if child.tag == "plugin":
             problems += _plugin(child, rule)
         for problem in problems or _without_effect(element, child):
-            notes.warn(child, Code.NRP263, problem, subject=child.tag)
+            notes.warn(child, Code.NRP264, problem, subject=child.tag)
         if child.tag == "pose":
             _check_angles(child, notes)
         _check_inside(child, inner, (element, rule), notes)
@@ -392,7 +392,7 @@ def _check_angles(pose: Element, notes: Notes) -> None:
             f"the <pose> {pose.text} has an angle of {widest:g} rad, more than a turn; "
             'is it meant in degrees? In SDF <pose degrees="true"> reads it so; xacro has ${radians(...)}'
         )
-        notes.warn(pose, Code.NRP373, message, subject=pose.text)
+        notes.warn(pose, Code.NRP372, message, subject=pose.text)
 
 
 def _without_effect(parent: Element, child: Element) -> Iterator[str]:

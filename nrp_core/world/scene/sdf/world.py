@@ -38,7 +38,7 @@ def read_surroundings(world: Element, notes: Notes) -> Surroundings:
     for tag, supported in (("world_frame_orientation", _ORIENTATION), ("surface_model", _SURFACE)):
         if earth.word(tag, supported) != supported:
             message = f"the <{tag}> {earth.word(tag)} is not simulated: {supported} is used"
-            notes.warn(earth, Code.NRP263, message, subject=tag)
+            notes.warn(earth, Code.NRP264, message, subject=tag)
     if hypot(x, y, z) > _STRONGEST_T:
         message = (
             f"the <magnetic_field> has {hypot(x, y, z):g} T, and that of the Earth at most 7e-05 T; "
@@ -119,7 +119,7 @@ class State:
             hint = did_you_mean(name, others)
             if hint.instead is not None:
                 message = f"the <state> of '{name}' has no effect: the world has no such model or light{hint}"
-                notes.warn(self.named[name], Code.NRP263, message, subject=name)
+                notes.warn(self.named[name], Code.NRP264, message, subject=name)
 
     def of(self, model: Model) -> Model:
         """Return a model where it was last, with its joints where they were."""
@@ -144,7 +144,7 @@ def _of(parent: Element, *kinds: str) -> Iterable[Element]:
 def _warn_of_scale(thing: Element, kind: str, notes: Notes) -> None:
     scale = thing.section("scale")
     if scale.text and any(part != 1 for part in scale.numbers(3)):
-        notes.warn(scale, Code.NRP263, f"the <scale> {scale.text} of a <{kind}> is not supported")
+        notes.warn(scale, Code.NRP264, f"the <scale> {scale.text} of a <{kind}> is not supported")
 
 
 def _links(model: Element, prefix: str) -> Iterator[tuple[str, Pose]]:

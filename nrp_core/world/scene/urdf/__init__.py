@@ -75,19 +75,19 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
         if name not in named:
             hint = did_you_mean(name, named)
             notes.warn(
-                block, Code.NRP263, f"ignored: the robot has no link or joint '{name}'{hint}", subject=name
+                block, Code.NRP264, f"ignored: the robot has no link or joint '{name}'{hint}", subject=name
             )
             return
         target = named[name]
     for child in block.children:
         if child.tag.rpartition(":")[0] in _BEFORE_SDF:
             message = f"<{child.tag}> is of Gazebo before its version 1.0 and SDF: ignored"
-            notes.warn(child, Code.NRP263, message, subject=child.tag)
+            notes.warn(child, Code.NRP264, message, subject=child.tag)
             continue
         if child.tag in _VALUES:
             for inner in child.children:
                 message = f"<{inner.tag}> in <{child.tag}>, which holds a value, is ignored"
-                notes.warn(inner, Code.NRP263, message, subject=inner.tag)
+                notes.warn(inner, Code.NRP264, message, subject=inner.tag)
         if child.tag not in _SOLVER and not _controls_nothing(child, notes):
             _give(child, target)
 
@@ -219,7 +219,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
         elif child.tag not in (*_READ, *_OF_ENGINES) and ":" not in child.tag:
             known = child.tag in _ELSEWHERE
             reason = "is not supported" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"
-            notes.warn(child, Code.NRP263, f"the <{child.tag}> of a <robot> {reason}", subject=child.tag)
+            notes.warn(child, Code.NRP264, f"the <{child.tag}> of a <robot> {reason}", subject=child.tag)
     model.children += _for_engines(element)
     for block in element.all("gazebo"):
         apply_block(block, model, notes)
@@ -361,7 +361,7 @@ def _material(visual: Element, robot: _Robot) -> list[Element]:
         look.append(_matt(image))
     if not look:
         robot.notes.warn(
-            material, Code.NRP259, f"the material '{name}' has no colour: shown grey", subject=name
+            material, Code.NRP258, f"the material '{name}' has no colour: shown grey", subject=name
         )
         return []
     return [new("material", material, *look, **{TINTS: "true"})]
@@ -374,7 +374,7 @@ def _rgba(color: Element, notes: Notes) -> str:
     if len(shares) > _SHARES:
         used = " ".join(shares[:_SHARES])
         message = f'a colour has {_SHARES} numbers, and rgba="{text}" has {len(shares)}: {used} is used'
-        notes.warn(color, Code.NRP259, message, subject="rgba")
+        notes.warn(color, Code.NRP258, message, subject="rgba")
         return used
     return text
 
@@ -476,7 +476,7 @@ def _axis(joint: Element, robot: _Robot) -> Element:
             hint = did_you_mean(leader, robot.joints)
             name = joint.attribute("name")
             message = f"the joint '{name}' moves freely: there is no '{leader}' for it to mimic{hint}"
-            robot.notes.warn(mimic, Code.NRP263, message, subject=leader)
+            robot.notes.warn(mimic, Code.NRP264, message, subject=leader)
             continue
         leader = robot.renamed(leader)
         parts.append(new("mimic", mimic, *from_attributes(mimic, "multiplier", "offset"), joint=leader))

@@ -31,7 +31,7 @@ def test_what_is_typed_is_checked_and_a_wrong_text_is_not_applied(husky: str, wa
     page.keyboard.type("\nred_right_eye.rates = 1.0")
     line = page.locator(".cm-line", has_text="red_right_eye.rates")
     expect(line).to_contain_text(MISTAKE)
-    expect(page.get_by_role("region", name="Findings")).to_contain_text("NRP223")
+    expect(page.get_by_role("region", name="Findings")).to_contain_text("NRP240")
     page.keyboard.press("Control+Enter")
     expect(page.get_by_text("Not applied:")).to_be_visible()
     expect(page.get_by_role("tab", name="listing2.py")).to_contain_text("edited")

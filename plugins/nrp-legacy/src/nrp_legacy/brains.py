@@ -443,7 +443,7 @@ def remark(path: Path, populations: Mapping[str, Element], network: Network, not
                 message = (
                     f"count of the population '{name}' is {count:g}, and {path.name} has {size}: all are used"
                 )
-                notes(Code.NRP287, message, subject=name)
+                notes(Code.NRP216, message, subject=name)
 
 
 def _last(element: Element) -> int | None:

@@ -73,10 +73,10 @@ _MODE_WORDS: Final = (
 )
 """The words of which modes are made."""
 _LEFT_OUT: Final = {
-    "environmentModel": Code.NRP257,
-    "experimentControl": Code.NRP273,
-    "experimentEvaluation": Code.NRP273,
-    "stateMachine": Code.NRP273,
+    "environmentModel": Code.NRP256,
+    "experimentControl": Code.NRP272,
+    "experimentEvaluation": Code.NRP272,
+    "stateMachine": Code.NRP272,
     "bodyModel": Code.NRP256,
     "brainModel": Code.NRP269,
     FUNCTION: Code.NRP272,
@@ -116,10 +116,10 @@ def _unknown(element: Element, tag: str, parent: Element, entry: str) -> Iterato
     holders = [f"<{name}>" for name, children in _CHILDREN.items() if tag in children]
     if holders:
         hint = f"<{tag}> in <{local(parent.tag)}> is ignored; it belongs in {' or '.join(holders)}"
-        yield _finding(element, hint, _LEFT_OUT.get(tag, Code.NRP287))
+        yield _finding(element, hint, _LEFT_OUT.get(tag, Code.NRP216))
     elif meant := _near(tag, _CHILDREN[entry]):
         message = f"<{tag}> is ignored; did you mean <{meant}>?"
-        yield _finding(element, message, _LEFT_OUT.get(meant, Code.NRP287))
+        yield _finding(element, message, _LEFT_OUT.get(meant, Code.NRP216))
 
 
 def _attributes(element: Element, entry: str) -> Iterator[Finding]:
@@ -142,7 +142,7 @@ def _near(word: str, known: Iterable[str], cutoff: float = 0.8) -> str:
     return spelt[near[0]] if near else ""
 
 
-def _finding(element: Element, message: str, code: Code = Code.NRP287) -> Finding:
+def _finding(element: Element, message: str, code: Code = Code.NRP216) -> Finding:
     return Finding(code, message, Level.WARNING, element.path, element.line)
 
 
@@ -177,7 +177,7 @@ def check_documents(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
 
 
 def _warning(element: Element, message: str) -> Finding:
-    return Finding(Code.NRP287, message, Level.WARNING, element.path, element.line)
+    return Finding(Code.NRP216, message, Level.WARNING, element.path, element.line)
 
 
 def _repeated(root: Element, tags: tuple[str, ...]) -> Iterator[Finding]:
@@ -196,7 +196,7 @@ def _machines_left_out(exc: Experiment) -> Iterator[Finding]:
             name = attribute(machine, "id") or ""
             if not FileNamed.of(machine).name:
                 message = f"the state machine '{name}' is left out: it names no file"
-                yield Finding(Code.NRP273, message, Level.WARNING, machine.path, machine.line)
+                yield Finding(Code.NRP272, message, Level.WARNING, machine.path, machine.line)
             if name and lines.setdefault(name, machine.line) != machine.line:
                 yield _warning(machine, f"the state machine in line {lines[name]} has the same id, '{name}'")
 

@@ -154,7 +154,7 @@ class _Forgiving(SettableAttribute):
         if (taken != given).any() and device.port not in self._told:
             self._told.add(device.port)
             message = f"{device.parameter}: {self._port_name} cannot be {value}: set to {taken}"
-            type(device).notes(Code.NRP225, message, subject=device.parameter)  # type: ignore[attr-defined]
+            type(device).notes(Code.NRP240, message, subject=device.parameter)  # type: ignore[attr-defined]
         super().__set__(device, taken.item() if taken.size == 1 else taken)
 
 
@@ -483,5 +483,5 @@ def _settings(device_type: Any, given: Mapping[str, Any], notes: Notes) -> dict[
     }
     for name in sorted(named.keys() - taken.keys() - {"connector"}):
         if named[name] is not None:
-            notes(Code.NRP287, f"{device_type} does not have the setting '{name}': left out", subject=name)
+            notes(Code.NRP216, f"{device_type} does not have the setting '{name}': left out", subject=name)
     return taken

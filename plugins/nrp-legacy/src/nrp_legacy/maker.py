@@ -213,7 +213,7 @@ class LegacyMaker(ShimmedMaker):
         try:
             return super().room(experiment)
         except NrpError as error:
-            self._note(Code.NRP257, f"the room is left out and replaced by a plain floor: {error}")
+            self._note(Code.NRP256, f"the room is left out and replaced by a plain floor: {error}")
             return read_scene(EMPTY_ROOM)
 
     def _codes(self, experiment: Experiment) -> Iterator[str]:

@@ -95,7 +95,7 @@ class _Reading:
     def experiment(self) -> Experiment:
         exc, bibi = self._exc, self._bibi
         for element in (*exc.ignored, *bibi.ignored):
-            self._note(element, Code.NRP287, f"<{local(element.tag)}> is not supported: ignored")
+            self._note(element, Code.NRP216, f"<{local(element.tag)}> is not supported: ignored")
         self._notes += check_documents(exc, bibi)
         timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS, milliseconds_of) * NS_PER_MS)
         duration_ns = (
@@ -128,7 +128,7 @@ class _Reading:
         beside = sorted(self._path.parent.glob("*.bibi"))
         if len(beside) != 1:
             raise element.error(f"the experiment {said}")
-        self._note(element, Code.NRP286, f"the experiment {said}: {beside[0].name} in its folder is used")
+        self._note(element, Code.NRP204, f"the experiment {said}: {beside[0].name} in its folder is used")
         return beside[0]
 
     def _brain(self) -> Tree:
@@ -156,7 +156,7 @@ class _Reading:
             )
             self._note(
                 environment.element if environment else self._exc.element,
-                Code.NRP257,
+                Code.NRP256,
                 f"{said}: a plain floor is used",
             )
         bodies = self._bibi.bodies.items()
@@ -186,7 +186,7 @@ class _Reading:
         said = None if element is None else self._read(partial(read, element))
         if said == 0 and element is not None:
             unit = "s" if read is seconds_of else "ms"
-            self._note(element, Code.NRP287, f"the <{local(element.tag)}> is 0: {default:g} {unit} are used")
+            self._note(element, Code.NRP216, f"the <{local(element.tag)}> is 0: {default:g} {unit} are used")
         return said or default
 
     def _read(self, read: Callable[[], Read]) -> Read | None:
@@ -195,7 +195,7 @@ class _Reading:
             return read()
         except ExperimentError as error:
             note = f"{error.message}: not used"
-            self._notes.append(Finding(Code.NRP287, note, Level.WARNING, error.path, error.line))
+            self._notes.append(Finding(Code.NRP216, note, Level.WARNING, error.path, error.line))
             return None
 
     # -- notes and options
@@ -204,7 +204,7 @@ class _Reading:
         path = self._library.find(named)
         if path is None:
             message = f"state machine '{named.name}' not found: left out"
-            self._note(named.element, Code.NRP273, message, subject=named.name)
+            self._note(named.element, Code.NRP272, message, subject=named.name)
         else:
             self._notes += check_machine_file(path)
         return path

@@ -34,25 +34,25 @@ def check_machine(machine: Any) -> Iterator[tuple[Code, str]]:
         return
     states = machine._states
     if not states:
-        yield Code.NRP273, "the machine does not have any state"
+        yield Code.NRP272, "the machine does not have any state"
     elif machine._initial not in states:
         hint = did_you_mean(str(machine._initial), states)
-        yield Code.NRP273, f"there is no initial state '{machine._initial}'{hint}"
+        yield Code.NRP272, f"there is no initial state '{machine._initial}'{hint}"
     for label, state in states.items():
         if not isinstance(state, State):
             hint = "; call it" if isinstance(state, type) and issubclass(state, State) else ""
-            yield Code.NRP273, f"the state '{label}' is {state!r:.80}, which is not a state{hint}"
+            yield Code.NRP272, f"the state '{label}' is {state!r:.80}, which is not a state{hint}"
             continue
         if not hasattr(state, "_outcomes"):
             kind = type(state).__name__
             yield (
-                Code.NRP273,
+                Code.NRP272,
                 f"the state '{label}' has no outcomes: {kind}.__init__ does not call State.__init__",
             )
             continue
         if state.is_text:
             text = "".join(state.get_registered_outcomes())
-            yield Code.NRP327, f"the outcomes of the state '{label}' are the text '{text}'; write ['{text}']"
+            yield Code.NRP248, f"the outcomes of the state '{label}' are the text '{text}'; write ['{text}']"
             continue
         yield from _check_state(label, state, machine)
         yield from check_machine(state)
@@ -65,7 +65,7 @@ def _check_state(label: str, state: State, machine: StateMachine) -> Iterator[tu
         if target not in machine._states and target not in ends:
             known = [*machine._states, *ends]
             yield (
-                Code.NRP273,
+                Code.NRP272,
                 f"the state '{label}' goes to '{target}', which is neither a state nor an outcome"
                 f"{did_you_mean(str(target), known)}",
             )
@@ -75,14 +75,14 @@ def _check_state(label: str, state: State, machine: StateMachine) -> Iterator[tu
                 state, CBState
             )
             yield (
-                Code.NRP327,
+                Code.NRP248,
                 f"the state '{label}' does not name its outcomes, and SMACH accepts no other{hint}",
             )
         return
     for outcome in ways:
         if outcome not in outcomes and outcome not in GOES_ON:
             yield (
-                Code.NRP327,
+                Code.NRP248,
                 f"the state '{label}' has a transition for '{outcome}', which is not an outcome of it"
                 f"{did_you_mean(str(outcome), outcomes)}",
             )
@@ -90,7 +90,7 @@ def _check_state(label: str, state: State, machine: StateMachine) -> Iterator[tu
         goes_on = outcome in GOES_ON and any(other in ways for other in GOES_ON)
         if outcome not in ways and outcome not in ends and not goes_on:
             yield (
-                Code.NRP327,
+                Code.NRP248,
                 f"the state '{label}' can end with '{outcome}', which does not have a transition",
             )
 
@@ -164,13 +164,13 @@ def scxml_message(path: Path) -> str:
 def check_machine_file(path: Path) -> Iterator[Finding]:
     """Yield a finding for each transition that leads nowhere, and for each state that is added twice."""
     if is_scxml(path):
-        yield Finding(Code.NRP273, scxml_message(path), Level.WARNING, path, subject=path.name)
+        yield Finding(Code.NRP272, scxml_message(path), Level.WARNING, path, subject=path.name)
         return
     try:
         tree = Source.of_file(path).tree(ignore_note)
     except ExperimentError as error:
         message = f"state machine left out: {error.message}"
-        yield Finding(Code.NRP273, message, Level.WARNING, error.path, error.line)
+        yield Finding(Code.NRP272, message, Level.WARNING, error.path, error.line)
         return
     tree = with_constants(tree)
     yield from _repeated_states(tree, path)
@@ -188,7 +188,7 @@ def check_machine_file(path: Path) -> Iterator[Finding]:
                 message = (
                     f"the state '{label}' goes to '{name}', which is neither a state nor an outcome{hint}"
                 )
-                yield Finding(Code.NRP273, message, Level.WARNING, path, target.lineno, subject=name)
+                yield Finding(Code.NRP272, message, Level.WARNING, path, target.lineno, subject=name)
 
 
 def _repeated_states(tree: ast.Module, path: Path) -> Iterator[Finding]:
@@ -200,7 +200,7 @@ def _repeated_states(tree: ast.Module, path: Path) -> Iterator[Finding]:
             label = _text(call.args[0]) if isinstance(call, ast.Call) and _adds(call) and call.args else None
             if label is not None and first.setdefault(label, statement.lineno) != statement.lineno:
                 message = f"the state '{label}' already exists, at line {first[label]}; rename one"
-                yield Finding(Code.NRP273, message, Level.WARNING, path, statement.lineno, subject=label)
+                yield Finding(Code.NRP272, message, Level.WARNING, path, statement.lineno, subject=label)
 
 
 def _adds(call: ast.Call) -> bool:
@@ -279,7 +279,7 @@ class StateMachines(RunObserver[Run]):
                 task.stop()
         if new is not None:
             if is_scxml(new):
-                self._names.graph.warn(Code.NRP273, scxml_message(new), subject=new.name)
+                self._names.graph.warn(Code.NRP272, scxml_message(new), subject=new.name)
             self._paths.append(new)
             self._start(new)
 
@@ -301,13 +301,13 @@ class StateMachines(RunObserver[Run]):
             scope.run(path, module, Source.of_file(path).compiled(self._names.graph.warn))
         except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything
             self._names.graph.warn(
-                Code.NRP273, f"state machine left out: {scope.located(error, ExperimentError, path)}"
+                Code.NRP272, f"state machine left out: {scope.located(error, ExperimentError, path)}"
             )
             return None
         machine = machine_in(module)
         if machine is None:
             named = "' or '".join(_VARIABLES)
-            self._names.graph.warn(Code.NRP273, f"state machine left out: {path} has no variable '{named}'")
+            self._names.graph.warn(Code.NRP272, f"state machine left out: {path} has no variable '{named}'")
         return machine
 
     def _advance(self, loop: ClosedLoop) -> None:
@@ -323,7 +323,7 @@ class StateMachines(RunObserver[Run]):
             line = line_in(error.__traceback__, str(path))
             where = path.name if line is None else f"{path.name}:{line}"
             message = f"state machine {where} stopped by {type(error).__name__}: {error}"
-            self._names.graph.warn(Code.NRP273, message)
+            self._names.graph.warn(Code.NRP272, message)
 
     def _restart(self, loop: ClosedLoop) -> None:
         self.close()

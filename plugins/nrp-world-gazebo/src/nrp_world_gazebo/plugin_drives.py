@@ -72,7 +72,7 @@ def leave_out(model: Model, own: Xml) -> Iterator[Finding]:
 
 def _finding(model: Model, plugin: Xml, message: str, level: Level) -> Finding:
     file = model.source.file if model.source else None
-    return Finding(Code.NRP326, message, level, file, plugin.sourceline, subject=plugin.get("name"))
+    return Finding(Code.NRP376, message, level, file, plugin.sourceline, subject=plugin.get("name"))
 
 
 def _is(plugin: Xml, drive: PlanarDrive) -> bool:

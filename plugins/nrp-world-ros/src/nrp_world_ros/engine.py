@@ -317,12 +317,12 @@ class RosEngine(Engine):
             time.sleep(0.05)
         if self._where.topics.keys() <= alone:
             reported = " and ".join(sorted(self._where.topics))
-            self.warnings.add(Code.NRP268, f"the poses of models are unknown: no node publishes {reported}")
+            self.warnings.add(Code.NRP212, f"the poses of models are unknown: no node publishes {reported}")
 
     def _introduce(self, topic: str) -> None:
         """Wait for the subscribers of a new topic."""
         if topic in self._node.settle(seconds(self._options.patience)):
-            self.warnings.add(Code.NRP267, f"no node in ROS subscribes to {topic}", subject=topic)
+            self.warnings.add(Code.NRP212, f"no node in ROS subscribes to {topic}", subject=topic)
 
     # -- required by the interface
 

@@ -75,7 +75,7 @@ def test_properties_of_contacts_that_cannot_be_set_are_reported_by_pybullet(tmp_
     model = read(tmp_path, f'<link name="base">{MASS.format(1)}{contact}</link>')
     backend = worlds().load("pybullet")
     with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
-        said = [(each.message, each.line) for each in world.warnings if each.code is Code.NRP263]
+        said = [(each.message, each.line) for each in world.warnings if each.code is Code.NRP264]
     assert said == [
         ("<contact_cfm> of the <contact> of 'base' is not used", 3),
         ("<contact_erp> of the <contact> of 'base' is not used", 3),

@@ -4,7 +4,7 @@ import type { Finding } from "../state/types";
 import { diagnosticsOf, findingsOf, newIn } from "./diagnostics";
 
 const finding = (file: string | null, line: number | null, summary = "wrong"): Finding => ({
-  code: "NRP223",
+  code: "NRP240",
   weight: "error",
   summary,
   why: "",

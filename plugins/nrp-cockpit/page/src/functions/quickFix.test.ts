@@ -4,7 +4,7 @@ import type { Finding } from "../state/types";
 import { difference, editOf } from "./quickFix";
 
 const finding = (written: string, meant: string, line: number | null, column: number | null): Finding => ({
-  code: "NRP223",
+  code: "NRP240",
   weight: "error",
   summary: "wrong",
   why: "",

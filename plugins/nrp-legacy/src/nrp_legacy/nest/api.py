@@ -299,7 +299,7 @@ class _Interface:
     def Simulate(self, t: float) -> None:
         """Do nothing, because the experiment runs the network."""
         message = "the brain file calls Simulate: ignored, because the experiment runs the network"
-        self._made.notes.add(Code.NRP270, message, subject="Simulate")
+        self._made.notes.add(Code.NRP217, message, subject="Simulate")
 
     Run = Simulate
 

@@ -272,7 +272,7 @@ class Kernel:
         if name not in self._models:
             if name not in (*CELLS, *GENERATORS, *RECORDERS):
                 message = f"NEST's model '{name}' {_UNKNOWN}{did_you_mean(name, CELLS)}"
-                self.notes.add(Code.NRP270, message, subject=name)
+                self.notes.add(Code.NRP217, message, subject=name)
             self._models[name] = name, defaults_of(name)
         return self._models[name]
 
@@ -280,7 +280,7 @@ class Kernel:
         """Return a model of synapses."""
         if name not in self._synapses:
             message = f"NEST's synapse model '{name}' is not supported: replaced by static_synapse"
-            self.notes.add(Code.NRP270, message, subject=name)
+            self.notes.add(Code.NRP217, message, subject=name)
             self._synapses[name] = SYNAPSES["static_synapse"]
         return self._synapses[name]
 

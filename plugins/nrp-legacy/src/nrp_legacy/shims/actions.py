@@ -178,7 +178,7 @@ class SimpleActionClient:
         self._is_cancelled = False
         if not self._is_served:
             graph.warn(
-                Code.NRP267, f"the action '{self._name}' does not have a server: its goals are ignored"
+                Code.NRP212, f"the action '{self._name}' does not have a server: its goals are ignored"
             )
 
     def wait_for_server(self, *_values: Any, **_options: Any) -> bool:

@@ -123,7 +123,7 @@ class Graph:
         """End the run after its current step."""
         assert self._run is not None
         message = f"a state machine has ended the simulation at {self.now_s:g} s"
-        self.warn(Code.NRP327, message)
+        self.warn(Code.NRP248, message)
         self._run.loop.stop()
         for end in self.on_end:
             end()
@@ -218,7 +218,7 @@ class Graph:
         expected, actual = (getattr(one, "__msgtype__", "") for one in (kind, subscription.topic.type))
         if expected and actual and expected != actual:
             message = f"'{topic}' carries {actual}, and the code of the experiment expects {expected}"
-            self.warn(Code.NRP228, message, subject=topic)
+            self.warn(Code.NRP240, message, subject=topic)
         if subscription.topic.rate_hz is None:
             self.subscribed.setdefault(topic, False)
         return subscription
@@ -233,7 +233,7 @@ class Graph:
                 known.remove(topic)
                 hint = next((f"; did you mean '{one}'?" for one in get_close_matches(topic, known, n=1)), "")
                 message = f"no message came on '{topic}', to which the code of the experiment listens{hint}"
-                yield Finding(Code.NRP268, message, Level.WARNING, subject=topic)
+                yield Finding(Code.NRP212, message, Level.WARNING, subject=topic)
 
     def attend(self, attendant: Attendant) -> None:
         """Add an object to be called before the functions of each step."""

@@ -382,7 +382,7 @@ class StandIns:
         root, _, rest = name.partition(".")
         if rest in _MESSAGES:
             message = f"the message package '{root}' is not known: its messages accept any field"
-            self._notes(Code.NRP286, message, subject=root)
+            self._notes(Code.NRP204, message, subject=root)
             return open_module(name, lambda child: type(child, (OpenMessage,), {}), {})
         if rest == _SERVICES:
             return open_module(name, ServiceType, {})
@@ -400,7 +400,7 @@ class StandIns:
         if root not in self._told:
             self._told.add(root)
             message = f"module '{root}' is not installed: code that uses it fails"
-            self._notes(Code.NRP286, message, subject=root)
+            self._notes(Code.NRP204, message, subject=root)
         return f"the module '{root}' is not installed"
 
 

@@ -144,7 +144,7 @@ class LightServiceState(CallingState):
         self._light, self._diffuse = light_name, diffuse or ()
         if attenuation or attenuations:
             message = "a state that sets a light sets its colour; its attenuation stays"
-            graph.warn(Code.NRP287, message, subject=light_name)
+            graph.warn(Code.NRP216, message, subject=light_name)
 
     def execute(self, userdata: Any) -> str:
         now = self._answer("/gazebo/get_light_properties", self._light)

@@ -188,7 +188,7 @@ class ModelMonitorState(PollingState):
             return False
         if name not in states.name:
             self._graph.warn(
-                Code.NRP268, f"a state waits for '{name}', which is not in the world", subject=name
+                Code.NRP212, f"a state waits for '{name}', which is not in the world", subject=name
             )
             return False
         return not self._callback(userdata, getattr(states, self._part)[states.name.index(name)])
