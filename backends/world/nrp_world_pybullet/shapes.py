@@ -230,7 +230,7 @@ def friction_factors(
             f"PyBullet multiplies coefficients of friction: that of a contact of {one:g} and {other:g} is "
             f"wrong by {wrong:.2g}, because others are up to {choices[0]:g}"
         )
-        warnings.add(Code.NRP260, message, subject="friction")
+        warnings.add(Code.NRP264, message, subject="friction")
     return {mu: min(mu, most) / sqrt(most) for mu in values}
 
 
