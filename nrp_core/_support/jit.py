@@ -11,92 +11,15 @@ from __future__ import annotations
 import hashlib
 import logging
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import platformdirs
-from numba.core import sigutils
-from numba.core.caching import FunctionCache, NullCache
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.registry import CPUDispatcher
-from numba.core.runtime import rtsys
 
 from nrp_core._support.stopwatch import work
-
-_WITHOUT = "no_cpython_wrapper"
-
-
-class KernelCache(FunctionCache):  # type: ignore[misc]
-    """The compiled code of a function on the disk."""
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the code for types of arguments, or None."""
-        rtsys.initialize(target_context)  # code that allocates arrays needs it
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
-
-
-class Kernel(CPUDispatcher):  # type: ignore[misc]
-    """A compiled function.
-
-    Attributes:
-        cached: a context in which the cache of the function is opened, when Python calls it first.
-    """
-
-    cached: Callable[[], AbstractContextManager[None]] = nullcontext
-
-    def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
-        self._cache: Any
-        self._is_called_by_python = False
-        self._internal: set[tuple[Any, ...]] = set()
-        """Types of arguments for which the function is compiled for compiled code only."""
-
-    def compile(self, sig: Any) -> Any:
-        """Compile the function for types of arguments, unless it is; return what Python can call."""
-        with global_compiler_lock:
-            by_python, self._is_called_by_python = self._is_called_by_python, False
-            arguments = tuple(sigutils.normalize_signature(sig)[0])
-            if by_python:
-                if isinstance(self._cache, NullCache):
-                    self.enable_caching()
-                if arguments in self._internal:
-                    self._internal.remove(arguments)
-                    del self.overloads[arguments]
-                return super().compile(sig)
-            if arguments in self.overloads:
-                return self.overloads[arguments].entry_point
-            self._internal.add(arguments)
-            cache: Any = self._cache
-            self._cache = NullCache()
-            self.targetoptions[_WITHOUT] = True
-            try:
-                return super().compile(sig)
-            finally:
-                self._cache = cache
-                del self.targetoptions[_WITHOUT]
-
-    def enable_caching(self) -> None:
-        """Keep compiled code on the disk."""
-        with self.cached():
-            self._cache = KernelCache(self.py_func)
-
-    def add_overload(self, cres: Any) -> None:
-        """Add compiled code; Python finds it only if it can call it."""
-        arguments = tuple(cres.signature.args)
-        if arguments in self._internal:
-            self.overloads[arguments] = cres
-        else:
-            super().add_overload(cres)
-
-    def _compile_for_args(self, *args: Any, **named: Any) -> Any:
-        with global_compiler_lock:
-            self._is_called_by_python = True
-            return super()._compile_for_args(*args, **named)
-
 
 F = TypeVar("F", bound=Callable[..., Any])
 A = TypeVar("A")
@@ -108,7 +31,7 @@ try:
     from numba.core.types.containers import BaseTuple
     from numba.extending import intrinsic
 
-    from nrp_core._support.jit import Kernel
+    from nrp_core._support.dispatcher import Kernel
 
     COMPILED = not numba.config.DISABLE_JIT
 except ImportError:

@@ -29,8 +29,8 @@ def test_a_bibi_file_is_checked_in_the_experiment_that_names_it(corpus: Path) ->
 
 def test_without_such_an_experiment_it_is_checked_on_a_plain_floor(corpus: Path) -> None:
     (corpus / "husky_2017" / "experiment_configuration.exc").unlink()
-    (told,) = [one for one in found_in(corpus, BIBI) if one.code is Code.NRP256]
-    assert told.message == "the experiment does not name a room: a plain floor is used"
+    messages = [one.message for one in found_in(corpus, BIBI) if one.code is Code.NRP256]
+    assert "the experiment does not name a room: a plain floor is used" in messages
 
 
 @pytest.mark.parametrize(

@@ -72,5 +72,5 @@ def test_objects_outside_the_range_of_a_laser_are_not_seen():
     far = Laser("laser", "/scan", 10.0, 1, 0.0, 0.0, 0.0, 1.0)
     exact = Laser("laser", "/scan", 10.0, 1, 0.0, 0.0, 0.0, 1.5)
     ball = Sphere(0.5), Pose((2.0, 0.0, 0.0))
-    assert [scanned(*ball, laser)[0] for laser in (near, far)] == [inf, inf]
+    assert [scanned(*ball, laser)[0] for laser in (near, far)] == [-inf, inf]
     assert scanned(*ball, exact)[0] == pytest.approx(1.5)
