@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.failure import NO, complain
 from nrp_core.cli.options import Json
-from nrp_core.cli.output import document
+from nrp_core.cli.output import NO, complain, document
 
 if TYPE_CHECKING:
     from nrp_bibi.model.functions import Bibi

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import complain
+from nrp_core.cli.output import complain
 from nrp_core.registry import Registry
 
 

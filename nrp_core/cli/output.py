@@ -1,11 +1,20 @@
-"""Output of the commands: JSON or text on standard output, everything else on standard error."""
+"""Output of the commands: JSON or text on standard output, errors and all else on standard error."""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
+import traceback
+from collections.abc import Iterator
 from typing import Any, TextIO
+
+import typer
+
+from nrp_core.errors import BackendError, CapabilityError, ExperimentError, NrpError, SimulationError
+
+NO, USAGE, INVALID, NO_BACKEND, INTERRUPTED = 1, 2, 3, 4, 130
+"""Exit codes; see :mod:`nrp_core.cli`."""
 
 _document_stream: TextIO | None = None
 
@@ -35,3 +44,81 @@ def document(data: Any) -> None:
 def size_text(n_bytes: int) -> str:
     """Return the size of files in kB or MB."""
     return f"{n_bytes / 1e6:.1f} MB" if n_bytes >= 1e6 else f"{n_bytes / 1e3:.1f} kB"
+
+
+def exit_code(error: BaseException) -> int:
+    """Return the exit code of an error that ended a command."""
+    if isinstance(error, BackendError):
+        return NO_BACKEND
+    return INVALID if isinstance(error, (ExperimentError, CapabilityError)) else NO
+
+
+def report(error: Exception, *, as_json: bool, debug: bool = False) -> int:
+    """Write an error as text, or as ``{"error": {...}}``; return the exit code."""
+    if debug:
+        traceback.print_exception(error)
+    if as_json:
+        document({"error": as_data(error)})
+    else:
+        for line in lines(error):
+            complain(line)
+        for finding in getattr(error, "findings", ()):
+            if finding.level == "warning":
+                warn(str(finding))
+    return exit_code(error)
+
+
+def report_usage(error: Any, *, as_json: bool) -> int:
+    """Report a wrong use of a command and show its usage."""
+    if as_json:
+        document({"error": {"kind": "UsageError", "message": error.format_message()}})
+    else:
+        error.show()
+    return USAGE
+
+
+def report_interrupt(*, as_json: bool) -> int:
+    """Report that Ctrl-C ended a command before it had any result."""
+    if as_json:
+        document({"error": {"kind": "Interrupted", "message": "interrupted"}})
+    else:
+        complain("interrupted")
+    return INTERRUPTED
+
+
+def lines(error: Exception) -> Iterator[str]:
+    """Yield the message of an error, or one line for each of its findings that is an error."""
+    findings = getattr(error, "findings", ())
+    if findings:
+        yield from (str(finding) for finding in findings if finding.level == "error")
+    elif isinstance(error, OSError) and not isinstance(error, NrpError) and error.filename is not None:
+        yield f"{error.filename}: {error.strerror}"
+    elif isinstance(error, (NrpError, OSError)):
+        yield str(error)
+    else:
+        yield (
+            f"{type(error).__name__}: {error}; this is a bug in the program: "
+            "set NRP_DEBUG=1 to see the traceback, and please report it"
+        )
+
+
+def as_data(error: Exception) -> dict[str, Any]:
+    """Return an error as a dictionary."""
+    data: dict[str, Any] = {"kind": type(error).__name__, "message": getattr(error, "message", str(error))}
+    if isinstance(error, ExperimentError):
+        data |= {"path": error.path, "line": error.line, "column": error.column}
+        data["findings"] = [finding.to_dict() for finding in getattr(error, "findings", ())]
+    if isinstance(error, SimulationError):
+        data["t_ns"] = error.t_ns
+    return data
+
+
+def complain(message: str, *, label: str = "error", color: str = "red") -> None:
+    """Write a labelled line to standard error."""
+    typer.secho(f"{label}: ", fg=color, bold=True, err=True, nl=False)
+    typer.echo(message, err=True)
+
+
+def warn(message: str) -> None:
+    """Write a warning to standard error."""
+    complain(message, label="warning", color="yellow")

@@ -9,9 +9,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from nrp_core.cli.failure import INTERRUPTED, NO, as_data, complain, lines
 from nrp_core.cli.options import usage_errors
-from nrp_core.cli.output import document
+from nrp_core.cli.output import INTERRUPTED, NO, as_data, complain, document, lines
 from nrp_core.cli.progress import Display, display
 from nrp_core.cli.summary import summary
 from nrp_core.clock import from_seconds, milliseconds, seconds
@@ -244,15 +243,15 @@ class Session:
 
 
 def _announce(simulation: Run) -> None:
-    """Warn before the first step of what is left out or doubted; the summary at the end lists it."""
+    """Report before the first step how many problems there are; the summary at the end lists them."""
     counts = dict.fromkeys(Weight, 0)
     for problem in simulation.problems:
         if is_warning(problem):
             counts[problem.weight] += problem.count
-    missing, doubts = counts.pop(Weight.INCOMPLETE), sum(counts.values())
+    missing, warnings = counts.pop(Weight.INCOMPLETE), sum(counts.values())
     if missing:
         parts = "a part of the experiment is" if missing == 1 else f"{missing} parts of the experiment are"
         complain(f"{parts} left out, so the run will not be complete", label="warning", color="yellow")
-    if doubts:
-        what = "a doubt" if doubts == 1 else f"{doubts} doubts"
-        complain(f"{what} about the experiment, shown at the end; nrp validate shows them now", label="note")
+    if warnings:
+        count = "1 warning" if warnings == 1 else f"{warnings} warnings"
+        complain(f"{count}, shown at the end; nrp validate shows them now", label="note")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 
-from nrp_core.cli.failure import complain
+from nrp_core.cli.output import complain
 from nrp_core.cli.progress import shares_text
 from nrp_core.experiment.running.result import FAILED, FINISHED, Judgement, Result
 from nrp_core.findings import Finding, Level, Weight

@@ -140,7 +140,7 @@ def _packages_stamp() -> int:
 # -- in the child process
 
 
-def _look(registry: Registry[Any], name: str) -> dict[str, Any]:
+def _probe(registry: Registry[Any], name: str) -> dict[str, Any]:
     found: dict[str, Any] = {"capabilities": {}, "diagnoses": [], "reason": "", "remedy": ""}
     try:
         backend = registry.load(name)
@@ -157,4 +157,4 @@ def _look(registry: Registry[Any], name: str) -> dict[str, Any]:
 
 if __name__ == "__main__":
     # on a line of its own, after any output of the backend
-    print("\n" + _MARK + json.dumps(_look(KINDS[sys.argv[1]](), sys.argv[2])))
+    print("\n" + _MARK + json.dumps(_probe(KINDS[sys.argv[1]](), sys.argv[2])))

@@ -1,26 +1,26 @@
-"""The commands, one module each: a function of the same name, with underscores for hyphens.
+"""The commands: functions named like them, with underscores for hyphens; related ones share a module.
 
-To add one, add its module and its name below.
+To add one, add its name and its module below.
 """
 
-COMMANDS = (
-    "list",
-    "run",
-    "publish",
-    "functions",
-    "validate",
-    "explain",
-    "map",
-    "inspect",
-    "replay",
-    "plot",
-    "video",
-    "export",
-    "recover",
-    "new",
-    "backends",
-    "conformance",
-    "doctor",
-    "schema",
-)
-"""Their names, in the order of the help text."""
+COMMANDS = {
+    "list": "experiments",
+    "run": "run",
+    "publish": "control",
+    "functions": "control",
+    "validate": "validate",
+    "explain": "explain",
+    "map": "map",
+    "inspect": "inspect",
+    "replay": "replay",
+    "plot": "plot",
+    "video": "video",
+    "export": "recordings",
+    "recover": "recordings",
+    "new": "new",
+    "backends": "backends",
+    "conformance": "conformance",
+    "doctor": "backends",
+    "schema": "experiments",
+}
+"""Their modules by name, in the order of the help text."""

@@ -15,9 +15,8 @@ from typing import Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import NO
 from nrp_core.cli.options import Json, require_distinct, require_folder_of
-from nrp_core.cli.output import document
+from nrp_core.cli.output import NO, document
 
 NEEDED = ("pytest", "hypothesis")
 

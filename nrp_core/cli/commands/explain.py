@@ -24,7 +24,7 @@ def _subjects(incomplete: str) -> list[str]:
 
 def _parameters(context: typer.Context, incomplete: str) -> list[str]:
     """Return the names of parameters of the subject before the word; none if it cannot be read."""
-    from nrp_core.cli.inspection.parameters import parameters_of
+    from nrp_core.cli.inspect_experiments import parameters_of
 
     with suppress(Exception):
         known, _ = parameters_of(context.params["subject"])
@@ -58,7 +58,7 @@ def explain(
     Of a code: its meaning, why it matters and how to fix it. Of a parameter: its value and who set it, its
     default, unit, range and purpose, and the line that declares it. Nothing is executed.
     """
-    from nrp_core.cli.inspection.parameters import explain_parameters
+    from nrp_core.cli.inspect_experiments import explain_parameters
     from nrp_core.experiment.reading.find import shipped
     from nrp_core.findings.codes.removed import MERGED, removed_in
 

@@ -71,9 +71,13 @@ def inspect(
     and the parameters. For a recording: the experiment, the duration, the parameters, the recorded topics,
     and whether it is complete.
     """
-    from nrp_core.cli.inspection.experiment import inspect_experiment, is_experiment
-    from nrp_core.cli.inspection.functions import are_functions, inspect_functions
-    from nrp_core.cli.inspection.recording import inspect_recording, is_recording
+    from nrp_core.cli.inspect_experiments import (
+        are_functions,
+        inspect_experiment,
+        inspect_functions,
+        is_experiment,
+    )
+    from nrp_core.cli.inspect_recordings import inspect_recording, is_recording
 
     if is_recording(file):
         why = "a recording has the settings of its run; omit this option"
@@ -221,8 +225,7 @@ def _topics(model: Model) -> list[dict[str, str]]:
 
 
 def _check(file: Path, others: Mapping[str, object], *, as_json: bool) -> None:
-    from nrp_core.cli.inspection.check import check_recording
-    from nrp_core.cli.inspection.recording import is_recording
+    from nrp_core.cli.inspect_recordings import check_recording, is_recording
 
     if not is_recording(file):
         raise typer.BadParameter(f"only a recording can be checked, not {file}", param_hint="--check")

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import complain
 from nrp_core.cli.options import (
     BrainName,
     ExperimentName,
@@ -18,7 +17,7 @@ from nrp_core.cli.options import (
     overrides_of,
     require_folder_of,
 )
-from nrp_core.cli.output import document
+from nrp_core.cli.output import complain, document
 
 if TYPE_CHECKING:
     from nrp_core.brain.capabilities import Report, Table

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import complain
 from nrp_core.cli.options import Json, beginning_with, time_s, usage_errors
-from nrp_core.cli.output import document
+from nrp_core.cli.output import complain, document
 
 if TYPE_CHECKING:
     from nrp_core.recording.figures.style import PlotOptions

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import NO, complain
 from nrp_core.cli.options import Json, usage_errors
-from nrp_core.cli.output import document
+from nrp_core.cli.output import NO, complain, document
 
 if TYPE_CHECKING:
     from nrp_core.recording.reading.check import Flaw

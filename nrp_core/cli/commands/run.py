@@ -89,7 +89,7 @@ def run(
 
     Ctrl-C ends the run between two steps: its recording is complete, and the exit code is 130.
     """
-    from nrp_core.cli.failure import complain
+    from nrp_core.cli.output import complain
     from nrp_core.cli.session import RunRequest, Session
     from nrp_core.findings import InvalidExperimentError
 

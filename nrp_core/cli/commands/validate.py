@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.failure import INVALID, NO_BACKEND
 from nrp_core.cli.options import (
     BrainName,
     ExperimentName,
@@ -20,7 +19,7 @@ from nrp_core.cli.options import (
     ignored_codes,
     overrides_of,
 )
-from nrp_core.cli.output import document
+from nrp_core.cli.output import INVALID, NO_BACKEND, document
 
 if TYPE_CHECKING:
     from nrp_core.findings import Finding

@@ -69,7 +69,7 @@ class ControlServer(Closing):
         self._path.unlink(missing_ok=True)
 
 
-def tell(path: Path, command: str, *, timeout_s: float = 5.0, **arguments: Any) -> Any:
+def send_command(path: Path, command: str, *, timeout_s: float = 5.0, **arguments: Any) -> Any:
     """Give a command to the run that listens on a socket, and return its answer.
 
     Args:

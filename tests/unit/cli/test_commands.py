@@ -13,8 +13,8 @@ from typer.main import get_command
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.cli import app, main
-from nrp_core.cli.commands import COMMANDS, doctor
-from nrp_core.cli.extensions import CommandGroup
+from nrp_core.cli.app import CommandGroup
+from nrp_core.cli.commands import COMMANDS, backends
 from nrp_core.cli.survey import Surveyed
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.control import ControlServer
@@ -199,7 +199,7 @@ def test_the_doctor_reports_missing_parts_and_their_consequences(nrp: Nrp, found
     assert data["machine"]["cores"] >= 1
     assert {one["subject"] for one in data["diagnoses"]} >= {"a display", "numpy"}
     assert data["backends"][1]["diagnoses"][0]["meaning"] == "cameras are slow"
-    assert doctor.__doc__
+    assert backends.doctor.__doc__
 
 
 # -- schema and plot

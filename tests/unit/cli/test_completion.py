@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from nrp_core.cli.commands.export import FORMATS
 from nrp_core.cli.commands.plot import FIGURES, PANELS
+from nrp_core.cli.commands.recordings import FORMATS
 from nrp_core.cli.commands.video import VIEWS
 from nrp_core.experiment.reading.find import shipped
 from nrp_core.findings import Code

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
-from nrp_core.experiment.running.control import ControlServer, tell
+from nrp_core.experiment.running.control import ControlServer, send_command
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.sealing import read_sealed, sealed
@@ -145,7 +145,7 @@ def test_functions_changed_before_the_first_step_are_changed_again(
     def change() -> None:
         while not socket.exists():
             time.sleep(0.001)
-        (drive,) = tell(socket, "functions", add=[str(slower)], remove=[], activate=[], deactivate=[])
+        (drive,) = send_command(socket, "functions", add=[str(slower)], remove=[], activate=[], deactivate=[])
         changed.append(drive["place"])
 
     client = threading.Thread(target=change, daemon=True)

@@ -49,7 +49,7 @@ def driven(experiment: Path) -> Callable[[str], list[str]]:
     (TWICE, ["NRP229"]),
     (SENDS_NOTHING, ["NRP237", "NRP322", "NRP355"]),  # without a command an event never happens
 ])  # fmt: skip
-def test_the_doubts_of_a_check_are_problems_on_every_surface(
+def test_warnings_of_a_check_are_problems_on_every_surface(
     nrp: Nrp, driven: Callable[[str], list[str]], tmp_path: Path, functions: str, codes: list[str]
 ) -> None:
     given = driven(functions)
@@ -58,14 +58,14 @@ def test_the_doubts_of_a_check_are_problems_on_every_surface(
     assert codes_of(data["problems"]) == codes
     assert (done.code, data["complete"]) == (0, True)
     assert json.loads(nrp("inspect", tmp_path / "recording", "--json").out)["problems"] == data["problems"]
-    said = nrp("run", *given)
-    assert [said.out.count(f"[{code}]") for code in codes] == [1] * len(codes)
-    assert "doubt" in said.err
+    done = nrp("run", *given)
+    assert [done.out.count(f"[{code}]") for code in codes] == [1] * len(codes)
+    assert "warning" in done.err
     result = nrp_core.run(given[0], given[2::2])
     assert codes_of(result.to_dict()["problems"]) == codes
 
 
-def test_a_doubt_about_a_line_that_failed_is_not_repeated(
+def test_a_warning_about_a_line_that_failed_is_not_repeated(
     nrp: Nrp, driven: Callable[[str], list[str]]
 ) -> None:
     given = driven(RAISES)

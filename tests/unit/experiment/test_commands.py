@@ -11,7 +11,7 @@ import pytest
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.commands import commands_of
-from nrp_core.experiment.running.control import ControlServer, tell
+from nrp_core.experiment.running.control import ControlServer, send_command
 from nrp_core.experiment.running.run import Run
 
 pytestmark = pytest.mark.usefixtures("fakes")
@@ -38,7 +38,7 @@ def told(run: Run, tmp_path: Path) -> Iterator[Told]:
 
     def tell_it(add: Path | None = None, **lists: list[str]) -> list[dict[str, Any]]:
         given = {"remove": [], "activate": [], "deactivate": [], **lists}
-        found: list[dict[str, Any]] = tell(path, "functions", add=[str(add)] if add else [], **given)
+        found: list[dict[str, Any]] = send_command(path, "functions", add=[str(add)] if add else [], **given)
         return found
 
     with ControlServer(path, commands_of(run)):

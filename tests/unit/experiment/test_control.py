@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from nrp_core.errors import ExperimentError, TopicError
-from nrp_core.experiment.running.control import ControlServer, tell
+from nrp_core.experiment.running.control import ControlServer, send_command
 
 
 @pytest.fixture
@@ -44,14 +44,14 @@ def ask(path: Path, *lines: bytes) -> list[dict[str, Any]]:
 
 
 def test_a_message_reaches_the_run(path: Path, published: list[Any]) -> None:
-    tell(path, "publish", topic="/screens/left/color", value="red")
-    tell(path, "publish", topic="/husky/cmd_vel", value={"linear": {"x": 1}})
+    send_command(path, "publish", topic="/screens/left/color", value="red")
+    send_command(path, "publish", topic="/husky/cmd_vel", value={"linear": {"x": 1}})
     assert published == [("/screens/left/color", "red"), ("/husky/cmd_vel", {"linear": {"x": 1}})]
 
 
 def test_the_runs_refusal_comes_back_in_its_own_words(path: Path, published: list[Any]) -> None:
     with pytest.raises(ExperimentError, match="no topic '/nobody'"):
-        tell(path, "publish", topic="/nobody", value=1)
+        send_command(path, "publish", topic="/nobody", value=1)
     assert published == []
 
 
@@ -92,7 +92,7 @@ def test_the_socket_of_a_dead_run_is_replaced(path: Path) -> None:
     assert path.exists()
     told: list[str] = []
     with ControlServer(path, {"publish": lambda topic, value: told.append(topic)}):
-        tell(path, "publish", topic="/a", value=1)
+        send_command(path, "publish", topic="/a", value=1)
     assert told == ["/a"]
 
 
@@ -101,7 +101,7 @@ def test_a_second_run_on_one_socket_is_refused_and_the_first_goes_on(
 ) -> None:
     with pytest.raises(ExperimentError, match="another run listens here"):
         ControlServer(path, {})
-    tell(path, "publish", topic="/a", value=1)
+    send_command(path, "publish", topic="/a", value=1)
     assert published == [("/a", 1)]
 
 
@@ -120,7 +120,7 @@ def test_a_socket_that_cannot_be_made_is_one_error(tmp_path: Path, name: str) ->
 
 def test_a_command_without_a_listening_run_is_reported(path: Path) -> None:
     with pytest.raises(ExperimentError, match="no run listens here"):
-        tell(path, "publish", topic="/a", value=1)
+        send_command(path, "publish", topic="/a", value=1)
 
 
 @pytest.mark.parametrize("answer", [b"hello\n", b"[]\n", b"{}\n", b""])
@@ -138,7 +138,7 @@ def test_a_listener_that_is_not_a_run_is_recognised(path: Path, answer: bytes) -
         stranger = threading.Thread(target=reply)
         stranger.start()
         with pytest.raises(ExperimentError, match="the program that listens here is not a run"):
-            tell(path, "publish", topic="/a", value=1)
+            send_command(path, "publish", topic="/a", value=1)
         stranger.join()
 
 
@@ -147,7 +147,7 @@ def test_a_listener_that_never_answers_is_given_up_on(path: Path) -> None:
         other.bind(str(path))
         other.listen()
         with pytest.raises(ExperimentError, match="no run listens here: timed out"):
-            tell(path, "publish", topic="/a", value=1, timeout_s=0.05)
+            send_command(path, "publish", topic="/a", value=1, timeout_s=0.05)
 
 
 def test_a_socket_that_exists_is_listened_to(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

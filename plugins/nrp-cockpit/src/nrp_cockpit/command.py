@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.failure import warn
 from nrp_core.cli.options import (
     BrainName,
     Models,
@@ -20,6 +19,7 @@ from nrp_core.cli.options import (
     experiment_names,
     overrides_of,
 )
+from nrp_core.cli.output import warn
 from nrp_core.errors import ExperimentError
 
 if TYPE_CHECKING:

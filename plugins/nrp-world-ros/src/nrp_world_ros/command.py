@@ -6,7 +6,6 @@ import signal
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from nrp_core.cli.failure import INTERRUPTED, complain
 from nrp_core.cli.options import (
     BrainName,
     ExperimentName,
@@ -16,6 +15,7 @@ from nrp_core.cli.options import (
     overrides_of,
     usage_errors,
 )
+from nrp_core.cli.output import INTERRUPTED, complain
 from nrp_core.quantities import time_ns
 
 from nrp_world_ros.options import LAST_DOMAIN, Ros

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.failure import complain
 from nrp_core.cli.options import Json, require_folder_of
-from nrp_core.cli.output import document
+from nrp_core.cli.output import complain, document
 
 
 def import_connectome(

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import NO, complain, warn
 from nrp_core.cli.options import Json, On, Workers, beginning_with
-from nrp_core.cli.output import document
+from nrp_core.cli.output import NO, complain, document, warn
 
 if TYPE_CHECKING:
     from nrp_core.registry import Registry

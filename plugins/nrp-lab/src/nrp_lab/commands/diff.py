@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import NO
 from nrp_core.cli.options import (
     Json,
     Models,
@@ -22,7 +21,7 @@ from nrp_core.cli.options import (
     require_folder_of,
     usage_errors,
 )
-from nrp_core.cli.output import document
+from nrp_core.cli.output import NO, document
 
 if TYPE_CHECKING:
     from rich.console import Console

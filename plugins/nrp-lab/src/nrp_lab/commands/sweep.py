@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.failure import NO, complain, warn
 from nrp_core.cli.options import (
     FileOrShow,
     Json,
@@ -20,7 +19,7 @@ from nrp_core.cli.options import (
     require_folder_of,
     results_folder,
 )
-from nrp_core.cli.output import document
+from nrp_core.cli.output import NO, complain, document, warn
 
 if TYPE_CHECKING:
     from nrp_lab.sweep.executor import Executor

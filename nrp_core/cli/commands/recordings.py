@@ -1,4 +1,4 @@
-"""``nrp export``."""
+"""``nrp export`` and ``nrp recover``: convert and repair recordings."""
 
 from __future__ import annotations
 
@@ -7,9 +7,41 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.failure import complain
 from nrp_core.cli.options import Json, beginning_with, usage_errors
-from nrp_core.cli.output import document
+from nrp_core.cli.output import complain, document
+
+
+def recover(
+    recording: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A recording whose run was killed, or its .mcap file.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            envvar="NRP_OUTPUT",
+            help="The file to write; by default it replaces the damaged file, which is kept renamed.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Recover the intact part of a recording that is truncated or damaged."""
+    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.reading.recover import recover as recovered
+
+    with usage_errors("DIR"):
+        source = Recording(recording)
+    outcome = recovered(source, output)
+    if json:
+        document(outcome)
+    elif outcome.kept is None:
+        typer.echo(f"{source.file} is complete: nothing to recover")
+    else:
+        typer.echo(f"{outcome.file}: {outcome.messages} messages, {outcome.until_s:g} s")
+        typer.echo(f"the original file is kept as {outcome.kept}")
+
 
 FORMATS = ("nwb", "sonata", "csv")
 _FILES = (".csv", ".h5", ".nwb")

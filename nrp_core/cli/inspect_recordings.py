@@ -1,4 +1,4 @@
-"""``nrp inspect`` of a recording."""
+"""``nrp inspect`` of a recording, and ``--check`` of its integrity."""
 
 from __future__ import annotations
 
@@ -9,14 +9,39 @@ from typing import Any
 
 import typer
 
-from nrp_core.cli.failure import complain
-from nrp_core.cli.output import document, size_text
+from nrp_core._support.json_values import to_jsonable
+from nrp_core.cli.output import NO, complain, document, size_text
 from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.result import recorded_judgement
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
+from nrp_core.recording.reading.check import Check
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.reading.recording import Recording
+
+
+def check_recording(path: Path, *, as_json: bool) -> None:
+    """Check a recording, print the result, and end with exit code 1 if it has a flaw."""
+    check = Recording(path).check()
+    if as_json:
+        document({"intact": check.intact, **to_jsonable(check)})
+    else:
+        for note in check.notes:
+            complain(note, label="note", color="yellow")
+        for flaw in check.flaws:
+            complain(str(flaw))
+        typer.echo(_verdict(path, check))
+    raise typer.Exit(NO if check.flaws else 0)
+
+
+def _verdict(path: Path, check: Check) -> str:
+    files = f"{check.files} files of {size_text(check.size)} match their digests"
+    if check.flaws:
+        return f"{path}: {typer.style('not intact', fg='red', bold=True)}"
+    if check.intact:
+        return f"{path}: {typer.style('intact', fg='green', bold=True)}: {files}"
+    steps = f"{check.chain.steps} steps match their hashes" if check.chain is not None else ""
+    return f"{path}: no flaw found: {', '.join(filter(None, (files if check.files else '', steps)))}"
 
 
 def is_recording(path: Path) -> bool:
@@ -46,7 +71,7 @@ def inspect_recording(path: Path, *, as_json: bool, details: bool) -> None:
     if not data["intact"]:
         advice = f"'nrp recover {path}' restores its intact part"
         complain(f"the recording is truncated or damaged; {advice}", label="warning", color="yellow")
-    for message in _doubts(recording, data):
+    for message in _contradictions(recording, data):
         complain(message, label="warning", color="yellow")
     if as_json:
         document(data)
@@ -105,7 +130,7 @@ def _data(recording: Recording) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _doubts(recording: Recording, data: dict[str, Any]) -> Iterator[str]:
+def _contradictions(recording: Recording, data: dict[str, Any]) -> Iterator[str]:
     """Yield what the files of a recording contradict in each other; ``--check`` compares every byte."""
     run = recording.run
     if not run and recording.file.name == MCAP_NAME:
