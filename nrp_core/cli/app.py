@@ -28,6 +28,12 @@ _ALIKE = 0.85
 """Minimum similarity, from 0 to 1, of a name and its misspelling."""
 
 ADDED: Registry[Any] = Registry("nrp_core.commands", "command")
+EXIT_CODES = (
+    "Exit codes: 0 success; 1 negative result or failed run; 2 usage error; "
+    "3 an experiment is not valid; 4 a backend is missing; 130 interrupted."
+)
+# typer vendors the base class of its errors and has moved it between versions
+_UsageError = cast("type[Exception]", typer.BadParameter.__mro__[1])
 
 
 class CommandGroup(TyperGroup):
@@ -153,15 +159,6 @@ def _command(name: str, found: Any) -> Any:
     app = typer.Typer(rich_markup_mode=None, add_completion=False)
     app.command(name, cls=Command)(found)
     return get_command(app)
-
-
-EXIT_CODES = (
-    "Exit codes: 0 success; 1 negative result or failed run; 2 usage error; "
-    "3 an experiment is not valid; 4 a backend is missing; 130 interrupted."
-)
-
-# typer vendors the base class of its errors and has moved it between versions
-_UsageError = cast("type[Exception]", typer.BadParameter.__mro__[1])
 
 
 def build_app() -> typer.Typer:

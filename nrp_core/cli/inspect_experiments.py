@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from nrp_core.experiment.model.experiment import Experiment
     from nrp_core.findings import Finding
 
+_KEYS = {"brain": "brain.parameters", "functions": "function_parameters"}
+_WHERE = {"brain": ", in the brain script", "functions": ", in the transfer functions"}
+
 
 def are_functions(file: Path) -> bool:
     """Return whether a file has the suffix of a format of transfer functions."""
@@ -102,10 +105,6 @@ def _as_data(function: TransferFunction) -> dict[str, Any]:
         "parameters": {name: str(function.mappings.get(name, "")) for name in function.parameters},
         "returns_to": None if function.topic is None else str(function.topic),
     }
-
-
-_KEYS = {"brain": "brain.parameters", "functions": "function_parameters"}
-_WHERE = {"brain": ", in the brain script", "functions": ", in the transfer functions"}
 
 
 def explain_parameters(subject: str, wanted: str | None, overrides: Sequence[str], *, as_json: bool) -> None:

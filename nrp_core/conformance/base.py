@@ -1,23 +1,90 @@
-"""The base of all tests: the backend and its options, the opened simulations, and skips."""
+"""The base of all tests: the backend, its options, open simulations, and a guard.
+
+Tests are skipped only if the backend does not declare a feature, and are never replaced without a reason.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from functools import cached_property
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, NoReturn, TypeVar
 
 import pytest
 
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.interface import BrainCapabilities
-from nrp_core.conformance.guard import refuse_quiet_edits, undeclared
 from nrp_core.simulation import Determinism
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.interface import WorldBackend
 
+KIT = __name__.rpartition(".")[0]
+_PARAMETER = type(pytest.param())
 Backend = TypeVar("Backend", bound=BrainBackend | WorldBackend)
 Capabilities = TypeVar("Capabilities", bound=BrainCapabilities | WorldCapabilities)
+
+
+def skip_undeclared(what: str) -> NoReturn:
+    """Skip a test because the backend does not declare its feature; no other reason to skip is allowed."""
+    pytest.skip(f"not declared: {what}")
+
+
+def refuse_replaced_tests(cls: type) -> None:
+    """Refuse a class outside the kit that replaces a test of the kit without a reason.
+
+    A test, or some of its parameters, may be expected to fail: ``xfail(reason=...)``. With parameters, all
+    parameters of the kit must remain, and those not expected to fail must still run the kit's test.
+
+    Raises:
+        TypeError: a test is replaced in any other way.
+    """
+    if cls.__module__.startswith(KIT):
+        return
+    for name, value in vars(cls).items():
+        inherited = [vars(base)[name] for base in cls.__mro__[1:] if name in vars(base)]
+        if not name.startswith("test") or not inherited:
+            continue
+        in_part = _explained_in_part(value, inherited[0]) and _calls(value, name)
+        if not in_part and not _explained(_marks(value)):
+            raise TypeError(
+                f"{cls.__name__}.{name} replaces a test of the conformance kit; if the backend cannot pass "
+                f"it yet, call super().{name}() under @pytest.mark.xfail(reason='...'), or mark only "
+                "the parameters that fail and keep the others"
+            )
+
+
+def _explained_in_part(test: object, original: object) -> bool:
+    """Return whether a test has the parameters of the original, with only explained failures."""
+    marks = [mark for marks, _ in _parameters(test) for mark in marks]
+    same = [values for _, values in _parameters(test)] == [values for _, values in _parameters(original)]
+    return same and bool(marks) and all(_explained([mark]) for mark in marks)
+
+
+def _calls(test: object, name: str) -> bool:
+    return name in getattr(getattr(test, "__code__", None), "co_names", ())
+
+
+def _parameters(test: object) -> Iterator[tuple[list[Any], Any]]:
+    """Return the marks of each set of parameters, by its names and values."""
+    for mark in _marks(test):
+        if mark.name == "parametrize":
+            names, sets = mark.args
+            several = not isinstance(names, str) or "," in names
+            for given in sets:
+                parameter = given if isinstance(given, _PARAMETER) else _parameter(given, several)
+                yield list(parameter.marks), (names, tuple(parameter.values))
+
+
+def _parameter(given: Any, several: bool) -> Any:
+    return pytest.param(*given) if several else pytest.param(given)
+
+
+def _marks(test: object) -> list[Any]:
+    return list(getattr(test, "pytestmark", ()))
+
+
+def _explained(marks: Iterable[Any]) -> bool:
+    return any(mark.name == "xfail" and mark.kwargs.get("reason") for mark in marks)
 
 
 class BackendTests:
@@ -38,15 +105,15 @@ class BackendTests:
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        refuse_quiet_edits(cls)
+        refuse_replaced_tests(cls)
 
     @pytest.fixture(autouse=True)
-    def _close_what_was_opened(self) -> Iterator[None]:
+    def _close_simulations(self) -> Iterator[None]:
         with ExitStack() as self.opened:
             yield
 
     @pytest.fixture(autouse=True)
-    def _take_notes(self, record_property: Callable[[str, object], None]) -> None:
+    def _set_note(self, record_property: Callable[[str, object], None]) -> None:
         """Add measurements of a test to the report, by ``self.note(name, value)``."""
         self.note = record_property
 
@@ -79,9 +146,9 @@ class SimulatorTests(BackendTests, Generic[Backend, Capabilities]):
     def require_snapshot(self) -> None:
         """Skip the test if snapshots are not declared."""
         if not self.capabilities.snapshot:
-            undeclared("snapshot")
+            skip_undeclared("snapshot")
 
     def require_repeatable(self) -> None:
         """Skip the test if two runs with one seed may differ."""
         if self.capabilities.determinism is Determinism.STATISTICAL:
-            undeclared("repeatable runs")
+            skip_undeclared("repeatable runs")

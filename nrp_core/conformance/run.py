@@ -67,13 +67,13 @@ class ResultCollector:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.when == "call" or report.outcome != "passed":
-            self._keep(report)
+            self._add(report)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
             self.results.append(KitResult("collection", "contract", Outcome.FAILED, report.longreprtext))
 
-    def _keep(self, report: pytest.TestReport) -> None:
+    def _add(self, report: pytest.TestReport) -> None:
         test = report.nodeid.partition("::")[2].partition("::")[2]
         if test in self._failed:
             return  # its teardown failed as well

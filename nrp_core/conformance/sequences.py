@@ -32,7 +32,7 @@ class SequenceMachine(RuleBasedStateMachine):
         super().__init__()
         self.can_restore, self.step_ns = can_restore, step_ns
         self.log: list[Call] = []
-        self.kept: tuple[Snapshot, list[Call]] | None = None
+        self.saved: tuple[Snapshot, list[Call]] | None = None
         self.simulation = self.fresh()
 
     @abstractmethod
@@ -44,7 +44,7 @@ class SequenceMachine(RuleBasedStateMachine):
         """Repeat a logged call on a simulation."""
 
     @abstractmethod
-    def seen(self, simulation: Any) -> object:
+    def observed(self, simulation: Any) -> object:
         """Return the observable state of a simulation."""
 
     def do(self, name: str, value: Any) -> None:
@@ -67,16 +67,16 @@ class SequenceMachine(RuleBasedStateMachine):
 
     @precondition(lambda self: self.can_restore)
     @rule()
-    def keep(self) -> None:
+    def take_snapshot(self) -> None:
         """Take a snapshot."""
-        self.kept = self.simulation.snapshot(), list(self.log)
+        self.saved = self.simulation.snapshot(), list(self.log)
 
-    @precondition(lambda self: self.kept is not None)
+    @precondition(lambda self: self.saved is not None)
     @rule()
     def restore(self) -> None:
         """Return to the snapshot."""
-        assert self.kept is not None
-        snapshot, log = self.kept
+        assert self.saved is not None
+        snapshot, log = self.saved
         self.simulation.restore(snapshot)
         self.log = list(log)
 
@@ -92,7 +92,7 @@ class SequenceMachine(RuleBasedStateMachine):
                 elif not followed_by_run:
                     again.run_until(value)
             assert again.now_ns == self.simulation.now_ns
-            assert self.seen(again) == self.seen(self.simulation)
+            assert self.observed(again) == self.observed(self.simulation)
 
 
 def check_sequences(machine: Callable[[], SequenceMachine], *, examples: int, length: int) -> None:

@@ -17,8 +17,8 @@ from nrp_core.checks import confined_network
 from nrp_core.checks.confined_network import ConfinedBuild
 from nrp_core.checks.network_summary import described, skeleton_of
 from nrp_core.checks.validate import validate_file
-from nrp_core.conformance.brain import parts as network_parts
-from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.conformance.brain import kit
+from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.findings import Level
 
 
@@ -41,11 +41,11 @@ def test_a_skeleton_has_the_neurons_of_its_network(husky: Path) -> None:
 
 
 def test_a_skeleton_has_a_projection_of_each_kind_that_a_backend_may_refuse() -> None:
-    parts = [network_parts.cells(SAMPLES["IF_curr_exp"], label) for label in ("a", "b")]
-    plain = network_parts.connect("a", "b", 0.1)
+    parts = [kit.cells(SAMPLES["IF_curr_exp"], label) for label in ("a", "b")]
+    plain = kit.connect("a", "b", 0.1)
     reward = replace(plain, label="good", receptor="reward", neuromodulation=Neuromodulation(tau_d=5.0))
     grows = replace(plain, label="grows", rewiring=Rewiring(s_max=3))
-    network = network_parts.network(*parts, plain, reward, grows, replace(plain, label="again"))
+    network = kit.network(*parts, plain, reward, grows, replace(plain, label="again"))
     found = skeleton_of(json.loads(json.dumps(described(network)))).projections
     assert [one.label for one in found] == [plain.label, "good", "grows"]
     assert [one.neuromodulation for one in found] == [None, reward.neuromodulation, None]

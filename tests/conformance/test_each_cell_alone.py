@@ -11,7 +11,7 @@ from nrp_brain_event.cell_types import CELL_TYPES
 from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.interface import BrainCapabilities
 from nrp_core.conformance import BrainBackendTests
-from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.conformance.report import Outcome
 from nrp_core.conformance.run import run_tests
 

@@ -12,11 +12,11 @@ from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.interface import BrainCapabilities
 from nrp_core.conformance import SUITES, BrainBackendTests, WorldBackendTests, proof
 from nrp_core.conformance.base import BackendTests
+from nrp_core.conformance.brain.comparison import chi_square_p_value, normal_p_value, require_likely
+from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.conformance.brain.reference import Arrival, simulate
-from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.conformance.report import LEVELS, KitReport, KitResult, Outcome, lines
 from nrp_core.conformance.run import run_tests
-from nrp_core.conformance.statistics import of_chi_square, of_normal, require_likely
 from nrp_core.errors import BackendError
 
 NAME = "test_time_does_not_run_backwards"
@@ -240,6 +240,6 @@ def test_one_unlucky_seed_is_not_a_verdict_but_two_are():
 
 
 def test_p_values_are_those_of_the_tables():
-    assert of_normal(1.959964) == pytest.approx(0.05, abs=1e-6)
-    assert of_chi_square(99.33, 100) == pytest.approx(1.0, abs=0.01)  # the median
-    assert of_chi_square(129.56, 100) == pytest.approx(0.05, abs=0.002)  # the upper 2.5 %
+    assert normal_p_value(1.959964) == pytest.approx(0.05, abs=1e-6)
+    assert chi_square_p_value(99.33, 100) == pytest.approx(1.0, abs=0.01)  # the median
+    assert chi_square_p_value(129.56, 100) == pytest.approx(0.05, abs=0.002)  # the upper 2.5 %

@@ -7,8 +7,8 @@ import importlib.util
 import pytest
 
 from nrp_core.conformance import BrainBackendTests, WorldBackendTests
-from nrp_core.conformance.brain.sequences import SequenceTests as BrainSequenceTests
-from nrp_core.conformance.world.sequences import SequenceTests as WorldSequenceTests
+from nrp_core.conformance.brain.state import SequenceTests as BrainSequenceTests
+from nrp_core.conformance.world.state import SequenceTests as WorldSequenceTests
 
 needs_pybullet = pytest.mark.skipif(
     importlib.util.find_spec("pybullet") is None, reason="PyBullet is not installed"

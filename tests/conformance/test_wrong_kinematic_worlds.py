@@ -12,7 +12,7 @@ import pytest
 
 from nrp_core.conformance.report import Outcome
 from nrp_core.conformance.run import run_tests
-from nrp_core.conformance.world.exact_motion import ExactMotionTests
+from nrp_core.conformance.world.motion import ExactMotionTests
 
 SOURCE = Path(__file__).parents[2] / "plugins/nrp-world-minimal/src/nrp_world_minimal/engine.py"
 ARC, ROOM = "a_curve_is_exactly_the_commanded_arc", "a_low_wall_stops_a_robot_and_a_bridge_does_not"

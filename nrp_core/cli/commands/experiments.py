@@ -11,6 +11,9 @@ import typer
 from nrp_core.cli.options import Json
 from nrp_core.cli.output import document
 
+_WIDTH = 110
+"""Columns of the terminal for a description."""
+
 
 class SchemaSubject(StrEnum):
     """The file formats with a schema."""
@@ -27,10 +30,6 @@ def schema(
 
     schemas = {SchemaSubject.EXPERIMENT: experiment_schema}
     document(schemas[subject]())
-
-
-_WIDTH = 110
-"""Columns of the terminal for a description."""
 
 
 def list(json: Json = False) -> None:  # noqa: A001  the name of the command

@@ -10,6 +10,10 @@ import typer
 from nrp_core.cli.options import Json, beginning_with, usage_errors
 from nrp_core.cli.output import complain, document
 
+FORMATS = ("nwb", "sonata", "csv")
+_FILES = (".csv", ".h5", ".nwb")
+"""Suffixes of the files in an exported folder, or of one that is a file itself."""
+
 
 def recover(
     recording: Annotated[
@@ -41,11 +45,6 @@ def recover(
     else:
         typer.echo(f"{outcome.file}: {outcome.messages} messages, {outcome.until_s:g} s")
         typer.echo(f"the original file is kept as {outcome.kept}")
-
-
-FORMATS = ("nwb", "sonata", "csv")
-_FILES = (".csv", ".h5", ".nwb")
-"""Suffixes of the files in an exported folder, or of one that is a file itself."""
 
 
 def export(

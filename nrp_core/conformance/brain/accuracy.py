@@ -3,6 +3,10 @@
 A time grid may shift an input and an output by one step each. So the error of a voltage may be the change of
 the reference within two steps of that time, plus a hundredth of an input's effect for limited numerical
 precision. The error of the n-th spike of a regular train may be n + 1 steps.
+
+A brain without a time grid uses each weight and each delay as precisely as they are given. Three cells have
+almost equal synapses: the differences of their potentials are in proportion to those of the synapses,
+whatever the cell is, so that no reference is needed.
 """
 
 from __future__ import annotations
@@ -13,18 +17,37 @@ from typing import Any
 
 import pytest
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, LeakyIntegratorExp, PopulationRate
 from nrp_core.brain.devices.sources import FixedFrequencySource
 from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
+from nrp_core.brain.network.synapses import LAWS, STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
-from nrp_core.conformance.brain.capability import RULE
-from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record, times
-from nrp_core.conformance.brain.parts import cells, connect, spikes
+from nrp_core.conformance.base import skip_undeclared
+from nrp_core.conformance.brain.capability import RULE, SYNAPSES
+from nrp_core.conformance.brain.kit import (
+    EXACT_MS,
+    SAMPLES,
+    BrainKit,
+    Sample,
+    cells,
+    connect,
+    record,
+    spikes,
+    times,
+)
 from nrp_core.conformance.brain.reference import Arrival, simulate
-from nrp_core.conformance.brain.samples import SAMPLES, Sample
-from nrp_core.conformance.guard import undeclared
 
+WEIGHT_STEP = 2.0**-26
+"""A relative difference of weights: a fourth of what numbers of 32 bit distinguish."""
+DELAY_STEP_MS = 2.0**-14
+"""A difference of delays: 61 ns."""
+RATIO = 128.0
+"""The larger difference in units of the smaller one."""
+PROPORTION = 0.5
+"""The allowed relative error of the ratio of their effects; rounding makes it 0 or much larger."""
+PRECISE_DELAY_MS = 2.3
+DETERMINISTIC = pytest.mark.parametrize("kind", [STATIC, TSODYKS_MARKRAM, STDP])
 CELLS = pytest.mark.parametrize("cell_type", list(SAMPLES))
 EXACT_MV = 1e-3
 """The accuracy of the reference, mV."""
@@ -37,6 +60,48 @@ STDP_PRECISION = 1e-3
 PAIRED_MS, PROBE_MS, DELAY_MS = 40.0, 240.0, 1.0
 
 
+class PrecisionTests(BrainKit):
+    """Small differences of synapses are differences of potentials."""
+
+    level = "accuracy"
+
+    @DETERMINISTIC
+    def test_weights_are_used_as_precisely_as_they_are_given(self, kind: str) -> None:
+        shares = [1.0, 1.0 + WEIGHT_STEP, 1.0 + RATIO * WEIGHT_STEP]
+        weight = 1.5 * self.sample.weak
+        self._check(kind, [weight * share for share in shares], [PRECISE_DELAY_MS] * 3)
+
+    @DETERMINISTIC
+    def test_delays_are_used_as_precisely_as_they_are_given(self, kind: str) -> None:
+        delays = [PRECISE_DELAY_MS + steps * DELAY_STEP_MS for steps in (0.0, 1.0, RATIO)]
+        self._check(kind, [1.5 * self.sample.weak] * 3, delays)
+
+    def _check(self, kind: str, weights: list[float], delays: list[float]) -> None:
+        base, small, large = self._potentials(kind, weights, delays).tolist()
+        assert large != base, f"weights {weights} and delays {delays} ms have the same effect"
+        found = (large - base) / (small - base) if small != base else 0.0
+        message = (
+            f"weights {weights} and delays {delays} ms give {[base, small, large]} mV: the second difference "
+            f"has {found:.5g} times the effect of the first, not {RATIO:g} times"
+        )
+        assert found == pytest.approx(RATIO, rel=PROPORTION), message
+
+    def _potentials(self, kind: str, weights: list[float], delays: list[float]) -> FloatArray:
+        """Return the potentials of three cells a while after one spike, mV."""
+        if self.capabilities.resolution_ns is not None:
+            skip_undeclared("exact times")
+        if kind not in self.capabilities.synapses or "v" not in self.capabilities.state_variables:
+            skip_undeclared(f"{kind} synapses and state variable v")
+        n = len(weights)
+        synapses = connect(
+            "s", "n", weights, delays, pairs=[(0, i) for i in range(n)], kind=kind,
+            rule=LAWS[kind].first_parts or None, **SYNAPSES[kind],
+        )  # fmt: skip
+        brain = self.open(spikes("s", [5.0]), self.cells("n", n), synapses)
+        self.run(brain, 11)
+        return brain.read_state("v", [1 + i for i in range(n)])
+
+
 class AccuracyTests(BrainKit):
     """The error of a brain against the equations of its models."""
 
@@ -44,16 +109,16 @@ class AccuracyTests(BrainKit):
 
     def _declared(self, cell_type: str) -> Sample:
         if cell_type not in self.capabilities.cells:
-            undeclared(f"cells {cell_type}")
+            skip_undeclared(f"cells {cell_type}")
         return SAMPLES[cell_type]
 
     @CELLS
     def test_a_cell_under_a_current_fires_at_the_times_of_its_equations(self, cell_type: str) -> None:
         sample = self._declared(cell_type)
         brain = self.open(cells(sample, "n", i_offset=sample.current_na))
-        heard = record(brain)
+        recorded = record(brain)
         self.run(brain, 80)
-        found = times(heard, 0)
+        found = times(recorded, 0)
         expected = simulate(sample, until_ms=80 + self.tolerance_ms, i_offset=sample.current_na).spikes
         message = f"under {sample.current_na} nA the cell fires at {found}; its equations give {expected} ms"
         assert abs(len(found) - len(expected)) <= 1, message
@@ -61,7 +126,7 @@ class AccuracyTests(BrainKit):
         errors = [abs(a - b) for a, b in zip(found, expected, strict=False)]
         self.note("spike_time_error_ms", max(errors))
         if cell_type in self.capabilities.approximate:
-            undeclared(f"exact spike times of {cell_type}")
+            skip_undeclared(f"exact spike times of {cell_type}")
         for n, error in enumerate(errors):
             assert error <= (n + 1) * self.tolerance_ms + EXACT_MS, message
 
@@ -77,7 +142,7 @@ class AccuracyTests(BrainKit):
     @pytest.mark.parametrize("facilitation", [0.0, 300.0])
     def test_a_tsodyks_markram_synapse_follows_its_equations(self, facilitation: float) -> None:
         if TSODYKS_MARKRAM not in self.capabilities.synapses:
-            undeclared("tsodyks_markram synapses")
+            skip_undeclared("tsodyks_markram synapses")
         sample, u, tau_rec = self.sample, 0.4, 120.0
         emitted = [4.0, 12.0, 20.0, 45.0]
         shares = released(emitted, u, tau_rec, facilitation, sample.all_parameters.get("tau_syn_E", 0.0))
@@ -93,7 +158,7 @@ class AccuracyTests(BrainKit):
         self, sample: Sample, synapse: object, emitted: list[float], arrivals: list[Arrival]
     ) -> None:
         if "v" not in self.capabilities.state_variables:
-            undeclared("state variable v")
+            skip_undeclared("state variable v")
         until = emitted[-1] + 20
         brain = self.open(spikes("s", emitted), cells(sample, "n"), synapse)  # type: ignore[arg-type]
         expected = simulate(sample, arrivals, until_ms=until + 2 * self.tolerance_ms)
@@ -109,7 +174,7 @@ class AccuracyTests(BrainKit):
             worst = max(worst, error)
         self.note("voltage_error_mv", worst)
         if sample.cell_type in self.capabilities.approximate:
-            undeclared(f"exact voltages of {sample.cell_type}")
+            skip_undeclared(f"exact voltages of {sample.cell_type}")
         assert excess <= 0, f"error of up to {worst:g} mV, {excess:g} mV more than the resolution allows"
 
     @pytest.mark.parametrize("gap", [8.0, -8.0])
@@ -119,18 +184,18 @@ class AccuracyTests(BrainKit):
         The whole delay is dendritic: a presynaptic spike acts at once, a postsynaptic one after the delay.
         """
         if STDP not in self.capabilities.synapses or "v" not in self.capabilities.state_variables:
-            undeclared("stdp synapses and state variable v")
+            skip_undeclared("stdp synapses and state variable v")
         plastic = connect(
             "pre", "n", self.sample.weak, DELAY_MS, kind=STDP, rule=RULE, A_plus=AMPLITUDE,
             A_minus=AMPLITUDE, tau_plus=TAU_MS, tau_minus=TAU_MS, w_min=0.0, w_max=2 * self.sample.weak,
             dendritic_delay_fraction=1.0,
         )  # fmt: skip
         paired, fired = self._probed(plastic, [PAIRED_MS + gap])
-        heard = fired[0] + DELAY_MS
+        recorded = fired[0] + DELAY_MS
         d = 2 * self.tolerance_ms + EXACT_MS
         left = [
-            1 + 2 * AMPLITUDE * (copysign(exp(-(abs(heard - PAIRED_MS) + off) / TAU_MS), gap)
-                                 - exp(-(PROBE_MS - heard + off) / TAU_MS))
+            1 + 2 * AMPLITUDE * (copysign(exp(-(abs(recorded - PAIRED_MS) + off) / TAU_MS), gap)
+                                 - exp(-(PROBE_MS - recorded + off) / TAU_MS))
             for off in (-d, d)
         ]  # fmt: skip
         # compare potentials, not weights, with a static synapse
@@ -148,14 +213,14 @@ class AccuracyTests(BrainKit):
         force = connect("force", "n", sample.strong, DELAY_MS)
         pre, post = spikes("pre", [PAIRED_MS, PROBE_MS]), spikes("force", forced)
         with self.open(pre, post, cells(sample, "n"), synapse, force) as brain:
-            heard = record(brain)
+            recorded = record(brain)
             self.run(brain, PROBE_MS)
             rest = float(brain.read_state("v", [2])[0])
             heights = []
             for t_ms in range(1, 15):
                 self.run(brain, PROBE_MS + t_ms)
                 heights.append(float(brain.read_state("v", [2])[0]) - rest)
-            return max(heights), times(heard, 2)
+            return max(heights), times(recorded, 2)
 
 
 class DeviceAccuracyTests(BrainKit):
@@ -191,25 +256,25 @@ class DeviceAccuracyTests(BrainKit):
         weight, due = self.sample.strong, [50.0 * k for k in range(1, 7)]
         train = connect("s", "n", weight, 1.0, pairs=[(0, 1)])
         brain = self.open(self.cells("n", 2), spikes("s", due), train)
-        heard = record(brain)
+        recorded = record(brain)
         spec = FixedFrequencySource(rate=20.0, weight=weight, delay=1.0)
         brain.add_source(spec, [0], name="source")
         self.run(brain, 320)
         # the first one starts from rest, and some cells fire once more on their own
-        _, first, *others = _firsts(times(heard, 0), apart_ms=25.0)
-        _, second, *later = _firsts(times(heard, 1), apart_ms=25.0)
+        _, first, *others = _firsts(times(recorded, 0), apart_ms=25.0)
+        _, second, *later = _firsts(times(recorded, 1), apart_ms=25.0)
         assert len(others) == 4
         expected = [first + time - second for time in later]
         assert others == pytest.approx(expected, abs=self.tolerance_ms + EXACT_MS)
 
     def test_a_cell_does_not_fire_in_its_refractory_period(self) -> None:
         if "tau_refrac" not in self.sample.parameters:
-            undeclared("a cell with a refractory time")
+            skip_undeclared("a cell with a refractory time")
         driven: Any = {"i_offset": 50 * self.sample.current_na, "tau_refrac": 7.0}
         brain = self.open(self.cells("n", **driven))
-        heard = record(brain)
+        recorded = record(brain)
         self.run(brain, 120)
-        gaps = [b - a for a, b in pairwise(times(heard, 0))]
+        gaps = [b - a for a, b in pairwise(times(recorded, 0))]
         one, two = simulate(self.sample, until_ms=40, stop_at=2, **driven).spikes
         message = f"refractory for 7 ms, it may fire every {two - one:g} ms; the cell fires every {gaps} ms"
         assert len(gaps) > 5, message
@@ -219,17 +284,17 @@ class DeviceAccuracyTests(BrainKit):
     def test_input_during_a_refractory_period_acts_after_it(self) -> None:
         sample = self.sample
         if not {"tau_refrac", "tau_syn_E"} <= sample.parameters.keys():
-            undeclared("a cell with a refractory time and lasting synaptic currents")
+            skip_undeclared("a cell with a refractory time and lasting synaptic currents")
         strong = 6 * sample.strong
         arrivals = [Arrival(6.0, sample.strong), Arrival(15.0, strong)]
         brain = self.open(
             spikes("s", [5.0], [14.0]), self.cells("n"),
             connect("s", "n", [sample.strong, strong], 1.0, pairs=[(0, 0), (1, 0)]),
         )  # fmt: skip
-        heard = record(brain)
+        recorded = record(brain)
         self.run(brain, 25)
         expected = simulate(sample, arrivals, until_ms=25).spikes
-        found = times(heard, 2)
+        found = times(recorded, 2)
         message = f"it fires at {found}; its equations give {expected} ms"
         assert len(expected) == len(found) == (1 if sample.loses_refractory_input else 2), message
         assert found == pytest.approx(expected, abs=3 * self.tolerance_ms + EXACT_MS), message

@@ -1,4 +1,4 @@
-"""Capability: declared features work, and others are refused rather than silently left out."""
+"""Capability: declared features and changes work, and others are refused rather than silently left out."""
 
 from __future__ import annotations
 
@@ -6,23 +6,40 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS
+from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.devices.sources import PoissonSource
+from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population
-from nrp_core.brain.network.synapses import LAWS, STDP
+from nrp_core.brain.network.synapses import LAWS, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
-from nrp_core.conformance.brain.kit import BrainKit, record, train
-from nrp_core.conformance.brain.parts import cells, connect, spikes
-from nrp_core.conformance.brain.samples import SAMPLES
-from nrp_core.conformance.guard import undeclared
-from nrp_core.errors import CapabilityError, TimestepError
+from nrp_core.conformance.base import skip_undeclared
+from nrp_core.conformance.brain.kit import (
+    EXACT_MS,
+    SAMPLES,
+    BrainKit,
+    cells,
+    connect,
+    poisson,
+    record,
+    spikes,
+    times,
+    train,
+)
+from nrp_core.errors import CapabilityError, NetworkError, TimestepError
 from nrp_core.simulation import Determinism
 
 SYNAPSES: dict[str, dict[str, Any]] = {name: law.defaults for name, law in LAWS.items()}
 SYNAPSES[STDP]["w_max"] = 9.0  # larger than the weights of all samples
 RULE = LAWS[STDP].first_parts
+PRECISION = 0.01
+"""The allowed relative error of a stored weight."""
+USE = 0.98
+"""The share that the first spike releases; with the strong synapse it makes a cell fire."""
 
 
 class CapabilityTests(BrainKit):
@@ -91,7 +108,7 @@ class CapabilityTests(BrainKit):
 
     def test_state_is_returned_in_the_requested_order(self) -> None:
         if "v" not in self.capabilities.state_variables:
-            undeclared("state variable v")
+            skip_undeclared("state variable v")
         brain = self.open(self.cells("a", 3, i_offset=[0.0, 0.1, 0.2]), spikes("s", [1.0]), self.cells("b"))
         self.run(brain, 6)
         first, *_, last = brain.read_state("v", [0, 1, 2])
@@ -120,28 +137,246 @@ class CapabilityTests(BrainKit):
     def test_the_spikes_of_a_brain_with_a_grid_lie_on_it(self) -> None:
         step_ns = self.capabilities.resolution_ns
         if step_ns is None:
-            undeclared("a resolution")
+            skip_undeclared("a resolution")
         brain = self.open(
             self.cells("n", 5, i_offset=[self.sample.current_na * f for f in (1, 1.1, 2, 3, 4)])
         )
-        heard = record(brain)
+        recorded = record(brain)
         self.run(brain, 50)
-        steps = heard.spikes().times_ms / milliseconds(step_ns)
+        steps = recorded.spikes().times_ms / milliseconds(step_ns)
         assert len(steps), "no cell fired"
         assert steps == pytest.approx(steps.round(), abs=1e-6)
 
     def test_runs_repeat_as_declared(self) -> None:
         if self.capabilities.determinism is Determinism.STATISTICAL:
-            undeclared("repeatable runs")
+            skip_undeclared("repeatable runs")
         trains = []
         for _ in range(2):
             with self.open(*self.busy()) as brain:
-                heard = record(brain)
+                recorded = record(brain)
                 brain.add_source(PoissonSource(rate=200.0, weight=self.sample.strong), [5, 6], name="noise")
                 self.run(brain, 60)
-                trains.append(train(heard))
+                trains.append(train(recorded))
         assert trains[0] == trains[1]
 
     def test_unknown_options_are_refused(self) -> None:
         with pytest.raises(ValidationError):
             self.backend.options.model_validate({**self.options, "no_such_option": 1})
+
+
+class ChangeTests(BrainKit):
+    """Changes of cell parameters and synaptic weights at run time."""
+
+    level = "capability"
+
+    def test_parameters_change_from_now_on_or_are_refused(self) -> None:
+        driven = self.open(self.cells("n", 3))
+        recorded = record(driven)
+        self.run(driven, 20)
+        since_ms = milliseconds(driven.now_ns)
+        if PARAMETERS not in self.capabilities.changes:
+            with pytest.raises(CapabilityError):
+                driven.set_parameters([1], {"i_offset": self.sample.current_na})
+            return
+        driven.set_parameters([1], {"i_offset": self.sample.current_na})
+        self.run(driven, 80)
+        from_the_start = self.open(self.cells("n", i_offset=self.sample.current_na))
+        expected = record(from_the_start)
+        self.run(from_the_start, 60)
+        found = [time - since_ms for time in times(recorded, 1)]
+        assert len(found) >= 1
+        for n, (a, b) in enumerate(zip(found, times(expected, 0), strict=False)):
+            assert a == pytest.approx(b, abs=(n + 1) * self.tolerance_ms + EXACT_MS)
+        assert not times(recorded, 0) + times(recorded, 2)
+
+    def test_a_reset_undoes_changes_and_a_snapshot_keeps_them(self) -> None:
+        self._require(PARAMETERS)
+        brain = self.open(self.cells("n"))
+        recorded = record(brain)
+        brain.set_parameters([0], {"i_offset": self.sample.current_na})
+        self.run(brain, 10)
+        snapshot = brain.snapshot() if self.capabilities.snapshot else None
+        self.run(brain, 70)
+        driven = times(recorded, 0)
+        brain.reset()
+        self.run(brain, 70)
+        assert driven, "the changed parameter had no effect"
+        assert not times(recorded, 0)
+        if snapshot is not None:
+            brain.restore(snapshot)
+            self.run(brain, 70)
+            assert times(recorded, 0) == driven
+
+    def test_weights_change_from_now_on_or_are_refused(self) -> None:
+        brain = self._with_synapse([10.0, 50.0, 90.0])
+        recorded = record(brain, [1])
+        self.run(brain, 30)
+        if WEIGHTS not in self.capabilities.changes:
+            with pytest.raises(CapabilityError):
+                brain.set_weights("s to n, excitatory", 0.0)
+            return
+        brain.set_weights("s to n, excitatory", 0.0)
+        self.run(brain, 70)
+        brain.set_weights("s to n, excitatory", self.sample.strong)
+        self.run(brain, 120)
+        first, second = times(recorded, 1)
+        assert first < 50
+        assert second > 90
+
+    def test_each_weight_gets_its_own_new_value(self) -> None:
+        """The order is that of the synapses, which differs from that of the sources and of the targets."""
+        self._require(WEIGHTS)
+        strong = self.sample.strong
+        fan = connect("s", "n", strong, 2.0, pairs=[(2, 1), (0, 2), (1, 0)])
+        brain = self.open(spikes("s", [15.0], [15.0], [15.0]), self.cells("n", 3), fan)
+        recorded = record(brain, [3, 4, 5])
+        self.run(brain, 10)
+        weights = [0.0, strong, 0.25 * strong]
+        brain.set_weights("s to n, excitatory", weights)
+        assert brain.read_weights("s to n, excitatory") == pytest.approx(weights, rel=PRECISION)
+        self.run(brain, 40)
+        assert times(recorded, 5), "the second synapse is that of the third cell"
+        assert not times(recorded, 4), "the first synapse is that of the second cell"
+
+    def test_a_spike_in_transit_keeps_the_weight_at_which_it_was_sent(self) -> None:
+        self._require(WEIGHTS)
+        brain = self._with_synapse([5.0], delay=14.0)
+        recorded = record(brain, [1])
+        self.run(brain, 12)
+        brain.set_weights("s to n, excitatory", 0.0)
+        self.run(brain, 40)
+        assert len(times(recorded, 1)) == 1
+
+    def test_current_weights_can_be_read(self) -> None:
+        brain = self._with_synapse([10.0])
+        name, weight = "s to n, excitatory", self.sample.strong
+        assert brain.read_weights(name) == pytest.approx([weight], rel=PRECISION)
+        if WEIGHTS in self.capabilities.changes:
+            self.run(brain, 5)
+            brain.set_weights(name, weight / 2)
+            assert brain.read_weights(name) == pytest.approx([weight / 2], rel=PRECISION)
+            brain.reset()
+            assert brain.read_weights(name) == pytest.approx([weight], rel=PRECISION)
+
+    def test_plastic_weights_can_be_read_or_are_refused(self) -> None:
+        if STDP not in self.capabilities.synapses:
+            skip_undeclared("stdp synapses")
+        sample = self.sample
+        limits = {"w_min": 0.0, "w_max": 2 * sample.weak, "A_plus": 0.5, "A_minus": 0.5}
+        plastic = connect("pre", "n", sample.weak, 1.0, kind=STDP, rule=RULE, **{**SYNAPSES[STDP], **limits})
+        force = connect("force", "n", sample.strong, 1.0)
+        brain = self.open(
+            spikes("pre", [20.0, 200.0]), spikes("force", [26.0]), self.cells("n"), plastic, force
+        )
+        name = "pre to n, excitatory"
+        if WEIGHTS not in self.capabilities.changes:
+            with pytest.raises(CapabilityError):
+                brain.read_weights(name)
+            return
+        assert brain.read_weights(name) == pytest.approx([sample.weak], rel=PRECISION)
+        self.run(brain, 220)
+        assert brain.read_weights(name)[0] > 1.3 * sample.weak
+
+    def test_the_rate_of_source_cells_changes_from_now_on(self) -> None:
+        brain = self.open(poisson("noise", 4, 0.0), self.cells("n"))
+        recorded = record(brain, range(4))
+        self.run(brain, 50)
+        try:
+            brain.set_parameters([1, 2], {"rate": [0.0, 500.0]})
+        except CapabilityError:
+            assert PARAMETERS not in self.capabilities.changes
+            return
+        self.run(brain, 250)
+        found = recorded.spikes()
+        assert set(found.neurons.tolist()) == {2}
+        assert found.times_ms.min() > 50 - self.tolerance_ms
+        assert 50 < len(found) < 160
+
+    def test_the_spikes_of_source_cells_can_be_replaced(self) -> None:
+        brain = self.open(spikes("s", [10.0, 60.0], [12.0, 61.0]), self.cells("n"))
+        recorded = record(brain, [0, 1])
+        self.run(brain, 30)
+        try:
+            brain.set_spike_times("s", [[10.0, 40.0, 55.0]], cells=[0])
+        except CapabilityError:
+            assert PARAMETERS not in self.capabilities.changes
+            return
+        self.run(brain, 80)
+        assert times(recorded, 0) == pytest.approx([10.0, 40.0, 55.0], abs=self.tolerance_ms)
+        assert times(recorded, 1) == pytest.approx([12.0, 61.0], abs=self.tolerance_ms)
+
+    def test_impossible_changes_are_refused(self) -> None:
+        brain = self._with_synapse([10.0])
+        wrong: list[dict[str, Any]] = [
+            {"no_such_parameter": 1.0},
+            {"i_offset": np.nan},
+            {"i_offset": [1.0, 2.0]},
+        ]
+        wrong += [{name: -1.0} for name in ("tau_m", "cm") if name in self.sample.all_parameters]
+        for values in wrong:
+            with pytest.raises(NetworkError):
+                brain.set_parameters([1], values)
+        for label, weights in (
+            ("nobody", 1.0),
+            ("s to n, excitatory", np.nan),
+            ("s to n, excitatory", [1.0, 2.0]),
+        ):
+            with pytest.raises(NetworkError):
+                brain.set_weights(label, weights)
+        with pytest.raises(NetworkError):
+            brain.set_spike_times("s", [[5.0, 3.0]])
+
+    def _with_synapse(self, emitted: list[float], delay: float = 1.0) -> Brain:
+        synapse = connect("s", "n", self.sample.strong, delay)
+        return self.open(spikes("s", emitted), self.cells("n"), synapse)
+
+    def _require(self, what: str) -> None:
+        if what not in self.capabilities.changes:
+            skip_undeclared(f"changes of {what}")
+
+
+class ShortTermTests(BrainKit):
+    """A first spike makes a cell fire; a second one soon after does not."""
+
+    level = "capability"
+
+    def test_each_synapse_depresses_by_its_own_constants(self) -> None:
+        recorded, brain = self._depressing([USE, 0.02, USE], [5000.0, 5000.0, 2.0])
+        self.run(brain, 70)
+        assert len(times(recorded, 1)) == 1, "the first synapse is empty when the second spike comes"
+        assert not times(recorded, 2), "the second synapse hardly releases anything"
+        assert len(times(recorded, 3)) == 2, "the third synapse is full again when the second spike comes"
+
+    def test_a_reset_restores_depressed_synapses(self) -> None:
+        self.require_repeatable()
+        recorded, brain = self._depressing(USE, 5000.0)
+        self.run(brain, 30)
+        expected = train(recorded)
+        assert expected
+        brain.reset()
+        self.run(brain, 30)
+        assert train(recorded) == expected
+
+    def test_a_snapshot_keeps_the_depression_of_synapses(self) -> None:
+        self.require_snapshot()
+        recorded, brain = self._depressing(USE, 5000.0)
+        self.run(brain, 30)
+        snapshot = brain.snapshot()
+        there, fresh = self._depressing(USE, 5000.0)
+        for again, found in ((brain, recorded), (fresh, there)):
+            again.restore(snapshot)
+            self.run(again, 70)
+            assert not train(found, 30.0), "the synapses are still empty when the second spike comes"
+
+    def _depressing(
+        self, use: float | list[float], recovery_ms: float | list[float]
+    ) -> tuple[SpikeRecorderPort, Brain]:
+        """Open three cells that a source with two spikes makes fire, and record them."""
+        if TSODYKS_MARKRAM not in self.capabilities.synapses:
+            skip_undeclared("tsodyks_markram synapses")
+        plastic = connect(
+            "s", "n", self.sample.strong / USE, 1.0, pairs=[(0, 0), (0, 1), (0, 2)],
+            kind=TSODYKS_MARKRAM, U=use, tau_rec=recovery_ms, tau_facil=0.0,
+        )  # fmt: skip
+        brain = self.open(spikes("s", [4.0, 40.0]), self.cells("n", 3), plastic)
+        return record(brain, [1, 2, 3]), brain

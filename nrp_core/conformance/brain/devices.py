@@ -22,11 +22,11 @@ class DeviceTests(BrainKit):
 
     def test_a_late_device_acts_from_then_on(self) -> None:
         brain = self.open(self.cells("n", 2))
-        heard = record(brain)
+        recorded = record(brain)
         self.run(brain, 20)
         brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [1], name="late")
         self.run(brain, 50)
-        found = train(heard)
+        found = train(recorded)
         assert {neuron for neuron, _ in found} == {1}
         assert all(time > 20 for _, time in found)
 
@@ -41,23 +41,23 @@ class DeviceTests(BrainKit):
 
     def test_a_removed_device_has_no_effect(self) -> None:
         brain = self.open(self.cells("n"))
-        heard = record(brain)
+        recorded = record(brain)
         source = brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [0], name="dc")
         self.run(brain, 30)
-        assert train(heard), "the device had no effect"
+        assert train(recorded), "the device had no effect"
         brain.remove(source)
         self.run(brain, 90)
-        settled = [time for _, time in train(heard) if time > 30 + self.tolerance_ms]
+        settled = [time for _, time in train(recorded) if time > 30 + self.tolerance_ms]
         assert not settled
 
     def test_an_injected_spike_acts_after_its_delay(self) -> None:
         brain = self.open(self.cells("n", 3))
-        heard = record(brain)
+        recorded = record(brain)
         port = brain.add_source(SpikeInjector(weight=self.sample.strong, delay=3.0), [2, 1], name="injector")
         self.run(brain, 12)
         port.inject_spikes([0])  # type: ignore[attr-defined]
         self.run(brain, 40)
-        ((neuron, time),) = train(heard)
+        ((neuron, time),) = train(recorded)
         assert neuron == 2
         assert 15 - self.tolerance_ms < time < 25
 
@@ -81,44 +81,44 @@ class DeviceTests(BrainKit):
         """Two generators of half the strength on one neuron have the effect of one."""
         sample = self.sample
         brain = self.open(self.cells("n", 2))
-        heard = record(brain)
+        recorded = record(brain)
         for neuron, n in enumerate((1, 2)):
             spec = FixedFrequencySource(rate=50.0, weight=sample.strong / n, delay=1.0, n=n)
             brain.add_source(spec, [neuron], name=f"{n} generators")
         self.run(brain, 50)
-        assert times(heard, 0), "the device had no effect"
-        assert times(heard, 1) == pytest.approx(times(heard, 0), abs=self.tolerance_ms)
+        assert times(recorded, 0), "the device had no effect"
+        assert times(recorded, 1) == pytest.approx(times(recorded, 0), abs=self.tolerance_ms)
 
     def test_a_current_adds_to_the_offset_of_its_cell(self) -> None:
         """A cell with both fires before cells with one of them."""
         current_na = 1.5 * self.sample.current_na
         brain = self.open(self.cells("n", 3, i_offset=[current_na, 0.0, current_na]))
-        heard = record(brain)
+        recorded = record(brain)
         brain.add_source(DCSource(amplitude=current_na), [0, 1], name="dc")
         self.run(brain, 120)
-        both, injected, offset = (min(times(heard, cell)) for cell in range(3))
+        both, injected, offset = (min(times(recorded, cell)) for cell in range(3))
         assert both < min(injected, offset)
 
     def test_removing_one_of_two_currents_leaves_the_other(self) -> None:
         brain = self.open(self.cells("n", 2))
-        heard = record(brain)
+        recorded = record(brain)
         going = brain.add_source(DCSource(amplitude=1.5 * self.sample.current_na), [0, 1], name="going")
         brain.add_source(DCSource(amplitude=1.5 * self.sample.current_na), [1], name="staying")
         self.run(brain, 20)
         brain.remove(going)
         self.run(brain, 120)  # an adapting cell needs more time
-        assert {neuron for neuron, time in train(heard) if time > 30} == {1}
+        assert {neuron for neuron, time in train(recorded) if time > 30} == {1}
 
     def test_an_inactive_device_is_silent_and_keeps_its_settings(self) -> None:
         brain = self.open(self.cells("n"))
-        heard = record(brain)
+        recorded = record(brain)
         source = brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [0], name="dc")
         source.active = False
         self.run(brain, 40)
-        assert not train(heard)
+        assert not train(recorded)
         source.active = True
         self.run(brain, 80)
-        assert train(heard), "the device had no effect"
+        assert train(recorded), "the device had no effect"
 
     def test_a_device_that_does_nothing_leaves_no_trace(self) -> None:
         self.require_repeatable()
@@ -129,7 +129,7 @@ class DeviceTests(BrainKit):
             brain.remove(brain.add_source(DCSource(amplitude=9.0), [0, 5], name="gone"))
             record(brain, name="another")
 
-        assert self._heard(disturb) == self._heard()
+        assert self._noisy_train(disturb) == self._noisy_train()
 
     def test_the_noise_of_a_device_does_not_depend_on_other_devices(self) -> None:
         self.require_repeatable()
@@ -151,8 +151,8 @@ class DeviceTests(BrainKit):
 
     def test_equal_seeds_give_equal_noise_and_different_seeds_different_noise(self) -> None:
         self.require_repeatable()
-        assert self._heard() == self._heard()
-        assert self._heard() != self._heard(seed=2)
+        assert self._noisy_train() == self._noisy_train()
+        assert self._noisy_train() != self._noisy_train(seed=2)
 
     def test_global_random_generators_are_neither_read_nor_seeded(self) -> None:
         self.require_repeatable()
@@ -161,7 +161,7 @@ class DeviceTests(BrainKit):
             random.seed(seed)
             np.random.seed(seed)  # noqa: NPY002  the global generator is what is watched
             before = _global_generators()
-            trains.append(self._heard())
+            trains.append(self._noisy_train())
             assert _global_generators() == before
         assert trains[0] == trains[1]
 
@@ -175,18 +175,18 @@ class DeviceTests(BrainKit):
 
     def _driven(self, setup: Callable[[Brain], None]) -> Train:
         brain = self.open(self.cells("n", 2))
-        heard = record(brain)
+        recorded = record(brain)
         setup(brain)
         self.run(brain, 300)
-        return train(heard)
+        return train(recorded)
 
-    def _heard(self, setup: Callable[[Brain], None] = lambda _: None, *, seed: int = 1) -> Train:
+    def _noisy_train(self, setup: Callable[[Brain], None] = lambda _: None, *, seed: int = 1) -> Train:
         with self.open(*self.busy(), seed=seed) as brain:
-            heard = record(brain)
+            recorded = record(brain)
             setup(brain)
             for until in (15, 30, 60):
                 self.run(brain, until)
-            return train(heard)
+            return train(recorded)
 
 
 def _global_generators() -> object:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, e, exp, inf
 
-from nrp_core.conformance.brain.samples import Sample
+from nrp_core.conformance.brain.kit import Sample
 
 STEP_MS = 0.01
 State = list[float]

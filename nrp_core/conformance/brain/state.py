@@ -1,20 +1,86 @@
-"""Contract: a reset brain equals a new one, and a restored one continues as if never interrupted."""
+"""Contract: a reset brain equals a new one, a restored one continues exactly, after any sequence of calls."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import pytest
+from hypothesis import strategies as st
+from hypothesis.stateful import rule
 
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, PopulationRate, SpikeRecorderPort
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import NS_PER_MS, milliseconds
-from nrp_core.conformance.brain.kit import BrainKit, Train, record, times, train
-from nrp_core.conformance.brain.parts import Part, connect, spikes
+from nrp_core.conformance.brain.kit import (
+    BrainKit,
+    Part,
+    Train,
+    connect,
+    network,
+    record,
+    spikes,
+    times,
+    train,
+)
+from nrp_core.conformance.sequences import SequenceMachine, check_sequences
 from nrp_core.errors import SnapshotError
 
 Watched = tuple[Brain, SpikeRecorderPort]
+
+
+class SequenceTests(BrainKit):
+    """Calls in random order."""
+
+    level = "sequences"
+
+    def test_any_sequence_of_calls_has_one_meaning(self) -> None:
+        self.require_repeatable()
+        check_sequences(partial(_BrainMachine, self), examples=20, length=15)
+
+
+class _BrainMachine(SequenceMachine):
+    """Sets devices while a brain runs, is reset and is restored."""
+
+    def __init__(self, kit: BrainKit) -> None:
+        self._kit = kit
+        step_ns = kit.capabilities.resolution_ns or NS_PER_MS // 7
+        super().__init__(can_restore=kit.capabilities.snapshot, step_ns=step_ns * -(-NS_PER_MS // step_ns))
+
+    def fresh(self) -> Brain:
+        kit, sample = self._kit, self._kit.sample
+        brain = kit.backend.open(network(*kit.busy()), seed=3, options=kit.chosen)
+        brain.add_source(PoissonSource(rate=80.0, weight=sample.strong), [5, 6], name="noise")
+        brain.add_source(FixedFrequencySource(rate=30.0, weight=sample.strong), [7], name="beat")
+        brain.add_source(DCSource(), [0, 8], name="dc")
+        record(brain)
+        return brain
+
+    def apply(self, simulation: Brain, name: str, value: Any) -> None:
+        device, _, setting = name.partition(".")
+        port: Any = next(port for port in simulation.devices if port.name == device)
+        setattr(port, setting, value)
+
+    def observed(self, simulation: Brain) -> object:
+        return train(simulation.devices[-1])  # type: ignore[arg-type]  # the recorder came last
+
+    @rule(rate=st.sampled_from([0.0, 50.0, 400.0]))
+    def set_noise(self, rate: float) -> None:
+        self.do("noise.rate", rate)
+
+    @rule(rate=st.sampled_from([0.0, 30.0, 90.0]))
+    def set_beat(self, rate: float) -> None:
+        self.do("beat.rate", rate)
+
+    @rule(share=st.sampled_from([0.0, 0.5, 2.0]))
+    def set_current(self, share: float) -> None:
+        self.do("dc.amplitude", share * self._kit.sample.current_na)
+
+    @rule(name=st.sampled_from(["noise", "beat", "dc"]), active=st.booleans())
+    def switch(self, name: str, active: bool) -> None:
+        self.do(f"{name}.active", active)
 
 
 class StateTests(BrainKit):
@@ -22,17 +88,17 @@ class StateTests(BrainKit):
 
     def test_a_reset_brain_equals_a_fresh_one(self) -> None:
         self.require_repeatable()
-        brain, heard = self._with_devices()
+        brain, recorded = self._with_devices()
         self.run(brain, 60)
-        expected = train(heard)
+        expected = train(recorded)
         for stop in (23, 47):
             brain.reset()
             assert brain.now_ns == 0
-            assert not train(heard)
+            assert not train(recorded)
             self.run(brain, stop)
         brain.reset()
         self.run(brain, 60)
-        assert train(heard) == expected
+        assert train(recorded) == expected
 
     def test_after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one(self) -> None:
         """Time goes on: all spikes come later by the time of the reset."""
@@ -58,51 +124,51 @@ class StateTests(BrainKit):
             spikes("s", [2.0]), self.cells("n"), self.cells("m"),
             connect("s", "n", self.sample.strong, 14.0), connect("s", "m", self.sample.strong, 1.0),
         )  # fmt: skip
-        heard = record(brain)
+        recorded = record(brain)
         source = brain.add_source(DCSource(), [1], name="dc")
         self.run(brain, 30)
-        expected = train(heard)
+        expected = train(recorded)
         brain.reset()
         self.run(brain, 10)
         source.amplitude = 5 * self.sample.current_na  # type: ignore[attr-defined]
         brain.run_until(brain.now_ns + NS_PER_MS)
         brain.reset()
         self.run(brain, 30)
-        assert train(heard) == expected
+        assert train(recorded) == expected
 
     def test_a_reset_with_another_seed_equals_a_brain_opened_with_it(self) -> None:
         self.require_repeatable()
-        first, heard_first = self._with_devices()
-        second, heard = self._with_devices(seed=2)
+        first, recorded_first = self._with_devices()
+        second, recorded = self._with_devices(seed=2)
         self.run(second, 50)
         self.run(first, 20)
         first.reset(seed=2)
         self.run(first, 50)
         assert first.seed == 2
-        assert train(heard_first) == train(heard)
+        assert train(recorded_first) == train(recorded)
 
     def test_a_reset_repeats_the_noise(self) -> None:
         """By default a reset keeps the current seed."""
         self.require_repeatable()
-        brain, heard = self._with_devices(seed=7)
+        brain, recorded = self._with_devices(seed=7)
         self.run(brain, 40)
-        expected = train(heard)
+        expected = train(recorded)
         brain.reset()
         self.run(brain, 40)
-        assert (brain.seed, train(heard)) == (7, expected)
+        assert (brain.seed, train(recorded)) == (7, expected)
 
     def test_reading_changes_nothing(self) -> None:
         self.require_repeatable()
         variables = sorted(self.capabilities.state_variables & {"v"})
-        quiet, heard = self._with_devices()
-        watched, heard_there = self._with_devices()
+        quiet, recorded = self._with_devices()
+        watched, recorded_there = self._with_devices()
         for until in range(2, 51, 2):
             self.run(quiet, until)
             self.run(watched, until)
             for variable in variables:
                 watched.read_state(variable, list(range(9)))
-            _ = train(heard_there)
-        assert train(heard_there) == train(heard)
+            _ = train(recorded_there)
+        assert train(recorded_there) == train(recorded)
 
     def test_a_snapshot_keeps_spikes_in_flight(self) -> None:
         """The snapshot is taken while a spike travels along a synapse of the network."""
@@ -123,9 +189,9 @@ class StateTests(BrainKit):
         """The snapshot is taken after a spike, while the membrane is refractory."""
         self.require_snapshot()
         driven = self.cells("n", i_offset=3 * self.sample.current_na)
-        heard = record(first := self.open(driven))
+        recorded = record(first := self.open(driven))
         self.run(first, 40)
-        fired = times(heard, 0)
+        fired = times(recorded, 0)
         assert fired, "a cell under a current did not fire"
         assert fired[0] <= 40, f"in 40 ms a cell fired at {fired[0]:g} ms"
         self._continued((driven,), fired[0] + 1.5, 60.0)
@@ -183,13 +249,13 @@ class StateTests(BrainKit):
             setup(brain)
             return brain, record(brain)
 
-        brain, heard = opened()
+        brain, recorded = opened()
         self.run(brain, stop_ms)
         snapshot, left_ms = brain.snapshot(), milliseconds(brain.now_ns)
         self.run(brain, until_ms)
-        expected = train(heard, left_ms)
-        fresh, heard_there = opened()
-        for again, found in ((brain, heard), (fresh, heard_there)):
+        expected = train(recorded, left_ms)
+        fresh, recorded_there = opened()
+        for again, found in ((brain, recorded), (fresh, recorded_there)):
             again.restore(snapshot)
             assert milliseconds(again.now_ns) == left_ms
             self.run(again, until_ms)

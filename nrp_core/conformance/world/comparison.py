@@ -6,10 +6,9 @@ from time import perf_counter
 
 import numpy as np
 
-from nrp_core.conformance.guard import undeclared
+from nrp_core.conformance.base import skip_undeclared
 from nrp_core.conformance.world.driving import SLIP
-from nrp_core.conformance.world.kit import WorldKit, where
-from nrp_core.conformance.world.scenes import RED, floor, robot, screen
+from nrp_core.conformance.world.kit import RED, WorldKit, floor, robot, screen, where
 from nrp_core.errors import BackendError
 from nrp_core.world.backends import worlds
 from nrp_core.world.scene.model import Model, Scene
@@ -35,10 +34,10 @@ class CrossTests(WorldKit):
 
     def test_a_camera_renders_the_same_image_in_every_world(self) -> None:
         self.require_camera()
-        mine = where(self.look(self.open(*_scene())), 0)
+        mine = where(self.image_of(self.open(*_scene())), 0)
         for name, world in self._others().items():
             if world.capabilities.renderers:
-                theirs = where(self.look(world), 0)
+                theirs = where(self.image_of(world), 0)
                 if theirs.shape == mine.shape:
                     self.note(f"pixels_unlike_{name}", float((mine != theirs).mean()))
                     assert (mine != theirs).mean() <= PIXELS
@@ -55,7 +54,7 @@ class CrossTests(WorldKit):
                 continue
             found[name] = self.opened.enter_context(world)
         if not found:
-            undeclared("another installed world")
+            skip_undeclared("another installed world")
         return found
 
     def _ended(self, world: World) -> tuple[float, float, float]:

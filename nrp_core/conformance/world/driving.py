@@ -7,8 +7,16 @@ from math import cos, pi, sin
 
 import pytest
 
-from nrp_core.conformance.world.kit import WorldKit, twist
-from nrp_core.conformance.world.scenes import DRIVE_TIMEOUT_S, WHEEL_RADIUS, at, floor, prop, robot
+from nrp_core.conformance.world.kit import (
+    DRIVE_TIMEOUT_S,
+    WHEEL_RADIUS,
+    WorldKit,
+    at,
+    floor,
+    prop,
+    robot,
+    twist,
+)
 from nrp_core.world.drives.mecanum import PlanarMove
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid import Pose
@@ -54,10 +62,10 @@ class DrivingTests(WorldKit):
     def test_odometry_reports_the_displacement_since_the_start(self) -> None:
         world = self.open(floor(), robot(x=1.0, y=2.0, yaw=pi / 2))
         start = self._pose(world)
-        heard = world.subscribe("/robot/odom")
+        subscription = world.subscribe("/robot/odom")
         self.drive(world, 0.5, 0.4, 1.0)
-        assert heard.latest is not None
-        reported, moved = heard.latest.message.pose.pose, start.inverse() @ self._pose(world)
+        assert subscription.latest is not None
+        reported, moved = subscription.latest.message.pose.pose, start.inverse() @ self._pose(world)
         position = (reported.position.x, reported.position.y, reported.position.z)
         assert position == pytest.approx(moved.position, abs=0.01)
         orientation = reported.orientation
@@ -66,10 +74,10 @@ class DrivingTests(WorldKit):
 
     def test_odometry_reports_the_velocity_in_the_robots_own_frame(self) -> None:
         world = self.open(floor(), robot(yaw=pi / 2))
-        heard = world.subscribe("/robot/odom")
+        subscription = world.subscribe("/robot/odom")
         self.drive(world, 0.5, 0.3, 1.0)
-        assert heard.latest is not None
-        moving = heard.latest.message.twist.twist
+        assert subscription.latest is not None
+        moving = subscription.latest.message.twist.twist
         assert moving.linear.x == pytest.approx(0.5, rel=SLIP)
         assert moving.linear.y == pytest.approx(0.0, abs=0.05)
         assert moving.angular.z == pytest.approx(0.3, rel=2 * SLIP)
@@ -88,10 +96,10 @@ class DrivingTests(WorldKit):
     def test_wheels_turn_in_the_direction_in_which_they_roll(self) -> None:
         self.require("dynamics")
         world = self.open(floor(), robot())
-        heard = world.subscribe("/robot/wheel_speeds")
+        subscription = world.subscribe("/robot/wheel_speeds")
         self.drive(world, 0.5, 0.6, 1.0)
-        assert heard.latest is not None
-        speeds = heard.latest.message
+        assert subscription.latest is not None
+        speeds = subscription.latest.message
         assert speeds.front_left == pytest.approx(speeds.back_left, abs=0.05)
         assert speeds.front_left < 0.5 < speeds.front_right
         self.drive(world, 0.5, 0.0, 1.0)
@@ -115,7 +123,7 @@ class DrivingTests(WorldKit):
     def test_several_robots_each_follow_their_own_commands(self) -> None:
         world = self.open(floor(), robot("a"), robot("b", y=3.0), robot("c", y=-3.0))
         commands = {name: world.advertise(f"/{name}/cmd_vel") for name in ("a", "b", "c")}
-        heard = {name: world.subscribe(f"/{name}/odom") for name in commands}
+        odometries = {name: world.subscribe(f"/{name}/odom") for name in commands}
         for step in range(50):
             commands["a"].publish(twist(0.5, 0.0))
             commands["b"].publish(twist(0.0, 0.8))
@@ -126,7 +134,9 @@ class DrivingTests(WorldKit):
         assert turned.position[:2] == pytest.approx((0.0, 3.0), abs=0.06)
         assert turned.yaw == pytest.approx(0.8, abs=0.12)
         reported = {
-            name: odometry.latest.message.twist.twist for name, odometry in heard.items() if odometry.latest
+            name: odometry.latest.message.twist.twist
+            for name, odometry in odometries.items()
+            if odometry.latest
         }
         assert [reported[name].linear.x for name in "abc"] == pytest.approx([0.5, 0.0, 0.0], abs=0.05)
         assert [reported[name].angular.z for name in "abc"] == pytest.approx([0.0, 0.8, 0.0], abs=0.08)

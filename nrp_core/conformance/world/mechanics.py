@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 
 from nrp_core.clock import seconds
-from nrp_core.conformance.world.changing import ARM_KG, ARM_M, INERTIA, arm
-from nrp_core.conformance.world.exact_motion import PENETRATION
-from nrp_core.conformance.world.kit import GRAVITY, WorldKit
-from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, robot, rubbing
+from nrp_core.conformance.world.capability import ARM_KG, ARM_M, INERTIA, arm
+from nrp_core.conformance.world.kit import GRAVITY, WorldKit, at, floor, pendulum, prop, robot, rubbing
+from nrp_core.conformance.world.motion import PENETRATION
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64

@@ -1,17 +1,34 @@
-"""Contract: a reset world equals a new one, a restored one continues exactly, two share no state."""
+"""Contract: a reset world equals a new one, a restored one continues exactly, after any sequence of calls."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import strategies as st
+from hypothesis.stateful import rule
 
-from nrp_core.conformance.world.kit import WorldKit, paint, states, twist
-from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, prop, robot, screen
+from nrp_core.conformance.sequences import SequenceMachine, check_sequences
+from nrp_core.conformance.world.kit import (
+    BLUE,
+    RED,
+    WorldKit,
+    at,
+    floor,
+    paint,
+    pendulum,
+    prop,
+    robot,
+    screen,
+    states,
+    twist,
+)
 from nrp_core.errors import LifecycleError, SnapshotError, TimestepError
 from nrp_core.world.interface import WORLD_INTERFACE_VERSION
-from nrp_core.world.scene.model import Box, Model, Sphere
+from nrp_core.world.scene.model import Box, Model, Rgba, Scene, Sphere
 from nrp_core.world.world import World
 
 
@@ -31,29 +48,29 @@ class StateTests(WorldKit):
     def test_a_reset_world_equals_a_fresh_one(self) -> None:
         self.require_repeatable()
         world = self._open_busy()
-        expected = self._went(world, 20)
-        self._went(world, 7, start=20)
+        expected = self._driven_states(world, 20)
+        self._driven_states(world, 7, start=20)
         world.reset()
         assert world.now_ns == 0
-        assert self._went(world, 20) == expected
+        assert self._driven_states(world, 20) == expected
 
     def test_a_reset_world_without_commands_equals_a_fresh_one(self) -> None:
         """Without commands, the state of contacts and motors in the engine shows."""
         self.require_repeatable()
-        expected = self._went(self._open_busy(), 5, silent=True)
+        expected = self._driven_states(self._open_busy(), 5, silent=True)
         world = self._open_busy()
-        self._went(world, 3, silent=True)
+        self._driven_states(world, 3, silent=True)
         world.reset()
-        assert self._went(world, 5, silent=True) == expected
+        assert self._driven_states(world, 5, silent=True) == expected
 
     def test_a_reset_restores_the_first_colours(self) -> None:
         self.require_camera()
         world = self._open_busy()
-        before = self.look(world)
+        before = self.image_of(world)
         paint(world, "screen/link/visual", RED)
-        self.look(world)
+        self.image_of(world)
         world.reset()
-        assert np.array_equal(self.look(world), before)
+        assert np.array_equal(self.image_of(world), before)
 
     def test_a_reset_stops_the_robots(self) -> None:
         world = self.open(floor(), robot())
@@ -64,11 +81,11 @@ class StateTests(WorldKit):
 
     def test_two_runs_are_equal(self) -> None:
         self.require_repeatable()
-        assert self._went(self._open_busy(), 25) == self._went(self._open_busy(), 25)
+        assert self._driven_states(self._open_busy(), 25) == self._driven_states(self._open_busy(), 25)
 
     def test_two_worlds_in_one_process_do_not_disturb_each_other(self) -> None:
         self.require_repeatable()
-        expected = self._went(self._open_busy(), 15)
+        expected = self._driven_states(self._open_busy(), 15)
         one, two = self._open_busy(), self._open_busy()
         for step in range(15):
             self._go(one, step)
@@ -101,7 +118,7 @@ class StateTests(WorldKit):
 
     def test_reading_and_rendering_change_nothing(self) -> None:
         self.require_repeatable()
-        expected = self._went(self._open_busy(), 15)
+        expected = self._driven_states(self._open_busy(), 15)
         world = self._open_busy()
         world.subscribe("/robot/odom")
         images = [world.subscribe("/robot/camera")] if self.capabilities.renderers else []
@@ -127,12 +144,12 @@ class StateTests(WorldKit):
         self.require_camera()
         world, fresh = self._open_busy(), self._open_busy()
         paint(world, "screen/link/visual", RED)
-        snapshot, seen = world.snapshot(), self.look(world)
+        snapshot, image = world.snapshot(), self.image_of(world)
         paint(world, "screen/link/visual", BLUE)
-        self.look(world)
+        self.image_of(world)
         for again in (world, fresh):
             again.restore(snapshot)
-            assert np.array_equal(self.look(again), seen)
+            assert np.array_equal(self.image_of(again), image)
 
     def test_a_snapshot_of_another_scene_is_refused(self) -> None:
         self.require_snapshot()
@@ -176,17 +193,17 @@ class StateTests(WorldKit):
         self.require_snapshot()
         self.require_repeatable()
         world, fresh = self._open_busy(), self._open_busy()
-        self._went(world, 8)
+        self._driven_states(world, 8)
         setup(world)
-        snapshot, left, seen = world.snapshot(), world.now_ns, states(world)
-        expected = self._went(world, steps, start=8, silent=silent)
+        snapshot, left_ns, start = world.snapshot(), world.now_ns, states(world)
+        expected = self._driven_states(world, steps, start=8, silent=silent)
         for again in (world, fresh):
             again.restore(snapshot)
-            assert again.now_ns == left
-            assert states(again) == seen
-            assert self._went(again, steps, start=8, silent=silent) == expected
+            assert again.now_ns == left_ns
+            assert states(again) == start
+            assert self._driven_states(again, steps, start=8, silent=silent) == expected
 
-    def _went(self, world: World, steps: int, start: int = 0, *, silent: bool = False) -> object:
+    def _driven_states(self, world: World, steps: int, start: int = 0, *, silent: bool = False) -> object:
         for step in range(start, start + steps):
             self._go(world, step, silent=silent)
         return states(world)
@@ -197,3 +214,48 @@ class StateTests(WorldKit):
             world.advertise("/robot/cmd_vel").publish(twist(0.6, 0.2 * (step % 5 - 2)))
             world.advertise("/other/cmd_vel").publish(twist(-0.3, 0.1 * (step % 3)))
         world.run_until(world.now_ns + self.grid_ns(0.02))
+
+
+class SequenceTests(WorldKit):
+    """Calls in random order."""
+
+    level = "sequences"
+
+    def test_any_sequence_of_calls_has_one_meaning(self) -> None:
+        self.require_repeatable()
+        check_sequences(partial(_WorldMachine, self), examples=5, length=10)
+
+
+class _WorldMachine(SequenceMachine):
+    """Commands and paints while a world runs, is reset and is restored."""
+
+    def __init__(self, kit: WorldKit) -> None:
+        self._kit = kit
+        super().__init__(can_restore=kit.capabilities.snapshot, step_ns=5 * kit.capabilities.step_ns)
+
+    def fresh(self) -> World:
+        scene = Scene(self._kit.movable(*busy()))
+        world = self._kit.backend.open(scene, seed=3, options=self._kit.chosen)
+        world.subscribe("/robot/odom", depth=1000)
+        return world
+
+    def apply(self, simulation: World, name: str, value: Any) -> None:
+        if name == "paint":
+            paint(simulation, "screen/link/visual", value)
+        else:
+            simulation.advertise(f"/{name}/cmd_vel").publish(twist(*value))
+
+    def observed(self, simulation: World) -> object:
+        color = simulation.subscribe("/screen/link/visual/color").latest
+        return states(simulation), color and color.message
+
+    @rule(
+        robot=st.sampled_from(["robot", "other"]),
+        velocity=st.tuples(st.sampled_from([0.0, 0.5, -0.3]), st.sampled_from([0.0, 1.0])),
+    )
+    def command(self, robot: str, velocity: tuple[float, float]) -> None:
+        self.do(robot, velocity)
+
+    @rule(rgba=st.sampled_from([RED, BLUE]))
+    def color(self, rgba: Rgba) -> None:
+        self.do("paint", rgba)

@@ -8,8 +8,18 @@ import numpy as np
 import pytest
 
 from nrp_core.clock import SampleSchedule, from_seconds
-from nrp_core.conformance.world.kit import WorldKit, states, twist
-from nrp_core.conformance.world.scenes import CAMERA_HZ, HEIGHT, RED, WIDTH, floor, robot, screen
+from nrp_core.conformance.world.kit import (
+    CAMERA_HZ,
+    HEIGHT,
+    RED,
+    WIDTH,
+    WorldKit,
+    floor,
+    robot,
+    screen,
+    states,
+    twist,
+)
 from nrp_core.errors import TopicError
 from nrp_core.world.messages.gazebo_msgs import ModelStates, WheelSpeeds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -42,30 +52,30 @@ class TopicTests(WorldKit):
         if name.endswith("wheel_speeds"):
             self.require("dynamics")
         world = self.open(floor(), robot())
-        heard = world.subscribe(name, depth=100)
+        subscription = world.subscribe(name, depth=100)
         self.run(world, 1.0)
         schedule = SampleSchedule(Fraction(rate), self.capabilities.step_ns)
-        taken = [stamped.t_ns for stamped in heard.since(-1)]
+        taken = [stamped.t_ns for stamped in subscription.since(-1)]
         assert taken == [schedule.sample_ns(k) for k in range(len(taken))]
         assert len(taken) == rate + 1  # one at time 0, one at 1 s
 
     def test_messages_carry_their_time_and_frame(self) -> None:
         world = self.open(floor(), robot())
-        heard = world.subscribe("/robot/odom", depth=9)
+        subscription = world.subscribe("/robot/odom", depth=9)
         self.run(world, 0.1)
-        for stamped in heard.since(-1):
+        for stamped in subscription.since(-1):
             assert stamped.message.header.stamp.to_ns() == stamped.t_ns
             assert stamped.message.child_frame_id == "robot/base"
 
     def test_images_have_their_size_and_stamp_and_are_read_only(self) -> None:
         self.require_camera()
         world = self.open(floor(), robot(), screen("screen", 0.0, RED))
-        heard = world.subscribe("/robot/camera", depth=9)
+        subscription = world.subscribe("/robot/camera", depth=9)
         self.run(world, 0.1)
-        first, *_ = kept = heard.since(-1)
+        first, *_ = messages = subscription.since(-1)
         message = first.message
         height, width, channels = message.data.shape
-        assert [stamped.message.header.stamp.to_ns() for stamped in kept] == [s.t_ns for s in kept]
+        assert [stamped.message.header.stamp.to_ns() for stamped in messages] == [s.t_ns for s in messages]
         assert (message.height, message.width, message.encoding, channels) == (height, width, "rgb8", 3)
         assert message.step == 3 * width
         assert height * WIDTH == width * HEIGHT  # an option may scale it
@@ -75,9 +85,9 @@ class TopicTests(WorldKit):
     def test_an_old_image_does_not_change_when_a_new_one_is_taken(self) -> None:
         self.require_camera()
         world = self.open(floor(), robot(), screen("screen", 0.0, RED))
-        heard = world.subscribe("/robot/camera", depth=9)
+        subscription = world.subscribe("/robot/camera", depth=9)
         self.run(world, 0.01)
-        first = heard.since(-1)[0].message.data
+        first = subscription.since(-1)[0].message.data
         before = first.copy()
         world.advertise("/screen/link/visual/color").publish(ColorRGBA(0.0, 0.0, 1.0, 1.0))
         self.run(world, 0.2)
@@ -132,11 +142,11 @@ class TopicTests(WorldKit):
 
     def test_a_subscription_ends(self) -> None:
         world = self.open(floor(), robot())
-        heard = world.subscribe("/robot/odom", depth=50)
+        subscription = world.subscribe("/robot/odom", depth=50)
         self.run(world, 0.1)
-        world.unsubscribe(heard)
+        world.unsubscribe(subscription)
         self.run(world, 0.3)
-        assert max(stamped.t_ns for stamped in heard.since(-1)) <= from_seconds(0.1)
+        assert max(stamped.t_ns for stamped in subscription.since(-1)) <= from_seconds(0.1)
 
     def _comes_to_rest_where_it_stands(self, world: object) -> bool:
         self.run(world, 0.2)  # type: ignore[arg-type]

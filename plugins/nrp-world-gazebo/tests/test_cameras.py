@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance.world.kit import centre, where
-from nrp_core.conformance.world.scenes import BLUE, GREEN, RED, floor, robot, screen
+from nrp_core.conformance.world.kit import BLUE, GREEN, RED, centre, floor, robot, screen, where
 from nrp_core.world import Light, ModelMotion, Pose, Scene
 
 pytestmark = [pytest.mark.heavy, pytest.mark.usefixtures("gazebo")]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from lxml import etree
 from nrp_world_gazebo.elements import FIXED, element, model_element
 
-from nrp_core.conformance.world.scenes import pendulum, robot
+from nrp_core.conformance.world.kit import pendulum, robot
 from nrp_core.world import (
     Box,
     Capsule,

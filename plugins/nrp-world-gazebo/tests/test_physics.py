@@ -6,7 +6,7 @@ from math import inf, pi
 import pytest
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance.world.changing import arm
+from nrp_core.conformance.world.capability import arm
 from nrp_core.world import Scene, read_model
 from nrp_core.world.messages.std_msgs import Float64
 

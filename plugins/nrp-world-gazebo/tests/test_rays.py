@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance.world.scenes import at, floor, prop
-from nrp_core.conformance.world.sensing import LASER, SensingTests, carrier
+from nrp_core.conformance.world.kit import at, floor, prop
+from nrp_core.conformance.world.sensors import LASER, SensorTests, carrier
 from nrp_core.world import Box, Cylinder, ModelMotion, Scene, Sphere, read_model, read_scene
 from nrp_core.world.raycast.collisions import CollisionSpace
 
@@ -23,7 +23,7 @@ def opened(scene, rays="gazebo"):
     return backend.open(scene, seed=1, options=backend.options.model_validate({"rays": rays}))
 
 
-class TestSensingByGazebosRays(SensingTests):
+class TestSensingByGazebosRays(SensorTests):
     """The conformance tests of lasers, with rays of ODE."""
 
     options = {"rays": "gazebo"}  # noqa: RUF012

@@ -3,7 +3,7 @@
 import pytest
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance.world.scenes import robot
+from nrp_core.conformance.world.kit import robot
 from nrp_core.errors import BackendLoadError
 from nrp_core.world import Inertial, Link, Model, Scene
 

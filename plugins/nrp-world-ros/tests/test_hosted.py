@@ -15,8 +15,7 @@ from typing import Any
 
 import pytest
 from nrp_core import worlds
-from nrp_core.conformance.world.kit import states, twist
-from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, prop, robot, screen
+from nrp_core.conformance.world.kit import BLUE, RED, at, floor, pendulum, prop, robot, screen, states, twist
 from nrp_core.errors import LifecycleError, SimulationError
 from nrp_core.world import Box, ModelMotion, Scene, Sphere, Stamped, World
 from nrp_core.world.messages.base import Duration

@@ -15,8 +15,8 @@ from nrp_core.brain.network.controls import CONTROLS
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.interventions import Intervention
 from nrp_core.brain.network.rewiring import Neuromodulation
-from nrp_core.conformance.brain import parts
-from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.conformance.brain import kit
+from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.errors import NetworkError, NeuronSelectionError
 from nrp_core.seeds import Seeds
 
@@ -29,7 +29,7 @@ def sparse(seed: int, cell: str = "IF_curr_exp") -> Network:
     rng = np.random.default_rng(seed)
     pre, post = np.nonzero((rng.random((N, N)) < 0.15) & ~np.eye(N, dtype=bool))
     inhibits, magnitude = rng.permutation(N) < N // 2, rng.uniform(0.1, 1.0, len(pre))
-    made = [parts.cells(SAMPLES[cell], "n", N)]
+    made = [kit.cells(SAMPLES[cell], "n", N)]
     projections = []
     for receptor, sign, mine in (
         ("excitatory", 1.0, ~inhibits[pre]),
@@ -38,7 +38,7 @@ def sparse(seed: int, cell: str = "IF_curr_exp") -> Network:
         delay = rng.uniform(0.5, 2.0, int(mine.sum()))
         ends = pre[mine].astype(np.int32), post[mine].astype(np.int32)
         projections.append(Projection(receptor, "n", "n", receptor, *ends, sign * magnitude[mine], delay))
-    network = parts.network(*made, *projections)
+    network = kit.network(*made, *projections)
     return replace(network, views={"few": np.arange(4), "others": np.arange(10, 30)})
 
 
@@ -158,12 +158,12 @@ def test_a_wrong_control_is_noticed(
 
 def test_a_wiring_without_alternative_is_an_error_alone_and_a_remark_beside_others() -> None:
     pairs = [(i, j) for i in range(5) for j in range(5)]
-    made = parts.cells(SAMPLES["IF_curr_exp"], "a", 5), parts.cells(SAMPLES["IF_curr_exp"], "b", 5)
-    dense = parts.connect("a", "b", 0.4, 1.5, pairs=pairs)
+    made = kit.cells(SAMPLES["IF_curr_exp"], "a", 5), kit.cells(SAMPLES["IF_curr_exp"], "b", 5)
+    dense = kit.connect("a", "b", 0.4, 1.5, pairs=pairs)
     with pytest.raises(NetworkError, match="no projection can be rewired with the same degrees"):
-        CONTROLS[REWIRE](parts.network(*made, dense), Seeds(1))
-    cycle = parts.connect("b", "a", 0.4, 1.5, pairs=[(k, (k + 1) % 5) for k in range(5)])
-    found = CONTROLS[REWIRE](parts.network(*made, dense, cycle), Seeds(1))
+        CONTROLS[REWIRE](kit.network(*made, dense), Seeds(1))
+    cycle = kit.connect("b", "a", 0.4, 1.5, pairs=[(k, (k + 1) % 5) for k in range(5)])
+    found = CONTROLS[REWIRE](kit.network(*made, dense, cycle), Seeds(1))
     assert found.projections[0] is dense
     assert found.remarks == (
         f"projection '{dense.label}' is not rewired: no other wiring with the same degrees was found",

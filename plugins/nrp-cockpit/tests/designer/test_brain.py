@@ -23,8 +23,8 @@ from visitors import RefusedError, cockpit
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.network.synapses import LAWS
-from nrp_core.conformance.brain import parts
-from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.conformance.brain import kit
+from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import find_file, load_experiment
 from nrp_core.experiment.running.run import Run
@@ -48,14 +48,14 @@ def {}(t):
 
 
 def test_a_network_that_was_not_drawn_shows_its_other_receptors_by_name() -> None:
-    cells = [parts.cells(SAMPLES["IF_curr_exp"], label) for label in ("a", "b")]
+    cells = [kit.cells(SAMPLES["IF_curr_exp"], label) for label in ("a", "b")]
     wires = [
-        replace(parts.connect("a", "b", weight), label=receptor, receptor=receptor, neuromodulation=reward)
+        replace(kit.connect("a", "b", weight), label=receptor, receptor=receptor, neuromodulation=reward)
         for receptor, weight, reward in (
             ("excitatory", 0.1, None), ("inhibitory", -0.1, None), ("reward", 0.1, Neuromodulation())
         )
     ]  # fmt: skip
-    _, shown = network_graph(parts.network(*cells, *wires))
+    _, shown = network_graph(kit.network(*cells, *wires))
     assert [(one["kind"], one["label"]) for one in shown] == [
         ("excites", "1 synapse"),
         ("inhibits", "1 synapse"),

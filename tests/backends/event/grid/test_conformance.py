@@ -1,7 +1,7 @@
 """The grid mode passes the conformance kit, as any backend's brain would."""
 
 from nrp_core.conformance import BrainBackendTests
-from nrp_core.conformance.brain.sequences import SequenceTests
+from nrp_core.conformance.brain.state import SequenceTests
 
 
 class TestOnAFineGrid(BrainBackendTests):

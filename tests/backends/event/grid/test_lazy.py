@@ -17,9 +17,9 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
-from nrp_core.conformance.brain import parts
+from nrp_core.conformance.brain import kit
 from nrp_core.conformance.brain.capability import RULE
-from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.errors import CapabilityError
 
 KINDS = ("IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_curr_exp_frozen")
@@ -43,15 +43,15 @@ def random_network(seed: int, kinds: list[str]) -> Network:
     rng = np.random.default_rng(seed)
     sizes = rng.integers(5, 40, len(kinds)).tolist()
     made: list[Population | Projection] = [
-        parts.spikes("in", *(np.unique(rng.uniform(0.0, 40.0, 8)) for _ in range(4))),
-        parts.poisson("noise", 20, 150.0),
+        kit.spikes("in", *(np.unique(rng.uniform(0.0, 40.0, 8)) for _ in range(4))),
+        kit.poisson("noise", 20, 150.0),
     ]
     labels = [f"{k} {kind}" for k, kind in enumerate(kinds)]
     for label, kind, size in zip(labels, kinds, sizes, strict=True):
         drives = SAMPLES[kind].current_na * np.maximum(rng.uniform(-1.0, 2.0, size), 0.0)
         alike = {"tau_syn_I": 2.0} if rng.random() < 0.5 and kind != "IF_curr_delta" else {}
         periods = rng.choice([0.0, 0.2, 2.0]) if rng.random() < 0.7 else rng.choice([0.0, 0.1, 1.3], size)
-        made.append(parts.cells(SAMPLES[kind], label, size, i_offset=drives, tau_refrac=periods, **alike))
+        made.append(kit.cells(SAMPLES[kind], label, size, i_offset=drives, tau_refrac=periods, **alike))
     for pre, n_pre in [("in", 4), ("noise", 20), *zip(labels, sizes, strict=True)]:
         for post, n_post in zip(labels, sizes, strict=True):
             for receptor, sign in (("excitatory", 1.0), ("inhibitory", -0.5)):
@@ -68,7 +68,7 @@ def random_network(seed: int, kinds: list[str]) -> Network:
                         RULE if kind == STDP else {},
                     )
                 )  # fmt: skip
-    return parts.network(*made)
+    return kit.network(*made)
 
 
 def course(network: Network, lazy: str, resolution: str, *, changes: bool) -> list[Any]:
@@ -126,7 +126,7 @@ def test_the_lazy_grid_gives_the_spikes_of_the_plain_grid(
 
 
 def silent(size: int, **parameters: float) -> Population:
-    return parts.cells(SAMPLES["IF_curr_exp"], "n", size, **parameters)
+    return kit.cells(SAMPLES["IF_curr_exp"], "n", size, **parameters)
 
 
 def fired(brain: Brain, until_ms: float) -> list[tuple[float, int]]:
@@ -137,7 +137,7 @@ def fired(brain: Brain, until_ms: float) -> list[tuple[float, int]]:
 
 
 def test_a_bound_that_is_too_low_would_lose_spikes() -> None:
-    network = parts.network(parts.spikes("s", [5.0]), silent(1), parts.connect("s", "n", 5.0, 1.0))
+    network = kit.network(kit.spikes("s", [5.0]), silent(1), kit.connect("s", "n", 5.0, 1.0))
     with (
         opened(network, "always") as right,
         opened(network, "always") as wrong,
@@ -156,7 +156,7 @@ def test_a_busy_network_becomes_a_plain_grid_without_a_difference() -> None:
     """2000 cells that all fire; the change does not depend on how the run is divided."""
     busy = silent(2000, i_offset=np.linspace(0.5, 1.0, 2000), tau_refrac=2.0)  # type: ignore[arg-type]
     pairs = [(k, (7 * k + 1) % 2000) for k in range(2000)]
-    network = parts.network(busy, parts.connect("n", "n", 0.4, 1.5, pairs=pairs))
+    network = kit.network(busy, kit.connect("n", "n", 0.4, 1.5, pairs=pairs))
     with opened(network, "always") as lazy, opened(network, "never") as plain:
         assert isinstance(lazy, LazyBrain)
         lazy._options = lazy._options.model_copy(update={"lazy": "auto"})
@@ -169,7 +169,7 @@ def test_a_busy_network_becomes_a_plain_grid_without_a_difference() -> None:
 def test_a_network_that_the_lazy_grid_cannot_run_is_plain_and_a_warning_says_why() -> None:
     event = EventBackend()
     options = EventOptions.model_validate({"resolution": "0.1 ms", "lazy": "always"})
-    hard = parts.network(parts.cells(SAMPLES["IF_cond_exp"], "n", 3))
+    hard = kit.network(kit.cells(SAMPLES["IF_cond_exp"], "n", 3))
     (warning,) = event.warnings(hard, options)
     assert "`lazy: always` has no effect: IF_cond_exp of population 'n' has no closed form" in warning
     with event.open(hard, seed=1, options=options) as brain:
@@ -177,15 +177,15 @@ def test_a_network_that_the_lazy_grid_cannot_run_is_plain_and_a_warning_says_why
     auto = EventOptions.model_validate({"resolution": "0.1 ms"})
     few, restless = silent(10), silent(3000, i_offset=0.8)
     for cells, reason in ((few, "fewer than 2000"), (restless, "fire without input")):
-        assert reason in lazy_grid(parts.network(cells), auto).obstacle
-        assert event.warnings(parts.network(cells), auto) == []
-    assert lazy_grid(parts.network(silent(3000)), auto).obstacle == ""
+        assert reason in lazy_grid(kit.network(cells), auto).obstacle
+        assert event.warnings(kit.network(cells), auto) == []
+    assert lazy_grid(kit.network(silent(3000)), auto).obstacle == ""
     with pytest.raises(ValidationError, match="the exact mode is lazy by itself"):
         EventOptions.model_validate({"lazy": "always"})
 
 
 def test_the_inputs_of_equal_receptors_cannot_be_parted() -> None:
-    with opened(parts.network(silent(2, tau_syn_I=2.0)), "always") as brain:
+    with opened(kit.network(silent(2, tau_syn_I=2.0)), "always") as brain:
         brain.set_parameters(np.array([0]), {"tau_syn_E": 3.0, "tau_syn_I": 3.0})
         with pytest.raises(CapabilityError, match=r"tau_syn_E and tau_syn_I of population 'n' are equal"):
             brain.set_parameters(np.array([0]), {"tau_syn_E": 4.0})

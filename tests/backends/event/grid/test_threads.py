@@ -15,8 +15,8 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
-from nrp_core.conformance.brain import parts
-from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.conformance.brain import kit
+from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.errors import DivergedError
 
 KINDS = ("IF_curr_exp", "IF_curr_alpha", "IF_cond_exp", "IF_curr_delta", "Izhikevich")
@@ -33,15 +33,15 @@ def random_network(seed: int, kinds: list[str], shortest_ms: float) -> Network:
     rng = np.random.default_rng(seed)
     sizes = rng.integers(5, 40, len(kinds))
     made: list[Population | Projection] = [
-        parts.spikes("in", *(np.unique(rng.uniform(0.0, 25.0, 6)) for _ in range(4)))
+        kit.spikes("in", *(np.unique(rng.uniform(0.0, 25.0, 6)) for _ in range(4)))
     ]
     labels = [f"{k} {kind}" for k, kind in enumerate(kinds)]
     for label, kind, size in zip(labels, kinds, sizes.tolist(), strict=True):
         sample = SAMPLES[kind]
         drives = sample.current_na * rng.uniform(1.0, 4.0, size)
-        made.append(parts.cells(sample, label, size, i_offset=drives))
+        made.append(kit.cells(sample, label, size, i_offset=drives))
         each = np.arange(size, dtype=np.int32)
-        made.append(parts.poisson(f"noise {label}", size, 600.0))
+        made.append(kit.poisson(f"noise {label}", size, 600.0))
         made.append(
             Projection(
                 f"noise of {label}",
@@ -74,7 +74,7 @@ def random_network(seed: int, kinds: list[str], shortest_ms: float) -> Network:
                     {name: np.full(n, value) for name, value in states.items()},
                 )
             )
-    return parts.network(*made)
+    return kit.network(*made)
 
 
 def course(network: Network, threads: list[int], resolution: str, *, changes: bool) -> list[Any]:
@@ -127,14 +127,14 @@ def test_any_number_of_threads_gives_the_same_bits(
 def test_spikes_of_several_steps_arrive_in_one_order() -> None:
     """What arrives at once at such cells is summed from zero: the last bit depends on the order."""
     rng = np.random.default_rng(5)
-    made: list[Population | Projection] = [parts.cells(SAMPLES["IF_curr_delta"], "post", 10, v_thresh=1e9)]
+    made: list[Population | Projection] = [kit.cells(SAMPLES["IF_curr_delta"], "post", 10, v_thresh=1e9)]
     pre, post = (index.reshape(-1).astype(np.int32) for index in np.indices((60, 10)))
     for label, weight in (("a", 0.1 / 3.0), ("b", 0.07 / 7.0), ("c", 0.013 / 11.0)):
         drives = rng.uniform(20.0, 60.0, 60) * SAMPLES["IF_curr_exp"].current_na
-        made.append(parts.cells(SAMPLES["IF_curr_exp"], label, 60, i_offset=drives, tau_refrac=0.5))
+        made.append(kit.cells(SAMPLES["IF_curr_exp"], label, 60, i_offset=drives, tau_refrac=0.5))
         weights, delays = np.full(len(pre), weight), rng.uniform(2.0, 3.0, len(pre))
         made.append(Projection(f"of {label}", label, "post", "excitatory", pre, post, weights, delays))
-    network = parts.network(*made)
+    network = kit.network(*made)
     seen = []
     for threads in (1, 2, 3, 4):
         with opened(network, threads) as brain:
@@ -147,12 +147,12 @@ def test_spikes_of_several_steps_arrive_in_one_order() -> None:
 def test_the_calendar_and_lists_of_spikes_grow_in_every_part() -> None:
     """Two thousand cells without a refractory time fire in every step, onto each other."""
     n = 2000
-    cells = parts.cells(SAMPLES["IF_curr_delta"], "n", n, i_offset=1e6, tau_refrac=0.0)
+    cells = kit.cells(SAMPLES["IF_curr_delta"], "n", n, i_offset=1e6, tau_refrac=0.0)
     each = np.arange(n, dtype=np.int32)
     onto = Projection("p", "n", "n", "excitatory", each, each[::-1].copy(), np.full(n, 0.1), np.full(n, 2.0))
     seen = []
     for threads in (1, 3):
-        with opened(parts.network(cells, onto), threads) as brain:
+        with opened(kit.network(cells, onto), threads) as brain:
             recorder = brain.add_sink(SpikeRecorder(), np.arange(n), name="all")
             brain.run_until(from_milliseconds(6.0))
             seen.append((len(recorder.spikes()), brain.read_state("v", np.arange(n)).tolist()))
@@ -161,23 +161,23 @@ def test_the_calendar_and_lists_of_spikes_grow_in_every_part() -> None:
 
 
 def test_threads_name_the_cell_that_one_thread_names() -> None:
-    wild = parts.cells(SAMPLES["Izhikevich"], "wild", 9, i_offset=np.where(np.arange(9) % 4 == 1, 1e300, 0.0))
+    wild = kit.cells(SAMPLES["Izhikevich"], "wild", 9, i_offset=np.where(np.arange(9) % 4 == 1, 1e300, 0.0))
     named = []
     for threads in (1, 2, 4):
-        with opened(parts.network(wild), threads) as brain, pytest.raises(DivergedError) as failure:
+        with opened(kit.network(wild), threads) as brain, pytest.raises(DivergedError) as failure:
             brain.run_until(from_milliseconds(2.0))
         named.append(str(failure.value))
     assert named == [named[0]] * 3
 
 
 def test_plasticity_by_spike_timing_takes_one_thread_and_says_so() -> None:
-    cells = parts.cells(SAMPLES["IF_curr_exp"], "n", 4)
+    cells = kit.cells(SAMPLES["IF_curr_exp"], "n", 4)
     rule = {"timing": "SpikePairRule", "weight": "AdditiveWeightDependence"}
-    plastic = parts.connect(
+    plastic = kit.connect(
         "n", "n", 0.1, kind=STDP, rule=rule, pairs=[(0, 1), (2, 3)], dendritic_delay_fraction=1.0,
         A_plus=0.02, A_minus=0.015, tau_plus=20.0, tau_minus=15.0, w_min=0.0, w_max=2.0,
     )  # fmt: skip
-    with opened(parts.network(cells, plastic), 2) as brain:
+    with opened(kit.network(cells, plastic), 2) as brain:
         brain.run_until(from_milliseconds(5.0))
         assert any("uses one thread" in str(warning) for warning in brain.warnings)
 

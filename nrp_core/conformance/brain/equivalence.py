@@ -14,12 +14,10 @@ from nrp_core.brain.devices.sources import SpikeInjector
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
+from nrp_core.conformance.base import skip_undeclared
 from nrp_core.conformance.brain.accuracy import EXACT_MV, GRID_PRECISION, released
-from nrp_core.conformance.brain.kit import BrainKit
-from nrp_core.conformance.brain.parts import cells, connect, spikes
+from nrp_core.conformance.brain.kit import SAMPLES, BrainKit, cells, connect, spikes
 from nrp_core.conformance.brain.reference import simulate
-from nrp_core.conformance.brain.samples import SAMPLES
-from nrp_core.conformance.guard import undeclared
 
 TWIN_PRECISION = 1e-3
 """The allowed difference of twins, as a share of their largest change."""
@@ -29,7 +27,7 @@ ADAPTING = [
 """Cells with a variable of recovery, and a current at which they do not fire, nA."""
 
 
-class TwinTests(BrainKit):
+class EquivalenceTests(BrainKit):
     """The same effect in two ways."""
 
     level = "accuracy"
@@ -67,7 +65,7 @@ class TwinTests(BrainKit):
             for pre, k, cell in (("s", 0, 0), ("t", i, 1))
         ]
         brain = self.open(spikes("s", [5.0]), spikes("t", *[[5.0]] * 3), self.cells("n", 2), *synapses)
-        self._check_twins(brain, [4, 5], 40)
+        self._check_equivalent(brain, [4, 5], 40)
 
     @pytest.mark.parametrize("facilitation", [0.0, 40.0])
     def test_a_short_term_synapse_acts_like_static_ones_of_its_released_weights(
@@ -76,7 +74,7 @@ class TwinTests(BrainKit):
         """The times between its spikes are like its time constants, so that those matter most."""
         self._require_variable("v")
         if TSODYKS_MARKRAM not in self.capabilities.synapses:
-            undeclared("tsodyks_markram synapses")
+            skip_undeclared("tsodyks_markram synapses")
         emitted, weight = [5.0, 35.0, 50.0, 80.0, 120.0], 3 * self.sample.weak
         tau_psc = self.sample.all_parameters.get("tau_syn_E", 0.0)
         shares = released(emitted, 0.4, 40.0, facilitation, tau_psc)
@@ -85,7 +83,7 @@ class TwinTests(BrainKit):
             connect("s", "n", weight, 1.0, kind=TSODYKS_MARKRAM, U=0.4, tau_rec=40.0, tau_facil=facilitation),
             connect("t", "n", [weight * share for share in shares], 1.0, pairs=[(k, 1) for k in range(5)]),
         )  # fmt: skip
-        self._check_twins(brain, [6, 7], 140)
+        self._check_equivalent(brain, [6, 7], 140)
 
     @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
     def test_an_injected_spike_acts_like_a_spike_of_a_source(self, receptor: str) -> None:
@@ -97,7 +95,7 @@ class TwinTests(BrainKit):
         port = brain.add_source(SpikeInjector(weight, 2.0, receptor), [2], name="injector")
         self.run(brain, 10)
         port.inject_spikes([0])  # type: ignore[attr-defined]
-        self._check_twins(brain, [1, 2], 30)
+        self._check_equivalent(brain, [1, 2], 30)
 
     @pytest.mark.parametrize("cell_type", ["IF_cond_exp", "IF_cond_alpha"])
     @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
@@ -105,7 +103,7 @@ class TwinTests(BrainKit):
         variable = f"gsyn_{receptor[:3]}"
         self._require_variable(variable)
         if cell_type not in self.capabilities.cells:
-            undeclared(f"cells {cell_type}")
+            skip_undeclared(f"cells {cell_type}")
         sample = SAMPLES[cell_type]
         tau = sample.all_parameters[f"tau_syn_{receptor[0].upper()}"]
         brain = self.open(
@@ -130,9 +128,9 @@ class TwinTests(BrainKit):
     ) -> None:
         self._require_variable(variable)
         if cell_type not in self.capabilities.cells:
-            undeclared(f"cells {cell_type}")
+            skip_undeclared(f"cells {cell_type}")
         if cell_type in self.capabilities.approximate:
-            undeclared(f"exact values of {cell_type}")
+            skip_undeclared(f"exact values of {cell_type}")
         sample = SAMPLES[cell_type]
         expected = simulate(sample, until_ms=62, i_offset=current)
         assert not expected.spikes
@@ -146,9 +144,9 @@ class TwinTests(BrainKit):
 
     def _require_variable(self, variable: str) -> None:
         if variable not in self.capabilities.state_variables:
-            undeclared(f"state variable {variable}")
+            skip_undeclared(f"state variable {variable}")
 
-    def _check_twins(self, brain: Brain, twins: list[int], until_ms: int) -> None:
+    def _check_equivalent(self, brain: Brain, twins: list[int], until_ms: int) -> None:
         """Check that the potentials of two cells agree at every millisecond from now on."""
         rest, largest, apart = float(brain.read_state("v", twins)[0]), 0.0, 0.0
         for t_ms in range(round(milliseconds(brain.now_ns)) + 1, until_ms):
