@@ -31,7 +31,7 @@ from nrp_core.brain.pynn.connectivity_estimate import require_room
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.rng import name_streams, named, random_pairs
 from nrp_core.brain.pynn.synapse_columns import drawn_at_once
-from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+from nrp_core.errors import NetworkError, did_you_mean
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
@@ -179,18 +179,45 @@ class FixedNumberPostConnector(_FixedNumberConnector, connectors.FixedNumberPost
 
 
 class FixedTotalNumberConnector(Connector, connectors.FixedTotalNumberConnector):
-    """``n`` synapses between cells drawn at random, with replacement."""
+    """``n`` synapses between pairs of cells drawn at random."""
 
     def _connect(self, projection: Any) -> None:
-        if not self.with_replacement:
-            raise CapabilityError("FixedTotalNumberConnector draws with replacement only")
         total = self.n if isinstance(self.n, int) else int(self.n.next())
         # PyNN draws the number for each of its processes; here there is one
         n = int(self.rng.next(1, "binomial", {"n": total, "p": 1.0})[0])
+        if not self.with_replacement:
+            self._connect_pairs(projection, *self._different_pairs(projection, n))
+            return
         pre, post = random_pairs(self.rng, projection.pre.size, projection.post.size, n)
         if not self.allow_self_connections:
             _avoid(self.rng, post, _places(projection.pre, projection.post)[pre], projection.post.size)
         self._connect_pairs(projection, pre, post)
+
+    def _different_pairs(self, projection: Any, n: int) -> tuple[Indices, Indices]:
+        """Return the indices of ``n`` different pairs.
+
+        Raises:
+            InvalidSynapseError: there are fewer.
+        """
+        n_pre, n_post = projection.shape
+        forbidden = np.full(n_pre, -1)
+        if not self.allow_self_connections:
+            forbidden = _places(projection.pre, projection.post)
+        total = n_pre * n_post
+        if n > (possible := total - np.count_nonzero(forbidden >= 0)):
+            raise InvalidSynapseError(
+                f"projection '{projection.label}': there are {possible} pairs of cells, and n is {n}, "
+                "without replacement"
+            )
+        if 2 * n > total:
+            found = np.asarray(self.rng.permutation(_allowed(np.arange(total), forbidden, n_post)))[:n]
+        else:  # no array of all pairs, which may be many
+            found = np.empty(0, np.int64)
+            while len(found) < n:
+                drawn = self.rng.next(n - len(found), "uniform_int", {"low": 0, "high": total}, mask=None)
+                found = np.append(found, _allowed(np.asarray(drawn), forbidden, n_post))
+                found = found[np.sort(np.unique(found, return_index=True)[1])]
+        return found // n_post, found % n_post
 
 
 class CloneConnector(Connector, connectors.CloneConnector):
@@ -307,18 +334,21 @@ class FromListConnector(TableConnector, connectors.FromListConnector):
 
 
 class ArrayConnector(Connector, connectors.ArrayConnector):
-    """The pairs of cells that a Boolean matrix selects."""
+    """The pairs of cells that a matrix selects; its numbers are truth values, 0 or 1."""
+
+    array: Any
 
     def _connect(self, projection: Any) -> None:
         owner = f"projection '{projection.label}'"
-        require_shape(owner, {"array": self.array}, projection.shape)
         values = np.asarray(self.array)
+        require_shape(owner, {"array": values}, projection.shape)
         others = values[(values != 0) & (values != 1)] if values.dtype != bool else ()
         if len(others):
             raise NetworkError(
                 f"{owner}: the array of an ArrayConnector tells which cells are connected; {others[0]:g} is "
                 "neither true nor false; weights belong to the synapse: StaticSynapse(weight=array)"
             )
+        self.array = values.astype(bool)  # PyNN reads a column of numbers as indices of cells
         super()._connect(projection)
 
 
@@ -396,6 +426,12 @@ def _places(cells: Any, among: Any) -> Indices:
     places = np.full(cells._simulator.state.n_cells, -1)
     places[ids_of(among)] = np.arange(among.size)
     return places[ids_of(cells)]
+
+
+def _allowed(pairs: Indices, forbidden: Indices, n_post: int) -> Indices:
+    """Return the pairs, source times ``n_post`` plus target, whose target is not forbidden to its source."""
+    kept: Indices = pairs[pairs % n_post != forbidden[pairs // n_post]]
+    return kept
 
 
 def _avoid(rng: Any, drawn: Indices, forbidden: Any, high: int) -> None:

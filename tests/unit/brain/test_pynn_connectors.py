@@ -15,7 +15,7 @@ from pyNN.core import IndexBasedExpression
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.rng import random_pairs
-from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.errors import NetworkError
 
 Make = Callable[[ModuleType, Any], Any]
 
@@ -255,9 +255,35 @@ def test_a_wrong_row_of_a_list_is_named(rows: Any, names: Any, says: str) -> Non
         network_of(lambda sim, rng: sim.FromListConnector(rows, names))
 
 
-def test_drawing_a_total_without_replacement_is_refused() -> None:
-    with pytest.raises(CapabilityError, match="draws with replacement only"):
-        network_of(lambda sim, rng: sim.FixedTotalNumberConnector(5, with_replacement=False))
+@settings(max_examples=30, deadline=None)
+@given(n_pre=st.integers(1, 9), n_post=st.integers(1, 9), share=st.floats(0, 1), itself=st.booleans())
+def test_a_total_without_replacement_has_different_pairs(
+    n_pre: int, n_post: int, share: float, itself: bool
+) -> None:
+    sim = builder()
+    cells = sim.Population(max(n_pre, n_post), sim.IF_cond_exp())
+    ends = sim.PopulationView(cells, range(n_pre)), sim.PopulationView(cells, tuple(range(n_post)))
+    possible = n_pre * n_post - (0 if itself else min(n_pre, n_post))
+    n = round(share * possible)
+    wiring = sim.Projection(*ends, sim.FixedTotalNumberConnector(n, itself, with_replacement=False))
+    pairs = {(i, j) for i, j, _ in wiring.get("weight", "list")}
+    assert len(pairs) == len(wiring) == n
+    assert itself or all(i != j for i, j in pairs)
+    with pytest.raises(NetworkError, match=f"there are {possible} pairs of cells"):
+        sim.Projection(*ends, sim.FixedTotalNumberConnector(possible + 1, itself, with_replacement=False))
+
+
+@pytest.mark.parametrize("kind", [bool, int, float, list])
+@pytest.mark.parametrize("matrix", [[[0, 1], [1, 1]], [[0, 1]], [[1], [0]]])
+def test_numbers_of_an_array_are_truth_values(kind: type, matrix: list[list[int]]) -> None:
+    sim = builder()
+    pre, post = (sim.Population(n, sim.IF_cond_exp()) for n in np.shape(matrix))
+    array = matrix if kind is list else np.array(matrix, kind)
+    wiring = sim.Projection(pre, post, sim.ArrayConnector(array), sim.StaticSynapse(weight=1.0))
+    pairs = [[i, j] for i, j, _ in sorted(wiring.get("weight", "list"))]
+    assert pairs == np.argwhere(np.array(matrix) == 1).tolist()  # as sPyNNaker tests each element
+    with pytest.raises(NetworkError, match="array has"):
+        sim.Projection(pre, sim.Population(5, sim.IF_cond_exp()), sim.ArrayConnector(array))
 
 
 def test_building_a_large_projection_stores_one_weight_and_small_indices() -> None:
