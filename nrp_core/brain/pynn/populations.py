@@ -235,11 +235,12 @@ class Population(_Cells, common.Population):
                 cellparams = {}
         label = label or f"population{len(self._simulator.state.populations)}"
         require_population(label, size, cellclass, structure, initial_values)
-        if cellparams is not None and not isinstance(cellclass, type):
+        if cellparams and not isinstance(cellclass, type):
             name = type(cellclass).__name__
             raise WrongKindError(
                 f"population '{label}': give its parameters to {name}(...), not as cellparams"
             )
+        cellparams = cellparams if isinstance(cellclass, type) else None
         super().__init__(size, cellclass, cellparams, structure, dict(initial_values or {}), label)
         if self.size > 1 and are_at_one_place(structure):
             self._simulator.state.remark(
@@ -382,6 +383,7 @@ class PopulationView(_Cells, common.PopulationView):
     """Some cells of a population."""
 
     def __init__(self, parent: Any, selector: Any, label: str | None = None) -> None:
+        selector = list(selector) if isinstance(selector, (range, tuple)) else selector
         if not np.size(_places(parent, selector)):
             raise NetworkError(
                 f"a view of '{parent.label}' by {selector} has no cells; there are 0..{parent.size - 1}"

@@ -119,7 +119,8 @@ class Projection(common.Projection):
         for name in self.synapse_type.get_parameter_names():
             self.values[name] = values.pop(name, np.empty(0))
         listed = getattr(connector, "column_names", ())
-        self.given = {name: None if name in listed else v for name, v in self.synapse_type.given.items()}
+        given = {"weight": self.synapse_type.weight, "delay": self.synapse_type.delay}
+        self.given = {name: None if name in listed else value for name, value in given.items()}
         self.values.update(self._meant(self.values))
         self._check(self.values)
         self._simulator.state.projections.append(self)

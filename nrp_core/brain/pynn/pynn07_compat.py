@@ -24,11 +24,15 @@ CONNECTORS: Final = (
     "OneToOneConnector",
 )  # fmt: skip
 """The connectors that had weights and delays."""
-_WEIGHTS_AT: Final = {
-    "OneToOneConnector": 0, "AllToAllConnector": 1, "FixedProbabilityConnector": 2,
-    "FixedNumberPreConnector": 2, "FixedNumberPostConnector": 2, "DistanceDependentProbabilityConnector": 2,
+_OWN: Final = {
+    "OneToOneConnector": 0, "AllToAllConnector": 0, "FixedProbabilityConnector": 1,
+    "FixedNumberPreConnector": 1, "FixedNumberPostConnector": 1, "DistanceDependentProbabilityConnector": 1,
+    "FixedTotalNumberConnector": 1,
 }  # fmt: skip
-"""The place of the weights among the arguments of a connector that have no name; the delays follow."""
+"""How many arguments without a name a connector has before those of weights and delays.
+
+In PyNN 0.7 ``allow_self_connections`` comes between them, in sPyNNaker 7 it comes last.
+"""
 _LIMITS: Final = ("low", "high")
 _CONSTRAINED: Final = {"redraw": "normal_clipped", "clip": "normal_clipped_to_boundary"}
 """What a normal distribution with ``boundaries`` is called, by its ``constrain``."""
@@ -128,22 +132,33 @@ def dependence(today: type) -> type:
 
 def connector(today: type) -> type:
     """Return a connector with weights and delays."""
-    place = _WEIGHTS_AT.get(today.__name__)
+    own = _OWN.get(today.__name__)
 
     class Connector(today):
         def __init__(
             self, *values: Any, weights: Any = None, delays: Any = None, verbose: bool = False, **more: Any
         ) -> None:
-            if place is not None and _are_generators(values[place : place + 1]):
-                more["rng"], values = values[place], (*values[:place], *values[place + 1 :])
-            if place is not None and _are_weights(values[place:]):
-                weights, delays, *_ = (*values[place:], delays)
-                values = values[:place]
+            if own is not None:
+                place = own + 1
+                if _are_generators(values[place : place + 1]):
+                    more["rng"], values = values[place], (*values[:place], *values[place + 1 :])
+                values, given = _divided(values, own)
+                weights, delays = (*given, *(weights, delays)[len(given) :])
             super().__init__(*values, **more)
-            given = (("weight", weights), ("delay", delays))
-            self.of_synapses = {name: _of_distance(value) for name, value in given if value is not None}
+            each = (("weight", weights), ("delay", delays))
+            self.of_synapses = {name: _of_distance(value) for name, value in each if value is not None}
 
     return _named_as(today, Connector)
+
+
+def _divided(values: tuple[Any, ...], own: int) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Return the arguments of a connector that it has today, and its weights and delays."""
+    for place in (own, own + 1):
+        if _are_weights(values[place:]):
+            itself = values[place + 2 : place + 3]
+            today = itself if itself and isinstance(itself[0], bool) else ()
+            return (*values[:place], *today), values[place : place + 2]
+    return values, ()
 
 
 def _are_weights(values: tuple[Any, ...]) -> bool:

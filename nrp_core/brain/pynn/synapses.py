@@ -35,7 +35,7 @@ class SynapseType(StandardSynapseType):
 
     Attributes:
         kind: the name of the law in a network.
-        given: the weight and delay from the script; a missing delay is the smallest.
+        weight, delay: from the script; a missing weight is 0, a missing delay the smallest.
     """
 
     kind: ClassVar[str]
@@ -53,10 +53,8 @@ class SynapseType(StandardSynapseType):
         self._require_possible(parameters)
         super().__init__(*args, **parameters)
         weight, delay = parameters.get("weight"), parameters.get("delay")
-        self.given = {
-            "weight": 0.0 if weight is None else weight,
-            "delay": self._get_minimum_delay() if delay is None else delay,
-        }
+        self.weight = 0.0 if weight is None else weight
+        self.delay = self._get_minimum_delay() if delay is None else delay
 
     def _require_possible(self, parameters: Mapping[str, Any]) -> None:
         """Check errors that PyNN reports only later, or without a name.

@@ -285,11 +285,6 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
         ),
         ("p.external_devices.activate_live_output_for('cells')", "its population is 'cells'; it must be"),
         ("live(['a']); p.Population(1, cell); p.run(1)", "names 'a', which has no live output"),
-        (
-            "x = p.Population(1, cell, label='x'); live(['x']); "
-            "p.external_devices.activate_live_output_for(x); p.run(0.4)",
-            "run: 0.4 ms is less than a time step of 1 ms: nothing runs; times are in ms",
-        ),
         ("p.external_devices.activate_live_output_for(p.Population(1, cell), port=70000)", "port is 70000"),
         (
             "x = p.Population(1, cell, label='x'); p.external_devices.activate_live_output_for(x, port=9, "

@@ -109,8 +109,28 @@ def test_plasticity_of_the_projection_has_the_amplitudes_of_its_rule_for_weights
     ):
         assert projection.plasticity["timing_dependence"] == rule
         values = {name: set(value.tolist()) for name, value in projection.synapse_parameters.items()}
-        assert (values["A_plus"], values["A_minus"], values["tau_plus"]) == ({0.02}, {0.03}, {16.0})
+        assert (values["A_plus"], values["A_minus"], values["tau_plus"]) == (
+            {0.02 / 2.0},  # PyNN multiplies them by w_max
+            {0.03 / 2.0},
+            {16.0},
+        )
         assert set(projection.weight.tolist()) == {0.5}
+
+
+def test_connectors_take_weights_in_the_places_of_both_versions(tmp_path: Path) -> None:
+    """The places are those of sPyNNaker7 4.0.0, with the weights first, and those of PyNN 0.7."""
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(2, p.IF_curr_exp, {})\n"
+        "made = [p.Projection(cells, cells, one, target='excitatory') for one in (\n"
+        "    p.AllToAllConnector(2.0, 17), p.AllToAllConnector(2.0, 17, False),\n"
+        "    p.OneToOneConnector(2.0, 17), p.AllToAllConnector(False, 2.0, 17),\n"
+        "    p.FixedProbabilityConnector(1.0, 2.0, 17, False),\n"
+        "    p.FixedNumberPreConnector(2, 2.0, 17), p.FixedProbabilityConnector(1.0, True, 2.0, 17))]\n",
+    )
+    assert [len(one) for one in script.made] == [4, 2, 2, 2, 2, 4, 4]
+    for projection in script.made:
+        assert set(projection.get(["weight", "delay"], "list", with_address=False)) == {(2.0, 17.0)}
 
 
 def test_parameters_are_set_by_name_and_in_lists(tmp_path: Path) -> None:

@@ -1,20 +1,76 @@
 """Synapses of sPyNNaker's scripts: kernels over grids, rules of its own, synapses that form and vanish."""
 
 from dataclasses import replace
+from math import exp
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 from nrp_brain_event.backend import EventBackend
+from nrp_brain_spinnaker import SpinnakerBackend
 from nrp_spynnaker.dialect import Dialect
 from scipy.signal import convolve2d, correlate2d
 from spynnaker_scripts import HEAD, mapped, refused, run
 
 from nrp_core import save_network
 from nrp_core.brain.files.network_file import read_network
+from nrp_core.brain.files.script import load_network
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError
+
+
+def test_synapses_have_the_arguments_and_results_of_sPyNNaker(tmp_path: Path) -> None:  # noqa: N802
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(3, p.IF_curr_exp())\n"
+        "synapse = p.StaticSynapse(2.5, 3.0)\nown = synapse.weight, synapse.delay\n"
+        "ends = p.PopulationView(cells, range(2)), p.PopulationView(cells, (0, 2))\n"
+        "some = p.Projection(*ends, p.AllToAllConnector(), synapse)\n"
+        "rows = [(1, 0, 0.5, 1.0), (0, 1, 2.0, 1.0), (1, 0, 3, 1)]\n"
+        "twice = p.Projection(*ends, p.FromListConnector(rows))\n",
+    )
+    some, own = script.some, script.own
+    assert own == (2.5, 3.0)
+    assert some.get("weight", "list") == [(i, j, 2.5) for i in (0, 1) for j in (0, 1)]
+    assert (some.get(["weight"], "list", with_address=False)[:] - 0.5 == 2.0).all()
+    assert (some.get(["weight"], "array") == 2.5).all()
+    weights, delays = some.get(["weight", "delay"], "array")
+    assert (weights.shape, delays[1, 1]) == ((2, 2), 3.0)
+    assert script.twice.get("weight", "array")[1, 0] == 3.0  # the last of two, not their sum
+    assert script.twice.get("weight", "list") == [(0, 1, 2.0), (1, 0, 0.5), (1, 0, 3.0)]
+
+
+LEARNS = """
+late = p.Population(1, p.SpikeSourceArray([15.0]), label="late")
+early = p.Population(1, p.SpikeSourceArray([10.0, 150.0]), label="early")
+cell = p.Population(1, p.IF_curr_exp(tau_refrac=90.0), label="cell")
+p.Projection(late, cell, p.OneToOneConnector(), p.StaticSynapse(weight=40.0, delay=1.0))
+rule = p.STDPMechanism(
+    p.SpikePairRule(tau_plus=100.0, A_plus=0.1, A_minus=0.0), p.AdditiveWeightDependence(w_max={w_max})
+)
+plastic = p.Projection(early, cell, p.OneToOneConnector(), rule, label="plastic")
+"""
+
+
+@pytest.mark.parametrize("w_max", [0.5, 8.0])
+def test_a_rule_of_pairs_changes_weights_by_its_amplitude_wherever_it_runs(
+    tmp_path: Path, w_max: float
+) -> None:
+    """sPyNNaker 7.4.1 does not multiply ``A_plus`` by ``w_max``, and PyNN does."""
+    lines = HEAD + LEARNS.format(w_max=w_max)
+    script = run(
+        tmp_path, f"{lines}p.run(200)\nweights = plastic.get('weight', 'list', with_address=False)\n"
+    )
+    found = [script.weights[0]]
+    (tmp_path / "brain.py").write_text(lines)
+    network = load_network(tmp_path / "brain.py")
+    for backend in (EventBackend, SpinnakerBackend):
+        options = backend.options.model_validate({})
+        with backend().open(network, seed=0, options=options) as brain:
+            brain.run_until(200_000_000)
+            found.append(brain.read_weights("plastic")[0])
+    assert found == pytest.approx([0.1 * exp(-6.0 / 100.0)] * 3, rel=0.03)
 
 
 def test_the_rule_of_vogels_has_its_parameters(tmp_path: Path) -> None:

@@ -40,6 +40,12 @@ def test_initial_voltages_lead_to_the_spikes_of_a_machine(tmp_path: Path) -> Non
     assert trains(script.cells) == [[76.0], [75.0], [74.0], [73.0], [72.0]]
 
 
+def test_a_run_is_rounded_up_to_whole_steps(tmp_path: Path) -> None:
+    """As ``AbstractSpinnakerBase.__timesteps`` does."""
+    lines = "p.Population(1, p.IF_curr_exp())\nends = [p.run(5.7), p.run(1.0000001), p.run_until(9.2)]\n"
+    assert run(tmp_path, HEAD + lines).ends == [6.0, 7.0, 10.0]
+
+
 @pytest.mark.parametrize(
     ("setting", "expected"),
     [

@@ -71,7 +71,7 @@ def test_weights_follow_the_pair_rule_in_every_bit(
     fire(brain, post)
     brain.run_until(170 * MS)
     plastic, shift = brain._engine.machine.stores.stdp, 2
-    scale = PAIRS["w_max"] if weight == ADDITIVE and semantics == "pynn" else 1.0
+    scale = PAIRS["w_max"] if weight == ADDITIVE else 1.0
     gains = tuple(round(PAIRS[name] * scale * 2**15) for name in ("A_plus", "A_minus"))
     assert int(plastic.weight[0]) == reference(pre, post, delay, 2**15 >> shift, shift, gains, weight)
 

@@ -65,7 +65,8 @@ def expected(
     plus, minus = table(PAIRS["tau_plus"]), table(PAIRS["tau_minus"])
     of_c, of_d = table(MODULATION.tau_c, 4), table(MODULATION.tau_d, 2)
     constant = round(-1 / (1 / MODULATION.tau_c + 1 / MODULATION.tau_d) * 2**15)
-    low, high, up, down = bits(PAIRS, 1.0, "w_min", "w_max", "A_plus", "A_minus")
+    low, high = bits(PAIRS, 1.0, "w_min", "w_max")
+    up, down = bits(PAIRS, PAIRS["w_max"] if weight == ADDITIVE else 1.0, "A_plus", "A_minus")
     least, most = round(MODULATION.w_min * 2**15), round(MODULATION.w_max * 2**15)
     raw, raw_eligibility, before, r1 = RAW, 0, 0, 0
     seen = history(post, rewards)
@@ -151,7 +152,8 @@ def test_a_reward_long_after_a_pair_of_spikes_strengthens_by_the_integral_of_bot
     """The scenario and the formula of sPyNNaker's own test of neuromodulation."""
     tau_c, tau_d, dopamine = 1000.0, 200.0, 0.1
     slow = Neuromodulation(tau_c, tau_d, w_max=20.0)
-    rule = {"tau_plus": 10.0, "tau_minus": 12.0, "A_plus": 1.0, "A_minus": 1.0, "w_min": 0.0, "w_max": 20.0}
+    rule = {"tau_plus": 10.0, "tau_minus": 12.0, "w_min": 0.0, "w_max": 20.0}
+    rule |= {"A_plus": 1.0 / rule["w_max"], "A_minus": 1.0 / rule["w_max"]}
     brain = open_brain(
         spike_source("pre", [1500.0, 2400.0]), spike_source("good", [1600.0]),
         cells("cell", "IF_curr_exp", **OBEDIENT),

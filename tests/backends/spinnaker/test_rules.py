@@ -33,7 +33,7 @@ Open = Callable[..., Brain]
 def nearest_pairs(pre: list[int], post: list[int], delay: int, weight: str) -> int:
     plus, minus = table(PAIRS["tau_plus"]), table(PAIRS["tau_minus"])
     low, high = bits(PAIRS, 1.0, "w_min", "w_max")
-    up, down = bits(PAIRS, 1.0, "A_plus", "A_minus")
+    up, down = bits(PAIRS, PAIRS["w_max"] if weight == ADDITIVE else 1.0, "A_plus", "A_minus")
     raw, before = RAW, 0
     for t in pre:
         w = raw << SHIFT

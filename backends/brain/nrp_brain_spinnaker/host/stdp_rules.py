@@ -85,14 +85,13 @@ def rule_of(
     return [row.get(column, 0) for column in range(RULE_COLUMNS)]
 
 
-def _pairs(part: Wires, tables: Tables, semantics: Semantics) -> Row:
-    gain = 1.0 if _parts(part.projection)[1] else part.model.weight_scale
-    highest = _limits(part)[1] if semantics == "pynn" and not _parts(part.projection)[1] else 1.0
-    return _changes(part, tables, {columns.A_PLUS: "A_plus", columns.A_MINUS: "A_minus"}, gain * highest)
+def _pairs(part: Wires, tables: Tables, _semantics: Semantics) -> Row:
+    gain = 1.0 if _parts(part.projection)[1] else part.model.weight_scale * _limits(part)[1]
+    return _changes(part, tables, {columns.A_PLUS: "A_plus", columns.A_MINUS: "A_minus"}, gain)
 
 
 def _triplets(part: Wires, tables: Tables, _semantics: Semantics) -> Row:
-    """Return the rule of triplets, in which the released software has PyNN's meaning of the amplitudes."""
+    """Return the rule of triplets."""
     names = {
         columns.A_PLUS: "A_plus", columns.A_MINUS: "A_minus",
         columns.A3_PLUS: "A3_plus", columns.A3_MINUS: "A3_minus",

@@ -53,7 +53,7 @@ def share_above(limit: float, mean: float, variance: float) -> float:
     return max(0.0, 1.0 - poisson_share_below(int(limit / weight) + 1, mean / weight))
 
 
-def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:
+def lost_changes(part: Wires) -> str | None:
     """Return the changes of weights by a pair of spikes that are at most smaller than a step.
 
     A changed weight is rounded down to a step: an increase by less than a step is lost, a decrease by less
@@ -61,7 +61,6 @@ def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:
 
     Args:
         part: a projection on the machine.
-        options: the options of the user.
     """
     projection = part.projection
     if (
@@ -77,7 +76,7 @@ def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:
     if projection.plasticity["weight_dependence"] == "MultiplicativeWeightDependence":
         most = high - low
     else:
-        most = high if options.semantics == "pynn" else 1.0
+        most = high
     up, down = given["A_plus"] * most, given["A_minus"] * most
     lines = []
     if 0 < up < step:
@@ -179,7 +178,7 @@ def weigh(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -
     seen = [_of_projection(part, options) for part in wires]
     receptors = _receptors(network, wires, options)
     coarse = [_coarse(part, projection, wires) for part, projection in zip(wires, seen, strict=True)]
-    learning = [lost_changes(part, options) for part in wires]
+    learning = [lost_changes(part) for part in wires]
     advice = [*filter(None, (*coarse, *learning, *map(_saturation, receptors)))]
     return Fidelity(tuple(seen), tuple(receptors), tuple(losses(wires, options)), tuple(advice))
 

@@ -33,6 +33,7 @@ from nrp_spynnaker.dialect.other_modules import (
 from nrp_spynnaker.dialect.plasticity import (
     RULES,
     nearest_pair_rule,
+    static_synapse,
     stdp_mechanism,
     structural_mechanisms,
     triplet_rule,
@@ -147,10 +148,13 @@ class Dialect:
         own = {**names, **cell_types(names)}
         own |= unsupported.stand_ins(unsupported.SIMULATOR)
         own["STDPMechanism"] = stdp_mechanism(own["STDPMechanism"])
+        own["StaticSynapse"] = static_synapse(own["StaticSynapse"])
         own |= {each.__name__: simulator.bind(each) for each in (Population, PopulationView, Projection)}
         own |= pynn07_names(own, simulator.state)
         own["SpiNNakerProjection"] = own["Projection"]
-        own |= structural_mechanisms(simulator) | {rule.__name__: rule for rule in RULES}
+        own |= structural_mechanisms(simulator, own["STDPMechanism"]) | {
+            rule.__name__: rule for rule in RULES
+        }
         own |= {
             "create": common.build_create(own["Population"]),
             "connect": common.build_connect(

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
+from copy import copy
 from typing import Any, Final
+
+from pyNN.parameters import ParameterSpace
 
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.pynn.arguments import (
@@ -98,9 +101,14 @@ _SETTINGS: Final = ("f_rew", "initial_weight", "initial_delay", "s_max", "with_r
 _STDP: Final = ("timing_dependence", "weight_dependence", "voltage_dependence", "dendritic_delay_fraction")
 
 
-def structural_mechanisms(simulator: Simulator) -> dict[str, type]:
-    """Return the synapse types whose synapses form and vanish, with constant weights and with STDP."""
-    static, stdp = simulator.types["StaticSynapse"], simulator.types["STDPMechanism"]
+def structural_mechanisms(simulator: Simulator, stdp: type) -> dict[str, type]:
+    """Return the synapse types whose synapses form and vanish, with constant weights and with STDP.
+
+    Args:
+        simulator: has the type of static synapses.
+        stdp: sPyNNaker's type of synapses with STDP.
+    """
+    static = simulator.types["StaticSynapse"]
     return {
         "StructuralMechanismStatic": _mechanism("StructuralMechanismStatic", static, ()),
         "StructuralMechanismSTDP": _mechanism("StructuralMechanismSTDP", stdp, _STDP),
@@ -219,8 +227,46 @@ def triplet_rule(timing: Any, additive: Any) -> tuple[type, type]:
     )
 
 
+def static_synapse(pynn: Any) -> type:
+    """Return the type of synapses with constant weights, whose arguments may have no names.
+
+    Args:
+        pynn: the class of PyNN's ``StaticSynapse``.
+    """
+
+    def begin(self: Any, *values: Any, **given: Any) -> None:
+        given |= zip(("weight", "delay", _ROOM), values, strict=False)
+        given.pop(_ROOM, None)
+        pynn.__init__(self, **given)
+
+    return type("StaticSynapse", (pynn,), {"__init__": begin, "__doc__": pynn.__doc__})
+
+
+_ROOM: Final = "pad_to_length"
+"""An argument that makes room for synapses that are never made."""
+_PAIRS: Final = ("SpikePairRule", "SpikeNearestPairRule")
+
+
+def _in_pynn(timing: Any, weight: Any) -> Any:
+    """Return a rule of pairs with PyNN's amplitudes.
+
+    With an additive dependence, PyNN multiplies amplitudes by ``w_max``; sPyNNaker 7.4.1 does not
+    (``weight_dependence_additive.py``).
+    """
+    if type(timing).__name__ not in _PAIRS or type(weight).__name__ != "AdditiveWeightDependence":
+        return timing
+    w_max = weight.parameter_space["w_max"].base_value
+    if not w_max:  # weights stay at 0
+        return timing
+    given = dict(timing.parameter_space.items())
+    scaled = {name: given[name].base_value / w_max for name in ("A_plus", "A_minus")}
+    made = copy(timing)
+    made.parameter_space = ParameterSpace({**given, **scaled}, timing.get_schema())
+    return made
+
+
 def stdp_mechanism(pynn: Any) -> type:
-    """Return the type of synapses with STDP, with sPyNNaker's arguments.
+    """Return the type of synapses with STDP, with sPyNNaker's arguments and amplitudes.
 
     Args:
         pynn: the class of PyNN's ``STDPMechanism``.
@@ -232,19 +278,20 @@ def stdp_mechanism(pynn: Any) -> type:
                 "STDPMechanism: neuromodulation=True does not say how rewards act; leave it out, and make a "
                 "projection of extra_models.Neuromodulation(tau_c=..., tau_d=...) with receptor_type='reward'"
             )
-        given.pop("pad_to_length", None)  # room for synapses that are never made
+        given.pop(_ROOM, None)
         given.pop("mad", None)  # how version 7 read its rows
         if given.pop("backprop_delay", True) is False:
             given["dendritic_delay_fraction"] = 0.0
         pynn.__init__(self, *arguments, **given)
         amplitudes = getattr(self.weight_dependence, "amplitudes", None)
-        if amplitudes is not None:
+        if amplitudes is None:
+            self.timing_dependence = _in_pynn(self.timing_dependence, self.weight_dependence)
+        else:
             if type(self.timing_dependence).__name__ != "PfisterSpikeTripletRule":
                 raise InvalidValueError(
                     "STDPMechanism: WeightDependenceAdditiveTriplet is that of PfisterSpikeTriplet; another "
                     "rule takes AdditiveWeightDependence"
                 )
             self.timing_dependence.parameter_space.update(**amplitudes)
-            self.parameter_space.update(**amplitudes)
 
     return type("STDPMechanism", (pynn,), {"__init__": begin, "__doc__": pynn.__doc__})

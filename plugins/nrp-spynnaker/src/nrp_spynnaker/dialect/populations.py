@@ -445,6 +445,23 @@ class Projection(projections.Projection):
         found, more = self._current(), 0 if self.negative is None else len(self.negative)
         return super().__len__() + more if found is None else len(found.weight)
 
+    def get(
+        self, attribute_names: Any, format: str, gather: Any = True, with_address: bool = True,  # noqa: A002
+        multiple_synapses: str = "last",
+    ) -> Any:  # fmt: skip
+        """Return parameters of all synapses, as sPyNNaker does: a list in the order of sources, then targets.
+
+        A single parameter is an array, also where its name is in a list.
+        """
+        names = [attribute_names] if isinstance(attribute_names, str) else list(attribute_names)
+        found = super().get(names, format, gather, with_address, multiple_synapses)
+        if format == "array":
+            return found[0] if len(names) == 1 else tuple(found)
+        order = np.lexsort([self.column("postsynaptic_index"), self.column("presynaptic_index")])
+        if len(names) == 1 and not with_address:
+            return np.ravel(found)[order]
+        return [found[place] for place in order]
+
     def set_download_synapses(self, download_synapses: bool) -> None:
         """Have no effect: synapses are always at hand."""
 

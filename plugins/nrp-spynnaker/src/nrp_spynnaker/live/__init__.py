@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
+from math import ceil
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
 import nrp_core.pynn
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.files.script import scope_of
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn.languages import reading_of
@@ -21,6 +23,8 @@ from nrp_spynnaker.live.state import LabelledRecorder, LiveState
 BACKEND: Final = "spinnaker"
 OPTIONS: Final[Mapping[str, Any]] = {"semantics": "released"}
 """Cells and weights mean what they mean in sPyNNaker, which differs from PyNN for some cells."""
+_ROUNDING: Final = 1e-5
+"""Of a time step; a smaller part of one is an error of rounding."""
 
 
 def run_script(path: Path) -> ModuleType:
@@ -38,12 +42,9 @@ def run_script(path: Path) -> ModuleType:
     vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
     dialect = Dialect(pynn, *_running(pynn, state), state.hub, of_script=True)
     reading = reading_of(path)
-    if reading.language is not None:
-        state.tell([f"'{path.name}' is in {reading.language.name}, and is converted as it is read"])
-    scope = scope_of(
-        pynn, modules={**reading.modules, **clock.modules()}, dialect=dialect,
-        compiled=None if reading.language is None else reading.language.compiled,
-    )  # fmt: skip
+    state.tell(reading.remarks(path))
+    modules = {**reading.modules, **clock.modules()}
+    scope = scope_of(pynn, modules=modules, dialect=dialect, compiled=reading.compiled)
     try:
         with reading.running():
             module = scope.run(path, name="__main__")
@@ -59,6 +60,18 @@ def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[s
     """Return the names of the simulator, and of its ``external_devices``, that run the network."""
     advance = pynn.run
 
+    def whole_steps(time_ms: Any) -> Any:
+        """Return a time in whole steps; sPyNNaker rounds it up, with a warning."""
+        if not is_number(time_ms):
+            return time_ms  # which is refused
+        rounded_ms = ceil(time_ms / state.dt - _ROUNDING) * state.dt
+        if rounded_ms - time_ms > _ROUNDING * state.dt:
+            state.tell([
+                f"run: {time_ms:g} ms are not whole time steps of {state.dt:g} ms, and are rounded up to "
+                f"{rounded_ms:g} ms"
+            ])  # fmt: skip
+        return rounded_ms
+
     def run(
         simtime: float | None = None, _sync_time: float = 0.0, callbacks: Any = None,
         run_time: float | None = None,
@@ -68,12 +81,23 @@ def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[s
         if simtime is None:
             state.run_forever()
             return None
-        return float(advance(simtime, callbacks))
+        return float(advance(whole_steps(simtime), callbacks))
+
+    def run_until(tstop: float, callbacks: Any = None) -> float:
+        """Run to a time (ms)."""
+        remains = tstop - state.t if is_number(tstop) else tstop
+        return run(remains, callbacks=callbacks) or state.t
 
     def run_forever(_sync_time: float = 0.0) -> None:
         """Run in real time, beside the script, until ``request_stop`` or ``end``."""
         state.run_forever()
 
-    names = {"run": run, "run_for": run, "run_forever": run_forever, "stop_run": state.stop}
+    names = {
+        "run": run,
+        "run_for": run,
+        "run_until": run_until,
+        "run_forever": run_forever,
+        "stop_run": state.stop,
+    }
     devices = {"run_forever": run_forever, "request_stop": state.stop}
     return names, devices

@@ -18,7 +18,7 @@ import numpy as np
 
 from nrp_core.brain import Brain, FloatArray, IntArray, SinkPort, SinkSpec, Spikes
 from nrp_core.clock import MS_PER_S, from_milliseconds
-from nrp_core.errors import LifecycleError, NetworkError
+from nrp_core.errors import LifecycleError
 from nrp_core.pynn.recording import Recorder
 from nrp_core.pynn.running import RunningState
 from nrp_spynnaker.dialect.connections import Hub
@@ -113,11 +113,6 @@ class LiveState(RunningState):
         if not self.hub.is_used and not self.hub.ports:
             super().run_until(t_ms)
             return
-        if self.t < t_ms and round(self.t / self.dt) == round(t_ms / self.dt):
-            raise NetworkError(
-                f"run: {t_ms - self.t:g} ms is less than a time step of {self.dt:g} ms: nothing runs; "
-                "times are in ms"
-            )
         with self._stopping_programs_on_failure():
             self._begin(t_ms)
             assert self._sockets is not None
