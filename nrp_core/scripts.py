@@ -166,7 +166,9 @@ class Scope:
         root = name.partition(".")[0]
         module = self._ours(name) or self._neighbour_with(fromlist or (), name, globals)
         if module is not None:
-            return module if fromlist else self._root(root) or self._places.get(root, module)
+            if fromlist:
+                return self._with_submodules(module, name, fromlist, globals or {})
+            return self._root(root) or self._places.get(root, module)
         try:
             real = builtins.__import__(name, globals, locals, fromlist, level)
         except ModuleNotFoundError as error:
@@ -174,10 +176,33 @@ class Scope:
             if stand_in is None:
                 raise
             if fromlist:
-                return stand_in
+                return self._with_submodules(stand_in, name, fromlist, globals or {})
             self._places[name] = stand_in
             return self._root(root) or self._stand_in(root, globals or {}, error) or stand_in
         return real if fromlist else self._stands_for(root) or real
+
+    def _with_submodules(
+        self, module: ModuleType, name: str, children: Iterable[str], importer: Mapping[str, Any]
+    ) -> ModuleType:
+        """Return a substitute, with those of the names to import from it that are its submodules."""
+        found: dict[str, ModuleType] = {}
+        for child in children:
+            if child != "*" and not hasattr(module, child):
+                submodule = self._submodule(f"{name}.{child}", importer)
+                found |= {} if submodule is None else {child: submodule}
+        if not found:
+            return module
+        whole = ModuleType(name, module.__doc__)
+        vars(whole).update(vars(module), **found)
+        return whole
+
+    def _submodule(self, name: str, importer: Mapping[str, Any]) -> ModuleType | None:
+        try:
+            return self._import_module(name)
+        except NrpError:  # there is no equivalent
+            raise
+        except ModuleNotFoundError as error:
+            return self._stand_in(name, importer, error)
 
     def _root(self, name: str) -> ModuleType | None:
         """Return the module that `import name.child` binds if a part of it is a substitute."""

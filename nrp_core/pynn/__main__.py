@@ -1,23 +1,28 @@
-"""``python -m nrp_core.pynn [--as NAME] SCRIPT [ARGUMENTS]`` runs a script written for another simulator.
+"""``python -m nrp_core.pynn [OPTIONS] SCRIPT [ARGUMENTS]`` runs a script written for another simulator.
 
 By default the script asks for its simulator by name, and finds ``pyNN.nrp``, as PyNN's own examples do; or it
-imports a simulator of PyNN, such as ``pyNN.nest``: then this one takes its place, and a note says so. With
-``--as NAME`` an installed :mod:`runner <nrp_core.pynn.runners>` runs it.
+imports a simulator of PyNN, such as ``pyNN.nest``: then this one takes its place, and a note says so.
+``--backend NAME`` and ``--option NAME=VALUE`` choose the brain backend, whatever the script's ``setup`` has.
+With ``--as NAME`` an installed :mod:`runner <nrp_core.pynn.runners>` runs it.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
-import nrp_core.pynn
+from nrp_core.brain.backends import brains
 from nrp_core.brain.files.script import scope_of
 from nrp_core.brain.pynn.api import SIMULATOR_NAME
 from nrp_core.brain.pynn.dialects import Dialects
 from nrp_core.errors import ExperimentError, NetworkError, NrpError
+from nrp_core.pynn import new_simulator
+from nrp_core.pynn.languages import reading_of
 from nrp_core.pynn.runners import RUNNERS
 from nrp_core.scripts import script_arguments
 
@@ -33,14 +38,31 @@ def main(arguments: list[str]) -> None:
         help=f"the simulator that the script is written for: {SIMULATOR_NAME}, which it names on its command "
         f"line{added}",
     )  # fmt: skip
+    parser.add_argument("--backend", metavar="NAME", help="the brain backend in which the network runs")
+    parser.add_argument(
+        "--option", dest="options", metavar="NAME=VALUE", action="append", default=[], type=_option,
+        help="an option of the backend, such as resolution=0.1ms; repeatable",
+    )  # fmt: skip
     given, script = script_arguments(parser, arguments)
+    chosen = dict(given.options)
+    if len(chosen) < len(given.options):
+        parser.error("an --option is given twice, and takes one value")
+    if (given.backend or chosen) and given.simulator != SIMULATOR_NAME:
+        parser.error(f"--as {given.simulator} chooses the backend, so it takes no --backend and no --option")
     try:
         if given.simulator == SIMULATOR_NAME:
-            _run(script)
+            _run(script, given.backend, chosen)
         else:
             RUNNERS.load(given.simulator)(script)
     except NrpError as error:
         sys.exit(f"error: {error}")
+
+
+def _option(text: str) -> tuple[str, str]:
+    name, _, value = text.partition("=")
+    if not (name and value):
+        raise argparse.ArgumentTypeError(f"an option is written NAME=VALUE, not '{text}'")
+    return name, value
 
 
 class _NotAsked(Dialects):
@@ -53,17 +75,40 @@ class _NotAsked(Dialects):
         return None
 
 
-def _run(script: Path) -> None:
-    """Run a script as the main program; each simulator of PyNN that it imports is this one."""
-    sim = nrp_core.pynn
+def _run(script: Path, backend: str | None, options: Mapping[str, str]) -> None:
+    """Run a script as the main program; each simulator of PyNN that it imports is one of ours."""
+    sim = new_simulator()
+    if backend is not None:
+        brains().provider(backend)
+    vars(sim)["setup"] = _setup(sim.setup, backend, options)
+    sim.setup()  # for a script that does not call it
     sys.modules[f"pyNN.{SIMULATOR_NAME}"] = sim
     sys.path.insert(0, str(script.parent))
     asking = {name: import_module(name) for name in ("pyNN.utility", "pyNN.utility.script_tools")}
-    scope = scope_of(sim, modules=asking, dialect=_NotAsked(sim), replaced=_tell)
+    reading = reading_of(script)
+    sim.state.tell(reading.remarks(script))
+    scope = scope_of(
+        sim, modules={**asking, **reading.modules}, dialect=_NotAsked(sim), replaced=_tell,
+        compiled=reading.compiled,
+    )  # fmt: skip
     try:
-        scope.run(script, name="__main__")
-    except NrpError as error:
+        with reading.running():
+            scope.run(script, name="__main__")
+    except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, script) from error
+
+
+def _setup(begin: Callable[..., int], backend: str | None, options: Mapping[str, str]) -> Callable[..., int]:
+    """Return ``setup`` with a backend and options that take the place of those of a script."""
+
+    def setup(*arguments: Any, **given: Any) -> int:
+        if backend is not None:
+            given = {**given, "backend": backend}
+        if options:
+            given = {**given, "options": {**(given.get("options") or {}), **options}}
+        return begin(*arguments, **given)
+
+    return setup
 
 
 def _tell(simulator: str) -> None:

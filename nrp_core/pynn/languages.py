@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -54,6 +54,17 @@ class Reading:
 
     language: Language | None = None
     modules: Mapping[str, ModuleType] = field(default_factory=dict)
+
+    @property
+    def compiled(self) -> Callable[[Path], CodeType] | None:
+        """The function that compiles a file; None for Python 3."""
+        return None if self.language is None else self.language.compiled
+
+    def remarks(self, script: Path) -> list[str]:
+        """Return that a script is converted, if it is."""
+        if self.language is None:
+            return []
+        return [f"'{script.name}' is in {self.language.name}, and is converted as it is read"]
 
     def running(self) -> AbstractContextManager[None]:
         """Return the context in which the script runs."""

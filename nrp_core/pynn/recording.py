@@ -18,7 +18,6 @@ from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.changes import Rewirings
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort, StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.pynn.arguments import require_kind
 from nrp_core.brain.pynn.models import own_name
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError, NrpError
@@ -28,8 +27,6 @@ from nrp_core.pynn.trains import SpikeTrains
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
 
-_CLEAR = 2
-"""The place of `clear` among the arguments of `get`, after the variables."""
 SPIKES = recording.Variable(name="spikes", location=None, label=None)
 
 
@@ -85,8 +82,6 @@ class Recorder(recording.Recorder):
         Raises:
             NetworkError: there are no data before a run.
         """
-        clear = options["clear"] if "clear" in options else (*arguments, False, False, False)[_CLEAR]
-        require_kind(f"population '{self.population.label}'", "clear", clear, bool, "True or False")
         if not self._simulator.state.running and not list(self.cache):
             raise NetworkError(f"population '{self.population.label}' has no data yet; run first")
         self._simulator.state.tell(self._missing(variables))

@@ -45,6 +45,18 @@ def test_names_come_from_the_substitute(tmp_path: Path) -> None:
     assert run(tmp_path, "from robots.greeter import *").hello == "hello"
 
 
+def test_submodules_of_a_substitute_are_imported_by_name(tmp_path: Path) -> None:
+    arm = ModuleType("robots.greeter.arm")
+    parts = {"robots.greeter": GREETER, "robots.greeter.arm": arm}
+    path = tmp_path / "script.py"
+    path.write_text("from robots.greeter import arm, hello")
+    module = Scope(["robots"], parts.get).run(path)
+    assert (module.arm, module.hello) == (arm, "hello")
+    path.write_text("from robots.greeter import leg")
+    with pytest.raises(ImportError, match="cannot import name 'leg'"):
+        Scope(["robots"], parts.get).run(path)
+
+
 def test_other_modules_are_the_real_ones(tmp_path: Path) -> None:
     module = run(tmp_path, "import json, os.path as p\nfrom collections import OrderedDict")
     assert module.json is sys.modules["json"]

@@ -1,0 +1,75 @@
+"""``python -m nrp_core.pynn`` runs scripts of PyNN's own style, in the backend that it is given."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core.pynn.__main__ import main
+
+Run = Callable[..., str]
+
+SCRIPT = """\
+import pyNN.nest as sim
+sim.setup(timestep=0.1, options={options})
+cell = sim.Population(1, sim.IF_curr_exp(i_offset=1.5))
+cell.record("spikes")
+sim.run(20.0)
+print(cell.get_data("spikes", clear="true").segments[0].spiketrains[0].magnitude[0])
+"""
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(sys, "argv", [])
+    monkeypatch.delitem(sys.modules, "pyNN.nrp", raising=False)
+
+    def output(script: str, *options: str) -> str:
+        path = tmp_path / "script.py"
+        path.write_text(script)
+        main([*options, str(path)])
+        return capsys.readouterr().out
+
+    return output
+
+
+def test_options_of_the_command_line_are_those_of_the_backend(run: Run) -> None:
+    """The spike is at ``tau_m ln 2`` for a current of twice the rheobase, and on the next point of a grid."""
+    script = SCRIPT.format(options="None")
+    assert float(run(script)) == pytest.approx(13.8629436)
+    assert float(run(script, "--option", "resolution=1ms")) == 14.0
+    assert float(run(script, "--backend", "spinnaker", "--option", "timestep=1ms")) == 14.0
+
+
+def test_options_of_the_command_line_replace_those_of_the_script(run: Run) -> None:
+    script = SCRIPT.format(options={"resolution": "0.5 ms"})
+    assert float(run(script)) == 14.0
+    assert float(run(script, "--option", "resolution=0.1ms")) == pytest.approx(13.9)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--option", "resolution"], "an option is written NAME=VALUE"),
+        (["--option", "threads=1", "--option", "threads=2"], "given twice"),
+        (["--backend", "event", "--as", "spinnaker"], "--as spinnaker chooses the backend"),
+        (["--backend", "evnet"], "no brain backend is called 'evnet'; did you mean 'event'"),
+    ],
+)
+def test_a_wrong_option_is_one_error(
+    run: Run, capsys: pytest.CaptureFixture[str], options: list[str], message: str
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        run(SCRIPT.format(options="None"), *options)
+    assert message in f"{ended.value} {capsys.readouterr().err}"
+
+
+def test_a_submodule_of_the_library_is_imported_by_name(run: Run) -> None:
+    assert run("from pyNN.utility import build\nfrom pyNN import utility\nprint(build.__name__)\n")
+
+
+def test_a_script_in_python_2_runs(run: Run) -> None:
+    script = SCRIPT.format(options="None").replace("print(", "print ").rstrip(")\n")
+    assert float(run(script)) == pytest.approx(13.8629436)
