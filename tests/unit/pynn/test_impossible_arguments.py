@@ -118,10 +118,6 @@ def normal(**named: Any) -> Any:
             lambda cells: cells.write_data("out.xyz"),
             "population 'cells': data are not written to 'out.xyz'; valid: ",
         ),
-        (
-            lambda cells: cells.get_data(clear="no"),
-            "population 'cells': its clear is 'no'; it must be True or False",
-        ),
         (lambda cells: cells.set(tau_m={"a": 20}), "tau_m is {'a': 20}; it must be a number"),
         (
             lambda _: sim.Population(2, sim.IF_curr_exp(), label="a", initial_values=[-60.0]),
