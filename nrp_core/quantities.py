@@ -7,25 +7,25 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
-from math import pi
 from typing import Annotated
 
 from pydantic import BeforeValidator, WithJsonSchema
 
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import did_you_mean
+from nrp_core.units import NUMBER, factor
 
-TIME_UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1, "min": 60, "h": 3600}
-_RATE = {"Hz": 1, "kHz": 1e3, "MHz": 1e6}
-_LENGTH = {"mm": 1e-3, "cm": 1e-2, "m": 1, "km": 1e3}
-_ANGLE = {"rad": 1, "deg": pi / 180}
+TIME_UNITS = {unit: float(factor(unit, "s")) for unit in ("ns", "us", "ms", "s", "min", "h")}
+_RATE = {unit: float(factor(unit, "Hz")) for unit in ("Hz", "kHz", "MHz")}
+_LENGTH = {unit: float(factor(unit, "m")) for unit in ("mm", "cm", "m", "km")}
+_ANGLE = {unit: float(factor(unit, "rad")) for unit in ("rad", "deg")}
 
 _EXAMPLES = {"a time": "20 ms", "a rate": "20 Hz", "a length": "1.2 m", "an angle": "90 deg"}
 _LARGEST = 1e30  # not a number in any unit
 _LONGEST_NS = 2**63 - 1
 """The largest time in 64 bits: 292 years."""
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([A-Za-zµ°]*)\s*\Z")
+_QUANTITY = re.compile(rf"\s*({NUMBER})\s*([A-Za-zµ°]*)\s*\Z")
 
 
 def parse(value: object, units: dict[str, float], what: str, *, bare: str | None) -> Fraction | float:

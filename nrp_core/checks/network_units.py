@@ -15,7 +15,11 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.drawing import extremes
-from nrp_core.brain.network.equations.units import (
+from nrp_core.brain.network.indices import stored_form
+from nrp_core.brain.network.limits import distinct
+from nrp_core.checks.synaptic_effects import effect_of_spike
+from nrp_core.checks.unreachable_thresholds import HIGHEST_DEVICE_HZ
+from nrp_core.units import (
     AMPERE,
     FARAD,
     NONE,
@@ -26,10 +30,6 @@ from nrp_core.brain.network.equations.units import (
     Unit,
     times,
 )
-from nrp_core.brain.network.indices import stored_form
-from nrp_core.brain.network.limits import distinct
-from nrp_core.checks.synaptic_effects import effect_of_spike
-from nrp_core.checks.unreachable_thresholds import HIGHEST_DEVICE_HZ
 
 
 class Range(NamedTuple):

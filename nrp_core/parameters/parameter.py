@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from nrp_core.errors import ExperimentError, ParameterError
-from nrp_core.parameters.units import factor, meant_by
+from nrp_core.units import NUMBER, correct_spelling, factor
 
 Number: TypeAlias = float | int
 Value: TypeAlias = bool | int | float | str | list[Number]
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(\S.*?)?\s*\Z")
+_QUANTITY = re.compile(rf"\s*({NUMBER})\s*(\S.*?)?\s*\Z")
 _KINDS: dict[type, str] = {
     bool: "true or false", int: "a whole number", float: "a number", str: "a text", list: "a list of numbers"
 }  # fmt: skip
@@ -134,7 +134,7 @@ class Parameter:
         bounds = [bound for bound in (self.low, self.high) if bound is not None]
         if not has_numbers and (self.unit or bounds):
             yield f"unit, low and high are for numbers; its default is {self.default!r}"
-        if self.unit and (meant := meant_by(self.unit)):
+        if self.unit and (meant := correct_spelling(self.unit)):
             yield f"its unit '{self.unit}' is not known; did you mean '{meant}'?"
         if not all(_is_number(bound) for bound in bounds):
             yield f"low and high must be finite numbers{_of(self.unit)}, not {bounds}"

@@ -25,8 +25,8 @@ from nrp_core.brain.network.data import Projection
 from nrp_core.brain.network.equations.declarations import Assignments
 from nrp_core.brain.network.equations.expressions import WEIGHT
 from nrp_core.brain.network.equations.synapse import SHARE, SYNAPSE_TYPE, ZERO, SynapseEquations, SynapseModel
-from nrp_core.brain.network.equations.units import Unit
 from nrp_core.errors import CapabilityError
+from nrp_core.units import Unit
 
 _SHORT_TERM: Final = ShortTerm.dtype().names or ()
 _PLASTIC: Final = Plastic.dtype().names or ()

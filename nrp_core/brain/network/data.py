@@ -41,7 +41,6 @@ from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.model import INHIBITORY
 from nrp_core.brain.network.equations.model import RECEPTORS as RECEPTORS
 from nrp_core.brain.network.equations.synapse import SynapseEquations
-from nrp_core.brain.network.equations.units import Unit, unit_of
 from nrp_core.brain.network.indices import ends_of, folded, indices_of, stored_form
 from nrp_core.brain.network.limits import (
     check_cells,
@@ -56,6 +55,7 @@ from nrp_core.brain.network.limits import (
 from nrp_core.brain.network.rewiring import MODULATORY, Neuromodulation, Rewiring
 from nrp_core.brain.network.synapses import LAWS, PLASTIC, STATIC
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
+from nrp_core.units import Unit, unit_of
 
 
 @dataclass(frozen=True)

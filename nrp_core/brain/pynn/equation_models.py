@@ -23,12 +23,12 @@ from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.expressions import TextOrigin
 from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT
 from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE, SynapseEquations
-from nrp_core.brain.network.equations.units import Unit, quantity
 from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.pynn.models import beyond_pynn, checked, untranslated
 from nrp_core.brain.pynn.synapses import SynapseType
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import existing_file
+from nrp_core.units import Unit, quantity
 
 
 def value_with_unit(where: str, name: str, value: Any, kind: str) -> tuple[float, Unit]:

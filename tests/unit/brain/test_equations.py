@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from nrp_core import read_network, save_network
 from nrp_core.brain import builder
 from nrp_core.brain.network.equations.linear import coefficients_of, linear_part
-from nrp_core.brain.network.equations.units import NONE, described, quantity, times, unit_of, units
 from nrp_core.errors import NetworkError
+from nrp_core.units import NONE, described, quantity, times, unit_of, units
 
 MEMBRANE = """
 dv/dt = (v_rest - v + R*(ge + i_offset))/tau : mV (unless refractory)   # a comment

@@ -7,7 +7,7 @@ import pytest
 
 from nrp_core.errors import ExperimentError
 from nrp_core.parameters import BRAIN, FUNCTIONS, GivenParameters, Parameter, read_parameters
-from nrp_core.parameters.units import factor
+from nrp_core.units import factor
 
 
 @pytest.mark.parametrize(

@@ -55,8 +55,8 @@ from nrp_core.brain.network.equations.model import (
     Variable,
     value_of,
 )
-from nrp_core.brain.network.equations.units import AMPERE, NONE, SECOND, Unit, described, quantity, times
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.units import AMPERE, NONE, SECOND, Unit, described, quantity, times
 
 _ALWAYS: Final = "(also refractory)"
 """After the effect of a spike: it is not lost while the cell is refractory."""

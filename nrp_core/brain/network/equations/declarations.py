@@ -24,7 +24,8 @@ from nrp_core.brain.network.equations.expressions import (
     resolved,
 )
 from nrp_core.brain.network.equations.model import Variable
-from nrp_core.brain.network.equations.units import (
+from nrp_core.errors import did_you_mean
+from nrp_core.units import (
     NONE,
     SECOND,
     Dimension,
@@ -34,7 +35,6 @@ from nrp_core.brain.network.equations.units import (
     unit_of,
     units,
 )
-from nrp_core.errors import did_you_mean
 
 _DERIVATIVE: Final = re.compile(r"d\s*(\w+)\s*/\s*dt\s*=\s*(.*)", re.DOTALL)
 _DEFINITION: Final = re.compile(r"(\w+)\s*=(?!=)\s*(.*)", re.DOTALL)

@@ -11,8 +11,8 @@ from fractions import Fraction
 from math import e, inf, pi
 from typing import Final, NoReturn
 
-from nrp_core.brain.network.equations.units import NONE, Dimension, described, times, units
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.units import NONE, Dimension, described, times, units
 
 FUNCTIONS: Final = {
     "exp": 1, "expm1": 1, "exprel": 1, "log": 1, "log10": 1, "log1p": 1, "sin": 1, "cos": 1, "tan": 1,

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain.network.equations.expressions import RANDOM, TextOrigin, names_in
-from nrp_core.brain.network.equations.units import SIEMENS, Unit
+from nrp_core.units import SIEMENS, Unit
 
 _OPERATIONS: Final[Mapping[type, Callable[..., Any]]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.true_divide,

@@ -27,8 +27,8 @@ from nrp_core.brain.network.equations.declarations import (
 from nrp_core.brain.network.equations.expressions import TIME, WEIGHT, TextOrigin, names_in, resolved
 from nrp_core.brain.network.equations.linear import ONE, Coefficients, coefficients_of
 from nrp_core.brain.network.equations.model import Variable, value_of
-from nrp_core.brain.network.equations.units import NONE, Dimension, Unit, described, quantity, unit_of
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.units import NONE, Dimension, Unit, described, quantity, unit_of
 
 _VALID = (
     "between spikes a variable has a closed form if it is linear in itself, e.g. 'dx/dt = (1 - x)/tau : 1', "

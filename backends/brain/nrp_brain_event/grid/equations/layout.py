@@ -19,7 +19,7 @@ from nrp_brain_event.runge_kutta import NODES
 from nrp_core._support.arrays import CACHE_LINE
 from nrp_core.brain.network.equations.linear import ONE, columns, columns_of, driven, linear_part, pattern
 from nrp_core.brain.network.equations.model import EXACT, INPUT, Model, Variable
-from nrp_core.brain.network.equations.units import AMPERE, NONE, SECOND, SIEMENS, VOLT
+from nrp_core.units import AMPERE, NONE, SECOND, SIEMENS, VOLT
 
 TOLERANCE: Final = 1e-7
 """The largest local error of a sub-step, in units of a variable's scale and value together."""
