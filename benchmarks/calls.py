@@ -99,7 +99,7 @@ def measure(engine: str) -> Counts:
     """Return the counts of a step with an image."""
     changes = [f"world.backend={engine}", "world.options.renderer=raster"]
     with Run(load_experiment("braitenberg_husky", changes)) as run:
-        run.loop._sides._concurrent = False
+        run.loop._coupled._concurrent = False
         images = run.world.subscribe("/husky/camera")
         for _ in range(WARM_UP_STEPS):
             run.step()

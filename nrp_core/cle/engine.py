@@ -206,7 +206,7 @@ WORTH_A_THREAD_NS = 500_000
 """Both sides must take at least this long for a thread to pay off; a handover costs about 100 us."""
 
 
-class Sides:
+class CoupledStep:
     """A brain and a world that advance together.
 
     The world stays on the calling thread, because its renderers are bound to one; the brain runs on a
@@ -226,33 +226,29 @@ class Sides:
         self._thread = ThreadPoolExecutor(1, "brain")
         self._last_ns = 0
 
-    def advance(self, t_ns: int, account: TimeAccount) -> None:
-        """Bring both to ``t_ns``.
+    def advance(self, t_ns: int, account: TimeAccount, *, in_turn: bool = False) -> None:
+        """Bring both to ``t_ns``; with ``in_turn`` on the calling thread.
 
         Raises:
             BaseException: the exception of either side, after both have stopped.
         """
         began = work.now_ns()
         together = self._last_ns >= WORTH_A_THREAD_NS if self._concurrent is None else self._concurrent
-        brain_ns, world_ns = self._together(t_ns) if together else self._in_turn(t_ns)
+        if together and not in_turn:
+            brain_ns, world_ns = self._together(t_ns)
+        else:
+            self._brain.run_until(t_ns)
+            between = work.now_ns()
+            self._world.run_until(t_ns)
+            brain_ns, world_ns = between - began, work.now_ns() - between
         self._last_ns = min(brain_ns, world_ns)
         account.brain_ns += brain_ns
         account.world_ns += world_ns
         account.both_ns += work.now_ns() - began
 
-    def advance_in_turn(self, t_ns: int, account: TimeAccount) -> None:
-        """Bring both to ``t_ns`` on the calling thread."""
-        brain_ns, world_ns = self._in_turn(t_ns)
-        account.brain_ns += brain_ns
-        account.world_ns += world_ns
-        account.both_ns += brain_ns + world_ns
-
     def close(self) -> None:
         """End the thread."""
         self._thread.shutdown()
-
-    def _in_turn(self, t_ns: int) -> tuple[int, int]:
-        return _timed(self._brain, t_ns), _timed(self._world, t_ns)
 
     def _together(self, t_ns: int) -> tuple[int, int]:
         brain = self._thread.submit(_timed, self._brain, t_ns)
@@ -329,7 +325,7 @@ class ClosedLoop(Closing):
         self.failures: list[Failure] = []
         self.steps = 0
         self.is_stepping = False
-        self._sides = Sides(brain, world, concurrent=concurrent)
+        self._coupled = CoupledStep(brain, world, concurrent=concurrent)
         self._published: deque[tuple[Publication, Any]] = deque()
         self._stopping = False
 
@@ -382,7 +378,7 @@ class ClosedLoop(Closing):
         began = work.now_ns()
         try:
             self.begin_step()
-            self._sides.advance(self.now_ns + self.plan.period_ns, self.account)
+            self._coupled.advance(self.now_ns + self.plan.period_ns, self.account)
             failure = self.end_step()
         finally:
             self.is_stepping = False
@@ -397,18 +393,21 @@ class ClosedLoop(Closing):
         self.is_stepping = True
         if self._published:
             self._deliver_published()
-        self._call(self.hooks.before_step)
+        for hook in self.hooks.before_step:
+            hook(self)
 
     def advance_in_turn(self) -> None:
         """Bring first the brain, then the world to the end of the step, on the calling thread."""
-        self._sides.advance_in_turn(self.now_ns + self.plan.period_ns, self.account)
+        self._coupled.advance(self.now_ns + self.plan.period_ns, self.account, in_turn=True)
 
     def end_step(self) -> Failure | None:
         """Run the functions and hooks after a step, and return the failure that ends the run, if any."""
         self.steps += 1
-        self._call(self.hooks.before_functions)
+        for hook in self.hooks.before_functions:
+            hook(self)
         failure = self._run_functions()
-        self._call(self.hooks.after_step)
+        for hook in self.hooks.after_step:
+            hook(self)
         self.is_stepping = False
         return failure
 
@@ -422,8 +421,13 @@ class ClosedLoop(Closing):
         for function in self.functions:
             if not (function.is_bound and function.is_due(start_ns)):
                 continue  # a function removed in this step is no longer bound
-            began = work.now_ns()
-            failure = self._run(function, now_ns, t)
+            began, failure = work.now_ns(), None
+            try:
+                self.time_limit.call(function.run, now_ns, t)
+            except (SimulationError, LifecycleError):
+                raise  # an engine failed while the function used it
+            except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
+                failure = Failure.of(function, error, step=self.steps, t_ns=now_ns)
             self.account.function_ns[function.name] += work.now_ns() - began
             self.account.function_calls[function.name] += 1
             if failure is not None:
@@ -432,19 +436,6 @@ class ClosedLoop(Closing):
                     return failure
                 function.active = False
         return None
-
-    def _run(self, function: TransferFunction, now_ns: int, t: float) -> Failure | None:
-        try:
-            self.time_limit.call(function.run, now_ns, t)
-        except (SimulationError, LifecycleError):
-            raise  # an engine failed while the function used it
-        except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
-            return Failure.of(function, error, step=self.steps, t_ns=now_ns)
-        return None
-
-    def _call(self, hooks: list[Callable[[ClosedLoop], None]]) -> None:
-        for hook in hooks:
-            hook(self)
 
     # -- from outside
 
@@ -544,7 +535,8 @@ class ClosedLoop(Closing):
         self._published.clear()
         self.account = TimeAccount()
         self.steps = 0
-        self._call(self.hooks.after_reset)
+        for hook in self.hooks.after_reset:
+            hook(self)
 
     def save(self) -> Any:
         """Return the state of the loop and of its functions; brain and world save theirs themselves."""
@@ -565,4 +557,4 @@ class ClosedLoop(Closing):
     def close(self) -> None:
         """Unbind the functions; brain and world stay open."""
         self._wiring.close()
-        self._sides.close()
+        self._coupled.close()

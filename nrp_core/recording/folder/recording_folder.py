@@ -27,6 +27,7 @@ from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.section import Tree
 from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.observers import RunObserver
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Findings
 from nrp_core.recording.folder.calls import CallNoter
@@ -206,7 +207,7 @@ SNAPSHOTS_NS = 10 * NS_PER_S
 """Simulated time between two snapshots; one takes about as long as a step."""
 
 
-class RecordingFolder:
+class RecordingFolder(RunObserver[Run]):
     """Records a run into a folder, from now until it is closed.
 
     Args:
@@ -250,10 +251,10 @@ class RecordingFolder:
             raise
         if run.loop.now_ns:
             self._snapshot()
-        self._snapshots = run.on_step(self._after_step)
+        run.observers.append(self)
         run.reporters.append(self._reported)
-        run.loop.hooks.from_outside.append(self._recorder.observer.note_from_outside)
-        self._calls = CallNoter(run, self._recorder.observer.note_call, self._warnings)
+        run.loop.hooks.from_outside.append(self._recorder.collector.note_from_outside)
+        self._calls = CallNoter(run, self._recorder.collector.note_call, self._warnings)
 
     def _begin(self, images: Images, origin: Origin | None) -> None:
         """Write everything that is known before the first message."""
@@ -282,8 +283,8 @@ class RecordingFolder:
             RecordingError: the disk refused a write.
         """
         self._calls.close()
-        self._run.observers.remove(self._snapshots)
-        self._run.loop.hooks.from_outside.remove(self._recorder.observer.note_from_outside)
+        self._run.observers.remove(self)
+        self._run.loop.hooks.from_outside.remove(self._recorder.collector.note_from_outside)
         try:
             self._recorder.close()
         except BaseException as error:
@@ -325,7 +326,8 @@ class RecordingFolder:
             self._run.error = self._run.error or failure
             raise failure from error
 
-    def _after_step(self, run: Run) -> None:
+    def after_step(self, run: Run) -> None:
+        """Record the step, and at intervals a snapshot."""
         self._recorder.step()
         if self._snapshots_ns is not None and run.loop.now_ns % self._snapshots_ns == 0:
             self._snapshot()

@@ -39,7 +39,7 @@ from nrp_core.recording.replay.recorded_world import (
     with_recorded_world,
 )
 from nrp_core.recording.writing.hashes import GROUPS, Hasher
-from nrp_core.recording.writing.recorder import Observer
+from nrp_core.recording.writing.recorder import StepCollector
 from nrp_core.world.messages.nrp_msgs import Called
 
 _MOST_NAMED = 5
@@ -241,13 +241,13 @@ class Replay(Closing):
             self.run: Run = opened.enter_context(
                 Run(self._experiment, self._progress, revise=self._revised, build=self._build())
             )
-            self._observer = Observer(
+            self._collector = StepCollector(
                 self.run.brain, self.run.world, period_ns=self._experiment.timestep,
                 images=_images(self._recording),
             )  # fmt: skip
-            opened.callback(self._observer.close)
+            opened.callback(self._collector.close)
             self._close = opened.pop_all().close
-        self.run.loop.hooks.from_outside.append(self._observer.note_from_outside)
+        self.run.loop.hooks.from_outside.append(self._collector.note_from_outside)
         self.run.on_step(self._after_step)
         self._changes: list[Called] = []
         self._lost: list[Finding] = []
@@ -362,7 +362,7 @@ class Replay(Closing):
             self._compare(first)
             return
         self._chain = passed.hash.chain
-        self._observer.step(passed.hash.step)  # these messages belong to a step before the comparison
+        self._collector.step(passed.hash.step)  # these messages belong to a step before the comparison
 
     def _pass(self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int) -> RecordedStep:
         """Skip the steps up to a time, but repeat the changes of functions; return the last one."""
@@ -450,8 +450,8 @@ class Replay(Closing):
             self._awaited = None
 
     def _compare(self, recorded: RecordedStep) -> None:
-        step = self._observer.step(recorded.hash.step)
-        self._comparison.add(recorded, step, self._hasher.hashes(step), self._observer.codec)
+        step = self._collector.step(recorded.hash.step)
+        self._comparison.add(recorded, step, self._hasher.hashes(step), self._collector.codec)
         self._chain = recorded.hash.chain
 
     def _change(self, stack: ExitStack) -> None:

@@ -49,8 +49,8 @@ _RUN = about_role(Role.RUN)
 _t_ns = itemgetter(0)
 
 
-class Observer:
-    """Observes a brain and a world during a run without changing them.
+class StepCollector:
+    """Collects the data of each step of a brain and a world without changing them.
 
     Sensor topics are collected only if they have other subscribers; the rest costs nothing.
 
@@ -248,19 +248,21 @@ class Recorder:
         self.steps = self._written = steps
         with self._writing():
             self._file = McapFile(directory / MCAP_NAME)
-        self.observer = Observer(brain, world, period_ns=period_ns, images=images, codec=self._file.codec)
+        self.collector = StepCollector(
+            brain, world, period_ns=period_ns, images=images, codec=self._file.codec
+        )
         for call in calls:
-            self.observer.note_call(call.name, bytes(call.data))
+            self.collector.note_call(call.name, bytes(call.data))
         self._hasher = Hasher()
         self._announce(STEPS, nrp_msgs.StepHash, about_run())
-        self._steps: deque[Step | RecordEntry] = deque([self.observer.step(steps)])
+        self._steps: deque[Step | RecordEntry] = deque([self.collector.step(steps)])
         self.flush()
         self._ticker = Ticker(self._flush_late, LOOK_S)
 
     @property
     def warnings(self) -> Findings:
         """Warnings about data that could not be recorded."""
-        return self.observer.warnings
+        return self.collector.warnings
 
     def step(self) -> None:
         """Collect new data; at intervals, write them to the file.
@@ -270,7 +272,7 @@ class Recorder:
                 written, and the data since the last flush is lost.
         """
         self.steps += 1
-        self._steps.append(self.observer.step(self.steps))
+        self._steps.append(self.collector.step(self.steps))
         self._report()
         if self._file.is_due():
             self.flush()
@@ -314,7 +316,7 @@ class Recorder:
         if self._file.closed:
             return
         self._ticker.close()
-        rest = self.observer.close()
+        rest = self.collector.close()
         if self._failed:
             with suppress(OSError):  # which was reported when it occurred
                 if self._file.full is not None:

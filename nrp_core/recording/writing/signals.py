@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xxhash
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain
@@ -231,15 +231,13 @@ class PopulationSpikes(Signal):
             return
         owners = np.searchsorted(self._offsets, spikes.neurons, side="right") - 1
         for owner, count in enumerate(np.bincount(owners).tolist()):
-            if count == len(spikes):  # most steps of most experiments
-                add(self._entry(now_ns, owner, spikes.neurons, spikes.times_ms))
-            elif count:
-                chosen = owners == owner
-                add(self._entry(now_ns, owner, spikes.neurons[chosen], spikes.times_ms[chosen]))
-
-    def _entry(self, now_ns: int, owner: int, neurons: IntArray, times_ms: FloatArray) -> RecordEntry:
-        parts = self._encoders[owner](now_ns, neurons - self._offsets[owner], times_ms)
-        return RecordEntry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, parts)
+            if not count:
+                continue
+            neurons, times_ms = spikes.neurons, spikes.times_ms
+            if count < len(spikes):  # in most steps of most experiments one population has all spikes
+                neurons, times_ms = neurons[owners == owner], times_ms[owners == owner]
+            parts = self._encoders[owner](now_ns, neurons - self._offsets[owner], times_ms)
+            add(RecordEntry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, parts))
 
     def close(self) -> None:
         self._brain.remove(self._port)

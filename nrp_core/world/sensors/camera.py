@@ -166,7 +166,7 @@ class CameraPart(SensorPart):
             depth = self._depth(now_ns)
             height, width = depth.shape
             return Image(header, height, width, "32FC1", 0, 4 * width, depth)  # type: ignore[arg-type]
-        image = self._image()
+        image = self._engine.render(*self._path)
         if self._is_noisy:
             image = self._with_noise(image, now_ns)
         height, width, channels = image.shape
@@ -187,9 +187,6 @@ class CameraPart(SensorPart):
         result: ImageArray = np.rint(noisy).clip(0, 255).astype(np.uint8)
         result.flags.writeable = False
         return result
-
-    def _image(self) -> ImageArray:
-        return self._engine.render(*self._path)
 
     def _optics(self, header: Header) -> CameraInfo:
         return info_of(self._camera, header, self._engine.image_size(*self._path))
