@@ -141,6 +141,41 @@ def test_feedback_within_a_layer_takes_one_step(tmp_path: Path) -> None:
     assert brain.read_state("v", [int(populations["li"][0])])[0] == pytest.approx(output, rel=1e-5)
 
 
+@pytest.mark.parametrize("reset", ["value", "subtract"])
+@pytest.mark.parametrize("refractory", [0, 1])
+def test_feedback_through_a_current_takes_one_step(tmp_path: Path, reset: str, refractory: int) -> None:
+    """The equations of NIR's CubaLIF in forward steps, as those of the recurrent networks of its paper."""
+    rng, n = np.random.default_rng(3), 6
+    inward, back, bias = (
+        rng.uniform(-0.3, 1.2, (n, 3)),
+        rng.uniform(-0.8, 0.5, (n, n)),
+        rng.uniform(0, 0.3, n),
+    )
+    tau_syn, tau, w_in = rng.uniform(2.0, 9.0, n) * DT, rng.uniform(2.0, 9.0, n) * DT, rng.uniform(1, 3, n)
+    rest, floor, top = np.full(n, 0.1), np.full(n, -0.2), np.full(n, 1.0)
+    cells = nir.CubaLIF(tau_syn, tau, tau / DT, rest, top, w_in=w_in, v_reset=floor)
+    nodes = {
+        "w": nir.Affine(inward, bias), "a": cells, "back": nir.Linear(back), "w2": nir.Linear(np.eye(n)),
+        "b": nir.Threshold(np.full(n, 0.5)),
+    }  # fmt: skip
+    edges = [
+        ("input", "w"), ("w", "a"), ("a", "back"), ("back", "a"), ("a", "w2"), ("w2", "b"), ("b", "output"),
+    ]  # fmt: skip
+    inputs = noise(3, 300)
+    path = written(tmp_path, nodes, edges, 3)
+    found, _ = emitted(path, inputs, method="euler", refractory=refractory, reset=reset)
+    i, v, fired, held = np.zeros(n), rest.copy(), np.zeros(n, bool), np.zeros(n, int)
+    for step, spikes in enumerate(inputs):
+        i += DT / tau_syn * (-i + w_in * (inward @ spikes + bias + back @ fired))
+        v = np.where(held > 0, v, v + DT / tau * (rest - v + tau / DT * i))
+        fired = (v > top) & (held == 0)
+        held = np.where(fired, refractory, np.maximum(held - 1, 0))
+        v = np.where(fired, floor if reset == "value" else v - top, v)
+        assert found["a"][step].tolist() == fired.tolist(), step
+    assert np.array_equal(found["a"], found["b"])
+    assert found["a"].sum() > 100
+
+
 def test_pooling_and_one_dimension(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     kernel = rng.uniform(-1.0, 1.0, (4, 1, 2))

@@ -31,6 +31,8 @@ def never_fires(cells: Cells, matrices: Iterable[Any], step: Step) -> str:
     if not threshold.size or not np.isfinite(threshold).all():
         return "its threshold is inf" if threshold.size and np.isinf(threshold).all() else ""
     tau_ms, cm, offset = (cells.parameters.get(name, np.ones(1)) for name in ("tau_m", "cm", "i_offset"))
+    if cells.kick is not None:
+        cm = cm * np.exp(-step.h_ms / cells.parameters["tau_syn_E"])
     weight = np.zeros(len(threshold))
     for matrix in matrices:
         weight += np.asarray(matrix.maximum(0).sum(axis=1)).ravel() * cells.per_weight
@@ -51,6 +53,7 @@ def never_fires(cells: Cells, matrices: Iterable[Any], step: Step) -> str:
 
 Reset = Literal["value", "subtract", "subtract_next"]
 DOWN: Final = "step_down"
+KICK: Final = "kick"
 _DELTA: Final = "dv/dt = (v_rest - v)/tau_m + i_offset/cm : mV (unless refractory)"
 _EXPONENTIAL: Final = """
 dv/dt = (v_rest - v)/tau_m + (isyn_exc + i_offset)/cm : mV (unless refractory)
@@ -58,8 +61,8 @@ disyn_exc/dt = -isyn_exc/tau_syn_E : nA
 """
 _EQUATIONS: Final = {"IF_curr_delta": (_DELTA, "v"), "IF_curr_exp": (_EXPONENTIAL, "isyn_exc")}
 _UNITS: Final = {
-    "v_rest": "mV", "v_thresh": "mV", DOWN: "mV", "tau_m": "ms", "tau_refrac": "ms", "tau_syn_E": "ms",
-    "cm": "nF", "i_offset": "nA",
+    "v_rest": "mV", "v_reset": "mV", "v_thresh": "mV", DOWN: "mV", "tau_m": "ms", "tau_refrac": "ms",
+    "tau_syn_E": "ms", "cm": "nF", "i_offset": "nA", KICK: "",
 }  # fmt: skip
 
 
@@ -78,21 +81,31 @@ def step_down(cells: Cells, threshold: FloatArray, h_ms: float, reset: Reset) ->
     return np.asarray(threshold * np.exp(h_ms / cells.parameters["tau_m"]))
 
 
-def subtracting(sim: Any, cells: Cells, down: FloatArray) -> Any:
-    """Return the cell type of cells that subtract, with their parameters."""
+def in_equations(sim: Any, cells: Cells, down: FloatArray | None) -> Any:
+    """Return a cell type in equations, with its parameters.
+
+    Args:
+        sim: the simulator.
+        cells: the cells.
+        down: the voltage that a cell subtracts when it fires, or None if it goes to its reset value.
+    """
     equations, target = _EQUATIONS[cells.cell_type]
-    values = {name: value for name, value in cells.parameters.items() if name in _used(equations)}
+    used = [name for name in _UNITS if name in equations]
+    values = {name: cells.parameters[name] for name in (*used, "v_thresh", "tau_refrac")}
+    receptors = dict.fromkeys(("excitatory", "inhibitory"), f"{target} += weight")
+    values |= {"v_reset": cells.parameters["v_reset"]} if down is None else {DOWN: down}
+    reset, refractory = "v = v_reset" if down is None else f"v -= {DOWN}", "tau_refrac"
+    if cells.kick is not None:  # an input that arrives as the period ends is lost too
+        values |= {KICK: cells.kick, "tau_refrac": values["tau_refrac"] - sim.get_time_step() / 2}
+        receptors |= {KICK: f"v += {KICK}*weight"}
+        equations, refractory = f"{equations}\ndfree/dt = 0 : ms", "t < free"
+        reset = f"{reset}; free = t + tau_refrac"
     kind = sim.EquationCell(
-        equations, threshold="v >= v_thresh", reset=f"v -= {DOWN}", refractory="tau_refrac",
-        receptors=dict.fromkeys(("excitatory", "inhibitory"), f"{target} += weight"),
-        parameters={name: f"1 {_UNITS[name]}" for name in (*values, DOWN)},
-        name=f"{cells.cell_type} that subtracts",
+        equations, threshold="v >= v_thresh", reset=reset, refractory=refractory, receptors=receptors,
+        parameters={name: f"{name != 'v_reset':d} {_UNITS[name]}" for name in values},
+        name=f"{cells.cell_type} in steps",
     )  # fmt: skip
-    return kind(**{name: value.tolist() for name, value in {**values, DOWN: down}.items()})
-
-
-def _used(equations: str) -> list[str]:
-    return [name for name in _UNITS if name in equations or name in {"v_thresh", "tau_refrac"}]
+    return kind(**{name: value.tolist() for name, value in values.items()})
 
 
 _STEP_MS = 1.0
@@ -131,7 +144,7 @@ _MOST_REFRACTORY: Final = 10**6
 _CURRENTS: Final = frozenset({"CubaLIF", "CubaLI"})
 _TIMES: Final = ("tau", "tau_mem", "tau_syn")
 _SHORT: Final = 1.0 - 1e-6
-_SUBTRACTING: Final = frozenset({"LIF", "IF", "CubaLIF"})
+_RESETTING: Final = frozenset({"LIF", "IF", "CubaLIF"})
 
 
 @checks_arguments("method", "inputs", "reset", "refractory", "dt")
@@ -212,6 +225,7 @@ class _Loader:
         """Build all populations and projections; return the populations by name."""
         edges = [(key[0], end) for end, signal in self._signals.items() for key in signal.parts]
         self._back = returning(self._order, edges)
+        self._kicked = self._in_short_loops()
         late = {name: self._late(name) for name in self._order}
         self._lags = lags_of(self._order, self._shortest(), late)
         cells = {name: self._cells(name) for name in self._order}
@@ -247,9 +261,25 @@ class _Loader:
             elif kind != "Output" and kind not in NEURONS and name not in leaving:
                 self._sim.state.remark(f"no edge leaves the node '{name}' ({kind})")
 
+    def _in_short_loops(self) -> set[str]:
+        """Return the nodes whose spikes come back in one step, so that an input must act as it arrives."""
+        if not self._step.late:
+            return set()
+        ends = {
+            name
+            for end, signal in self._signals.items()
+            for start, delay_s in signal.parts
+            if (start, end) in self._back and not delay_s
+            for name in (start, end)
+        }
+        return {name for name in ends if self._kinds[name] in _RESETTING and self._has_current(name)}
+
+    def _has_current(self, name: str) -> bool:
+        return self._kinds[name] in _CURRENTS or name in self._currents
+
     def _late(self, name: str) -> int:
         kind = self._kinds[name]
-        if kind not in _CURRENTS and name not in self._currents:
+        if name in self._kicked or not self._has_current(name):
             return 0
         return late_of(self._step, follows=kind == "Threshold")
 
@@ -291,7 +321,8 @@ class _Loader:
         bias = np.broadcast_to(signal.bias, count).astype(float)
         try:
             node, current = self._graph.nodes[name], self._currents.get(name)
-            return cells_of(node, shape, bias, self._step, self._lags[name], current)
+            kicked = name in self._kicked
+            return cells_of(node, shape, bias, self._step, self._lags[name], current, kicked=kicked)
         except ValueError as error:
             raise self._graph.error(name, str(error)) from error
 
@@ -308,10 +339,12 @@ class _Loader:
 
     def _cell_type(self, name: str, cells: Cells) -> Any:
         """Return a cell type with its parameters."""
-        if self._reset != "value" and self._kinds[name] in _SUBTRACTING:
+        down = None
+        if self._reset != "value" and self._kinds[name] in _RESETTING:
             limits = np.broadcast_to(self._graph.nodes[name].v_threshold, self._shapes[name]).ravel()
             down = step_down(cells, limits.astype(float), self._step.h_ms, self._reset)
-            return subtracting(self._sim, cells, down)
+        if down is not None or cells.kick is not None:
+            return in_equations(self._sim, cells, down)
         values = {key: value.tolist() for key, value in cells.parameters.items()}
         return getattr(self._sim, cells.cell_type)(**values)
 
@@ -339,7 +372,10 @@ class _Loader:
             self._sim.state.remark(
                 f"the feedback from '{start}' to '{end}' takes longer than in the file, by {more} steps"
             )
-        for receptor, chosen in (("excitatory", weights > 0), ("inhibitory", weights < 0)):
+        receptors = {"excitatory": weights > 0, "inhibitory": weights < 0}
+        if cells.kick is not None:
+            receptors |= {KICK: weights != 0}
+        for receptor, chosen in receptors.items():
             if chosen.any():
                 rows = [found.coords[1][chosen], found.coords[0][chosen], weights[chosen]]
                 each = np.column_stack([*rows, np.full(int(chosen.sum()), delay_ms)])

@@ -41,6 +41,8 @@ class Cells:
         per_weight: the weight of a synapse for a weight of 1 in the file, for each cell.
         late: 1 if an input acts on the voltage only in the step after its arrival.
         initial: state variables at time 0, for a cell whose clock is ``lag`` steps late.
+        kick: mV that an input of 1 adds to the voltage as it arrives, for each cell; None for cells whose
+            input acts through their current alone.
     """
 
     cell_type: str
@@ -48,6 +50,7 @@ class Cells:
     per_weight: FloatArray
     late: int = 0
     initial: dict[str, FloatArray] = field(default_factory=dict)
+    kick: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -96,8 +99,9 @@ class Step:
 
 
 def cells_of(
-    node: Any, shape: Shape, bias: FloatArray, step: Step, lag: int, current: Current | None = None
-) -> Cells:
+    node: Any, shape: Shape, bias: FloatArray, step: Step, lag: int, current: Current | None = None,
+    *, kicked: bool = False,
+) -> Cells:  # fmt: skip
     """Return the cells of a node.
 
     Args:
@@ -107,6 +111,7 @@ def cells_of(
         step: the step.
         lag: steps by which its spikes come later than in the file.
         current: the current through which all other input passes.
+        kicked: whether an input through a current acts on the voltage as it arrives, see :attr:`Cells.kick`.
 
     Raises:
         ValueError: the node has impossible parameters.
@@ -117,9 +122,9 @@ def cells_of(
         given = given if "tau" in given or "r" not in given else without_leak(given, step.dt_s)
         own = {"v_leak": np.zeros(len(bias))} | {_BEHIND_A_CURRENT.get(k, k): v for k, v in given.items()}
         own |= {"tau_syn": current.tau_s, "w_in": np.ones(len(bias))}
-        return _current_based(own, current.bias, step, lag, bias)
+        return _current_based(own, current.bias, step, lag, bias, kicked)
     if kind in {"CubaLIF", "CubaLI"}:
-        return _current_based(given, bias, step, lag, np.zeros(len(bias)))
+        return _current_based(given, bias, step, lag, np.zeros(len(bias)), kicked)
     return _delta(given, bias, step, lag)
 
 
@@ -159,7 +164,7 @@ def _delta(given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int)
 
 
 def _current_based(
-    given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int, direct: FloatArray
+    given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int, direct: FloatArray, kicked: bool
 ) -> Cells:
     """Return cells with a current that decays: CubaLIF, CubaLI, and others behind an integrator.
 
@@ -169,6 +174,7 @@ def _current_based(
         step: the step.
         lag: steps by which its spikes come later than in the file.
         direct: the constant input of each voltage.
+        kicked: see :func:`cells_of`.
     """
     n = len(bias)
     follows = "tau_mem" not in given
@@ -180,19 +186,20 @@ def _current_based(
     area = driven_by(step.h_ms, tau, tau_syn)
     rise = np.ones(n) if follows else given["r"] * step.dt_s / given["tau_mem"]
     at_once = late_of(step, follows=follows)
-    cm = area / rise if at_once else tau / given["r"]
+    late = 0 if kicked else at_once
+    cm = area / (rise * faded if kicked else rise) if at_once else tau / given["r"]
     settled = given["w_in"] * bias
     gain = (1.0 - decay) * tau / cm
     effect = area / cm
     # the current of the bias rises with tau_syn: all of it at once, less a current that decays
     offset = (settled + direct) * (rise if at_once else (1.0 - decay) * given["r"]) / gain
     parameters |= {"tau_m": tau, "cm": cm, "tau_syn_E": tau_syn, "tau_syn_I": tau_syn, "i_offset": offset}
-    current = -settled * faded ** float(at_once - lag)
+    current = -settled * faded ** float(late - lag)
     drives = [offset * gain + effect * current * faded**k for k in range(lag)]
     start = -sum((drive * decay ** (lag - 1 - k) for k, drive in enumerate(drives)), np.zeros(n)) / decay**lag
     initial = {"v": given["v_leak"] + start, "isyn_exc": current}
     per_weight = given["w_in"] * step.dt_s / given["tau_syn"]
-    return Cells("IF_curr_exp", parameters, per_weight, at_once, initial)
+    return Cells("IF_curr_exp", parameters, per_weight, late, initial, rise if kicked else None)
 
 
 def late_of(step: Step, *, follows: bool) -> int:
