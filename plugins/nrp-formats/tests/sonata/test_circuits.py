@@ -97,6 +97,28 @@ def test_a_simulation_brings_the_spikes_of_virtual_nodes(circuit: Path) -> None:
     assert [train.tolist() for train in trains] == [[3.0], [], [5.0, 9.0]]
 
 
+def test_spikes_in_the_first_layout_are_those_of_the_node_set(circuit: Path) -> None:
+    with h5py.File(circuit.parent / "spikes.h5", "w") as file:
+        file["spikes/timestamps"], file["spikes/gids"] = [9.0, 3.0, 5.0], [2, 0, 2]
+    path = circuit.parent / "simulation_config.json"
+    inputs = {"drive": {"input_type": "spikes", "input_file": "$FOLDER/spikes.h5", "node_set": "lgn"}}
+    given = {"manifest": {"$FOLDER": "${configdir}"}, "network": "$configdir/circuit_config.json"}
+    path.write_text(json.dumps({**given, "inputs": inputs}))
+    both = circuit.parent / "config.json"
+    both.write_text(json.dumps({"network": "circuit_config.json", "simulation": "simulation_config.json"}))
+    for file in (path, both):
+        trains = read_sonata(file).populations["lgn"].spike_times_ms
+        assert [train.tolist() for train in trains] == [[3.0], [], [5.0, 9.0]]
+
+
+def test_edges_without_a_delay_have_that_of_nest(circuit: Path) -> None:
+    table = circuit.parent / "edge_types.csv"
+    table.write_text(table.read_text().replace("delay", "other"))
+    network = read_sonata(circuit)
+    assert {delay for one in network.projections for delay in one.delay_ms.tolist()} == {1.0}
+    assert any("5 edges 'lgn_to_v1' have no delay" in remark for remark in network.remarks)
+
+
 def built(sim: Any) -> Network:
     sim.setup()
     drawn = sim.RandomDistribution("uniform", low=5.0, high=9.0)

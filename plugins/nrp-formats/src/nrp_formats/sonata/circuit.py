@@ -23,7 +23,7 @@ from nrp_formats.sonata.attribute_checks import (
     shared_places,
 )
 from nrp_formats.sonata.config import Config, Files, read_config
-from nrp_formats.sonata.edges import EDGE_NAMES, read_edges
+from nrp_formats.sonata.edges import DELAY_MS, EDGE_NAMES, read_edges
 from nrp_formats.sonata.items import SonataItems, read_items, read_types
 from nrp_formats.sonata.node_sets import read_node_sets, without_nodes
 from nrp_formats.sonata.nodes import Nodes, Trains, read_nodes, read_spikes
@@ -125,6 +125,10 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
         found[items.name] = list(read_edges(part, items, nodes))
         if not len(items):
             remarks.append(f"the edges '{items.name}' are none: they connect nothing")
+        if undelayed := int(np.isnan(items.numbers("delay")).sum()):
+            remarks.append(
+                f"{undelayed} edges '{items.name}' have no delay, and get that of NEST, {DELAY_MS:g} ms"
+            )
         for check in (misspelt, not_numbers, not_read):
             remarks.extend(check(items, EDGE_NAMES))
         remarks.extend(not_parameters(items, EDGE_NAMES | MODEL_NAMES))

@@ -17,6 +17,8 @@ _SECTIONS: Final = (
     "run", "conditions", "inputs", "output", "reports",
 )  # fmt: skip
 """Those of a circuit and of a simulation."""
+_CONFIGS: Final = ("network", "simulation")
+"""The keys of other files of the configuration."""
 _NETWORKS: Final = ("nodes", "edges")
 _FOLDERS: Final = ("point_neuron_models_dir", "synaptic_models_dir")
 """The folders of 'components' that are read; circuits have others."""
@@ -38,7 +40,7 @@ class Config:
     Args:
         nodes, edges: the files of nodes and edges.
         point_neuron_models, synaptic_models: folders with parameters of types.
-        spikes: the spikes of virtual nodes, one file for each input.
+        spikes: the spikes of virtual nodes, a file and the node set, or an empty text, for each input.
         node_sets: files of node sets; a later set overrides an earlier one of the same name.
         targets: the node set of each input of spikes that names one.
         unused: sentences about settings of the simulation that no network has.
@@ -48,19 +50,21 @@ class Config:
     edges: tuple[Files, ...]
     point_neuron_models: Path
     synaptic_models: Path
-    spikes: tuple[Path, ...] = ()
+    spikes: tuple[tuple[Path, str], ...] = ()
     node_sets: tuple[Path, ...] = ()
     targets: Mapping[str, str] = field(default_factory=dict)
     unused: tuple[str, ...] = ()
 
 
 def read_config(path: Path) -> Config:
-    """Read the configuration of a circuit, or of a simulation that names a circuit.
+    """Read the configuration of a circuit, of a simulation that names a circuit, or of both.
 
     Raises:
         NetworkError: not a valid configuration, or it names a file that does not exist.
     """
     given = _resolved(path)
+    if isinstance(given.get("simulation"), str):  # the file names the other two
+        given = {**_resolved(path.parent / given["simulation"]), **given}
     circuit = given
     if isinstance(given.get("network"), str):
         circuit = _resolved(path.parent / given["network"])
@@ -106,18 +110,20 @@ def _require_spelt(path: Path, what: str, given: Mapping[str, Any], known: tuple
             raise NetworkError(f"{what} has no key '{key}'; did you mean '{near[0]}'?", path=path)
 
 
-def _spikes(path: Path, inputs: Mapping[str, Mapping[str, Any]]) -> Iterator[Path]:
+def _spikes(path: Path, inputs: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[Path, str]]:
     for name, entry in inputs.items():
         if entry.get("input_type") == "spikes":
             if not isinstance(entry.get("input_file"), str):
                 raise NetworkError(f"the input '{name}' of spikes names no 'input_file'", path=path)
-            yield Path(entry["input_file"])
+            nodes = entry.get("node_set")
+            yield Path(entry["input_file"]), nodes if isinstance(nodes, str) else ""
 
 
 def _resolved(path: Path) -> dict[str, Any]:
     """Return a configuration with its manifest's variables substituted and its paths made absolute."""
     given = read_object(path, "the configuration")
-    variables = {str(name): str(value) for name, value in _section(path, given, "manifest").items()}
+    own = {str(name): str(value) for name, value in _section(path, given, "manifest").items()}
+    variables = {"$configdir": str(path.parent.resolve()), "$workingdir": str(Path.cwd())} | own
     for _ in variables:  # a variable may contain others
         variables = {name: _put_in(value, variables) for name, value in variables.items()}
     found = _walked({key: value for key, value in given.items() if key != "manifest"}, variables, path.parent)
@@ -156,7 +162,7 @@ def _walked(value: Any, variables: Mapping[str, str], folder: Path) -> Any:
 
 
 def _is_path(key: str, value: object) -> bool:
-    return isinstance(value, str) and (key.endswith(("_file", "_dir")) or key == "network")
+    return isinstance(value, str) and (key.endswith(("_file", "_dir")) or key in _CONFIGS)
 
 
 def _as_path(value: str, variables: Mapping[str, str], folder: Path) -> str:

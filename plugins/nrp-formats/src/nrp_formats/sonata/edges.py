@@ -18,6 +18,8 @@ from nrp_formats.sonata.synapses import Chosen, Values, models_of
 
 EDGE_NAMES: Final = frozenset({"syn_weight", "weight", "delay", "nsyns", "receptor_type"})
 """The attributes of every edge that are used; a model of synapses has more."""
+DELAY_MS: Final = 1.0
+"""The default of NEST's synapses."""
 
 
 def read_edges(part: Any, items: SonataItems, nodes: Mapping[str, Nodes]) -> Iterator[Projection]:
@@ -36,7 +38,7 @@ def read_edges(part: Any, items: SonataItems, nodes: Mapping[str, Nodes]) -> Ite
     pre, pre_places = _ends(part, "source", items, nodes)
     post, post_places = _ends(part, "target", items, nodes)
     weight = _weights(items)
-    delay_ms = _required(items, ("delay",))
+    delay_ms = _delays_ms(items)
     inhibitory = _is_inhibitory(items, weight)
     for pre_population, _, pre_index in _cells(pre, pre_places):
         for post_population, model, post_index in _cells(post, post_places):
@@ -112,6 +114,12 @@ def _times(items: SonataItems) -> FloatArray:
         edge = int(np.argmax(n % 1.0 > 0.0))
         raise NetworkError(f"edge {edge} of '{items.name}' has nsyns {n[edge]:g}; it must be a whole number")
     return np.where(np.isnan(n), 1.0, n)
+
+
+def _delays_ms(items: SonataItems) -> FloatArray:
+    """Return the delay of each edge; one without has the default of NEST's synapses."""
+    given = items.numbers("delay")
+    return np.where(np.isnan(given), DELAY_MS, given) if np.isnan(given).any() else given
 
 
 def _required(items: SonataItems, names: tuple[str, ...]) -> FloatArray:

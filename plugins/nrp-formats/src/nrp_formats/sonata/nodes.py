@@ -24,18 +24,25 @@ Trains = Mapping[int, FloatArray]
 _MILLISECONDS: Final = ("ms", "milliseconds", "millisecond")
 
 
-def read_spikes(paths: Iterable[Path]) -> dict[str, Trains]:
+def read_spikes(files: Iterable[tuple[Path, str]]) -> dict[str, Trains]:
     """Return the spikes of virtual nodes by the name of their population.
+
+    Args:
+        files: each file, and the population of its nodes if the file has none: in the first layout of SONATA,
+            ``/spikes/gids`` and ``/spikes/timestamps``.
 
     Raises:
         NetworkError: a file cannot be read, or its times are not in ms.
     """
     found: dict[str, dict[int, FloatArray]] = {}
-    for path in paths:
+    for path, population in files:
         with reading(path) as file:
-            for name, part in groups(group(file, "spikes")):
+            whole = group(file, "spikes")
+            is_first = "gids" in whole and "timestamps" in whole
+            for name, part in [(population, whole)] if is_first else groups(whole):
                 _require_ms(part, name)
-                times, ids = column(part, "timestamps", float), column(part, "node_ids", np.int64)
+                times = column(part, "timestamps", float)
+                ids = column(part, "gids" if is_first else "node_ids", np.int64)
                 if len(times) != len(ids):
                     raise NetworkError(f"spikes of '{name}': {len(times)} timestamps, {len(ids)} node_ids")
                 order = np.lexsort((times, ids))
