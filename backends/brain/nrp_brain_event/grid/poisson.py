@@ -188,7 +188,8 @@ _NEVER = 1 << 62
 def drawable(network: Network) -> frozenset[str]:
     """Return the labels of the Poisson populations of equal cells with one synapse each.
 
-    All of the synapses have the same weight and delay, so that the input is a count.
+    All of the synapses of a projection have the same weight and delay, so that the input is a count; onto an
+    assembly there are several projections.
     """
     return frozenset(
         label for label, population in network.populations.items()
@@ -199,24 +200,31 @@ def drawable(network: Network) -> frozenset[str]:
 
 
 def _is_private(size: int, projections: list[Projection]) -> bool:
-    if len(projections) != 1 or projections[0].synapse_type != STATIC or not projections[0].size:
+    if sum(projection.size for projection in projections) != size:
         return False
-    (projection,) = projections
     alike = all(
-        common(extremes(stored_form(projection, name))) is not None for name in ("weight", "delay_ms")
+        projection.synapse_type == STATIC
+        and projection.size
+        and common(extremes(stored_form(projection, name))) is not None
+        for projection in projections
+        for name in ("weight", "delay_ms")
     )
-    return alike and np.array_equal(np.sort(projection.pre_index), np.arange(size))
+    if not alike:
+        return False
+    sources = np.concatenate([projection.pre_index for projection in projections])
+    return np.array_equal(np.sort(sources), np.arange(size))
 
 
 def load_noise(
     network: Network, cells: Array, row_of: IntArray, times: TimeGrid, drawn: frozenset[str]
 ) -> dict[str, Array]:
     """Return the parts of the :class:`~nrp_brain_event.grid.records.Grid` that hold noise, by name."""
-    projections = [projection for projection in network.projections if projection.pre in drawn]
+    labels = (label for label in network.populations if label in drawn)
+    projections = [part for label in labels for part in network.projections if part.pre == label]
     noise = np.zeros(len(projections), Noise.dtype())
     guides: list[tuple[Array, Array]] = []
     lines, sources = [np.empty(0, np.uint32)], [np.empty(0, np.int32)]
-    first = 0
+    first, origins = 0, dict[str, int]()
     for record, projection in zip(noise, projections, strict=True):
         population = network.populations[projection.pre]
         rate, start, duration = (float(population.parameters[n][0]) for n in ("rate", "start", "duration"))
@@ -231,7 +239,9 @@ def load_noise(
         order = np.argsort(flat, kind="stable")
         lines.append(flat[order].astype(np.uint32))
         sources.append(ids[order].astype(np.int32))
-        record["origin"], record["n_words"] = first, n_words(projection.size)
+        # the projections of a population share its random words, one after the other
+        record["origin"] = origins.setdefault(projection.pre, first)
+        record["n_words"] = n_words(population.size)
         record["first"], record["last"] = first, first + projection.size
         record["consecutive"] = (np.diff(lines[-1].astype(np.int64)) == 1).all()
         record["guide"], record["weight"] = len(guides), projection.weight[0]

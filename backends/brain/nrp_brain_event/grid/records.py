@@ -161,7 +161,7 @@ class Noise(Record):
     key: int
     origin: int
     n_words: int
-    """The first of these cells, and the number of random words for them in a step."""
+    """The first cell of their population, and the number of random words for it in a step."""
     first: int
     last: int
     """The cells that are drawn in this part."""

@@ -1,6 +1,7 @@
 """Poisson cells that the grid draws itself."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from math import exp, lgamma, log
 
@@ -95,6 +96,27 @@ def test_counts_have_the_mean_and_variance_of_the_process(opened: Callable[..., 
     assert np.abs(together - np.eye(40)).max() < 5.5 / np.sqrt(len(windows))
     later = np.corrcoef(windows[:-1].ravel(), windows[1:].ravel())[0, 1]
     assert abs(later) < 4 / np.sqrt(n)
+
+
+def test_sources_that_are_divided_among_targets_are_drawn_by_the_grid() -> None:
+    """As a one-to-one projection onto an assembly: the same noise, in two projections."""
+    whole, options = one_to_one(), EventOptions(resolution="0.1 ms", poisson="grid")
+    few = whole.pre_index < 200
+    parts = (replace(whole.only(few), label="a"), replace(whole.only(~few), label="b"))
+    networks = [Network({"noise": noise(), "n": counters()}, some) for some in ((whole,), parts)]
+    assert [drawable(network) for network in networks] == [{"noise"}] * 2
+    recorded = []
+    for network in networks:
+        brain = EventBackend().open(network, seed=1, options=options)
+        recorder = brain.add_sink(SpikeRecorder(), np.arange(N), name="all")
+        brain.run_until(300 * NS_PER_MS)
+        spikes = recorder.spikes()
+        in_time = spikes.neurons[spikes.times_ms <= 299.5 + 1e-9]
+        assert np.bincount(in_time, minlength=N)[::-1] == pytest.approx(arrived(brain), abs=1e-6)
+        recorded.append(np.array([np.bincount(spikes.neurons, minlength=N)]))
+    together = np.corrcoef(recorded[1][0][:200], recorded[1][0][200:400])[0, 1]
+    assert abs(together) < 5 / np.sqrt(200)
+    assert recorded[1].mean() == pytest.approx(RATE_HZ * 0.3, abs=5 * np.sqrt(RATE_HZ * 0.3 / N))
 
 
 def test_spikes_are_heard_where_somebody_listens_and_arrive_after_the_delay(
