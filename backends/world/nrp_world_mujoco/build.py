@@ -40,6 +40,7 @@ from nrp_world_mujoco.shapes import (
 
 FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
 SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts
+MANY_GEOMS = 1000  # from here on, the poses of those that never move take longer than the rest of a step
 FEW_FREEDOMS = 24  # up to here, solving all constraints at once is faster than finding which are connected
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
@@ -129,7 +130,7 @@ class _Builder:
         self._scene, self._spec, self._optics, self._with_visuals = scene, spec, optics, with_visuals
         self._physical = physical
         self._stiff = shortest(spec)
-        self._shapes = Shapes(spec)
+        self._shapes = Shapes(spec, scene)
         self._bodies: dict[str, list[tuple[Body, Any]]] = {}
         self._joints: dict[str, list[tuple[Joint, Any]]] = {}
         self._drives: dict[tuple[str, str], tuple[PlanarServo, list[Any]]] = {}
@@ -152,6 +153,8 @@ class _Builder:
             self._spec.option.disableflags |= SAME_CONTACTS
         self._check_friction()
         model = compile_spec(self._spec)
+        if model.ngeom >= MANY_GEOMS:
+            _place_once(model)
         if self._firm and model.nv <= FEW_FREEDOMS:  # firm joints are constrained in each step
             _solve_at_once(model.opt)
         bodies = {name: [(body, part.id) for body, part in each] for name, each in self._bodies.items()}
@@ -338,6 +341,15 @@ def _solve_at_once(option: Any) -> None:
     """Solve all constraints together; bodies that sleep need the islands of those that are connected."""
     if not option.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
         option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
+
+
+def _place_once(model: Any) -> None:
+    """Compute poses of geoms that never move only once; MuJoCo does this where bodies may sleep."""
+    option, sleep = model.opt, mujoco.mjtEnableBit.mjENBL_SLEEP
+    if option.enableflags & sleep or option.disableflags & mujoco.mjtDisableBit.mjDSBL_ISLAND:
+        return
+    option.enableflags |= sleep
+    model.tree_sleep_policy[:] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
 
 
 def _root_of(joint: Any) -> Any:

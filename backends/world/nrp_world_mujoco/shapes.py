@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Final
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.cameras import drawn, flat
 from nrp_core.world.rigid import Pose, Quaternion, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.loops import Freedom, Tie
-from nrp_core.world.scene.meshes.concave import cells
 from nrp_core.world.scene.meshes.shapes import heights_of
 from nrp_core.world.scene.model import (
     Box,
@@ -30,7 +31,7 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.world.scene.tessellation import box_around, triangles_of
 from nrp_world_mujoco.library import COLLISIONS, VISUALS, mujoco
 
 FAR_AWAY = 1e9
@@ -76,13 +77,48 @@ MIN_EXTENT = 1e-6
 """Minimum height of a height map in MuJoCo, m."""
 
 
+@dataclass(frozen=True)
+class _Cell:
+    """A convex part of a surface.
+
+    Args:
+        pose: its pose in the frame of the surface.
+        shape: the arguments of its geoms.
+    """
+
+    pose: Pose
+    shape: Mapping[str, Any]
+
+    def placed(self, pose: Pose) -> dict[str, Any]:
+        """Return the arguments of its geom for a pose of the surface."""
+        return {**self.shape, **pos_quat(pose @ self.pose)}
+
+
+def _box_of(corners: FloatArray) -> _Cell | None:
+    """Return a cell with a rectangle as its front, and the same behind it, as a box; None for others."""
+    front, back = np.split(corners, 2)
+    if len(front) != 4 or np.abs(front[0] - front[1] + front[2] - front[3]).max() > 1e-6:
+        return None
+    edges = np.stack([front[1] - front[0], front[3] - front[0], front[0] - back[0]])
+    sizes = np.linalg.norm(edges, axis=1)
+    axes = edges / sizes[:, None]
+    if abs(axes @ axes.T - np.eye(3)).max() > 1e-4:
+        return None
+    axes[2] = np.cross(axes[0], axes[1])
+    orientation = np.empty(4)
+    mujoco.mju_mat2Quat(orientation, axes.T.ravel())
+    w, x, y, z = orientation.tolist()
+    middle = corners.mean(axis=0).tolist()
+    return _Cell(Pose(tuple(middle), (x, y, z, w)), {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": sizes / 2})
+
+
 class Shapes:
     """Adds shapes to the bodies of a specification; a mesh is loaded once."""
 
-    def __init__(self, spec: Any) -> None:
-        self._spec = spec
+    def __init__(self, spec: Any, scene: Scene) -> None:
+        self._spec, self._scene = spec, scene
         self._meshes: dict[Mesh, str] = {}
-        self._cells: dict[Mesh, list[str]] = {}
+        self._cells: dict[Mesh, list[_Cell]] = {}
 
     def add_visual(self, body: Any, visual: Visual, place: Pose) -> Any:
         """Add a visual of a link at ``place`` in a body, and return its geom."""
@@ -93,7 +129,7 @@ class Shapes:
     def add_collision(self, body: Any, collision: Collision, place: Pose, name: str) -> list[Any]:
         """Add a collision of a link at ``place`` in a body, and return its geoms, the first with its name.
 
-        It has several if it is a concave surface: one for each of its cells.
+        It has several if it is a concave surface that is not a ground: one for each of its cells.
         """
         touching = {
             "mass": 0,
@@ -107,10 +143,13 @@ class Shapes:
         geometry, pose = collision.geometry, place @ collision.pose
         if not isinstance(geometry, ConcaveMesh):
             return [body.add_geom(name=name, **touching, **self._arguments(geometry, pose))]
-        touching |= {"type": mujoco.mjtGeom.mjGEOM_MESH, **pos_quat(pose)}
+        if ground := self._ground_of(geometry, name):
+            hfield, place = ground
+            field = {"type": mujoco.mjtGeom.mjGEOM_HFIELD, "hfieldname": hfield, **pos_quat(pose @ place)}
+            return [body.add_geom(name=name, **touching, **field)]
         return [
-            body.add_geom(name=f"{name}/{number}" if number else name, meshname=mesh, **touching)
-            for number, mesh in enumerate(self._cells_of(geometry))
+            body.add_geom(name=f"{name}/{number}" if number else name, **touching, **cell.placed(pose))
+            for number, cell in enumerate(self._cells_of(geometry))
         ]
 
     def _arguments(self, geometry: Geometry, pose: Pose) -> dict[str, Any]:
@@ -143,28 +182,60 @@ class Shapes:
     def _ground(self, ground: Heightmap) -> tuple[str, Pose]:
         """Load a height map; return its name, and the height of its lowest point."""
         x, y, z = ground.scale
-        heights = heights_of(ground) * z
-        lowest, extent = float(heights.min()), max(float(np.ptp(heights)), MIN_EXTENT)
-        if ground not in self._meshes:
-            self._meshes[ground] = f"ground{len(self._meshes)}"
-            self._spec.add_hfield(
-                name=self._meshes[ground], nrow=ground.rows, ncol=ground.columns,
-                size=[x / 2, y / 2, extent, THICKNESS], userdata=((heights - lowest) / extent).ravel(),
-            )  # fmt: skip
-        return self._meshes[ground], Pose((0.0, 0.0, lowest))
+        return self._field(ground, (x / 2, y / 2), heights_of(ground) * z)
 
-    def _cells_of(self, surface: ConcaveMesh) -> list[str]:
+    def _field(self, mesh: Mesh, half: tuple[float, float], heights: FloatArray) -> tuple[str, Pose]:
+        """Load heights on a rectangle about the origin; return their name, and the lowest point."""
+        lowest, extent = float(heights.min()), max(float(np.ptp(heights)), MIN_EXTENT)
+        rows, columns = heights.shape
+        if mesh not in self._meshes:
+            self._meshes[mesh] = f"ground{len(self._meshes)}"
+            self._spec.add_hfield(
+                name=self._meshes[mesh], nrow=rows, ncol=columns,
+                size=[*half, extent, THICKNESS], userdata=((heights - lowest) / extent).ravel(),
+            )  # fmt: skip
+        return self._meshes[mesh], Pose((0.0, 0.0, lowest))
+
+    def _ground_of(self, surface: ConcaveMesh, name: str) -> tuple[str, Pose] | None:
+        """Load a surface as heights; None if it is not a ground, or if something is beneath it."""
+        from nrp_core.world.scene.meshes.ground import ground_of  # compiled code takes time to load
+
+        ground = ground_of(*triangles_of(surface))
+        if ground is None or ground.is_above(self._others_from(name)):
+            return None
+        x, y = ((ground.low + ground.high) / 2).tolist()
+        across, along = ((ground.high - ground.low) / 2).tolist()
+        field, bottom = self._field(surface, (across, along), ground.heights)
+        return field, Pose((x, y, 0.0)) @ bottom
+
+    def _others_from(self, name: str) -> FloatArray:
+        """Return the middles of the other collisions in the frame of one, shape ``(n, 3)``."""
+        shapes = {
+            f"{model.name}/{link.name}/{each.name}": (model.pose @ link.pose @ each.pose, each.geometry)
+            for model in self._scene.models
+            for link in model.links
+            for each in link.collisions
+        }
+        back = shapes.pop(name)[0].inverse()
+        boxes = (box_around([(back @ pose, geometry)]) for pose, geometry in shapes.values())
+        return np.array([(low + high) / 2 for low, high in filter(None, boxes)]).reshape(-1, 3)
+
+    def _cells_of(self, surface: ConcaveMesh) -> list[_Cell]:
         """Load the convex cells of a surface, once."""
         if surface not in self._cells:
+            from nrp_core.world.scene.meshes.cells import cells  # compiled code takes time to load
+
             number, (vertices, faces) = len(self._cells), triangles_of(surface)
             found = enumerate(cells(vertices[faces], surface.depth))
             self._cells[surface] = [self._cell(f"cell{number}/{cell}", corners) for cell, corners in found]
         return self._cells[surface]
 
-    def _cell(self, name: str, corners: Any) -> str:
+    def _cell(self, name: str, corners: FloatArray) -> _Cell:
+        if (box := _box_of(corners)) is not None:
+            return box
         element = self._spec.add_mesh(name=name, uservert=corners.ravel())
         element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # not used
-        return name
+        return _Cell(Pose(), {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name})
 
     def _mesh(self, mesh: Mesh) -> str:
         if mesh not in self._meshes:

@@ -146,10 +146,10 @@ class _Builder:
     def _add_model(self, model: Model) -> None:
         bodies = self._simulated[model.name]
         places: dict[int, BodyHandle] = {}
-        for root, body in enumerate(bodies):
-            if body.parent is None:
-                self._add_tree(model.name, root, bodies, places)
-        self._separate({place.multibody for place in places.values()})
+        roots = [root for root, body in enumerate(bodies) if body.parent is None]
+        added = [each for root in roots for each in self._add_tree(model.name, root, bodies, places)]
+        if not model.static:
+            self._separate(added)
         self._bodies[model.name] = [(body, places[index]) for index, body in enumerate(bodies)]
         self._feel(model, bodies, places)
         where = {index: (place.multibody, place.link) for index, place in places.items()}
@@ -170,27 +170,44 @@ class _Builder:
                 model, drive, bodies, self._scene.gravity, self._physical
             )
 
-    def _add_tree(self, model: str, root: int, bodies: Sequence[Body], places: dict[int, BodyHandle]) -> None:
-        """Add a root and its descendants as one multi-body."""
+    def _add_tree(
+        self, model: str, root: int, bodies: Sequence[Body], places: dict[int, BodyHandle]
+    ) -> Iterator[int]:
+        """Add a root and its descendants as one multi-body, and yield the multi-bodies that were added.
+
+        The shapes of a fixed root that do not fit into its base are multi-bodies of their own: PyBullet tests
+        links of a fixed base against static bodies.
+        """
         links: list[_Link] = []
         numbers: dict[int, int] = {}
         owners: list[int] = []
+        beside: list[Shapes] = []
         for index in tree_of(root, bodies):
             body = bodies[index]
             numbers[index] = len(links)
             parent = None if body.parent is None else numbers[body.parent]
             shapes, *more = shapes_of(model, body, self._with_visuals)
             links.append(_Link(parent, body.pose, shapes, body.inertial or MASSLESS, body.joint))
+            if parent is None and body.fixed:
+                beside, more = more, []
             links.extend(_Link(numbers[index], Pose(), shapes) for shapes in more)
             owners += [index] * (1 + len(more))
-        multibody = self._create(links)
+        multibody = self._place(links, [(model, index) for index in owners])
         places.update({index: BodyHandle(multibody, number - 1) for index, number in numbers.items()})
-        self._owners.update({(multibody, n - 1): (model, index) for n, index in enumerate(owners)})
-        for number, link in enumerate(links):
-            place = BodyHandle(multibody, number - 1)
+        yield multibody
+        for shapes in beside:
+            yield self._place([_Link(None, bodies[root].pose, shapes)], [(model, root)])
+
+    def _place(self, links: Sequence[_Link], owners: Sequence[BodyPath]) -> int:
+        """Add links as one multi-body."""
+        multibody = self._create(links)
+        for number, (link, owner) in enumerate(zip(links, owners, strict=True), start=BASE):
+            place = BodyHandle(multibody, number)
+            self._owners[multibody, number] = owner
             self._set_dynamics(place, link)
             for shape, (path, _) in enumerate(link.shapes.visuals):
                 self._visuals[path] = place, shape
+        return multibody
 
     def _create(self, links: Sequence[_Link]) -> int:
         base, *others = links
@@ -287,9 +304,9 @@ class _Builder:
                 where = places[index].multibody, places[index].link
                 bullet.enableJointForceTorqueSensor(*where, physicsClientId=self._client)
 
-    def _separate(self, multibodies: set[int]) -> None:
+    def _separate(self, multibodies: Sequence[int]) -> None:
         """Exclude contacts between the parts of one model."""
-        for pair in combinations(sorted(multibodies), 2):
+        for pair in combinations(multibodies, 2):
             links = [range(BASE, bullet.getNumJoints(each, physicsClientId=self._client)) for each in pair]
             for one, other in product(*links):
                 bullet.setCollisionFilterPair(*pair, one, other, 0, physicsClientId=self._client)

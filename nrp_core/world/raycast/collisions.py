@@ -15,6 +15,7 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.world.raycast.beams import Beams, directions
+from nrp_core.world.raycast.mesh_trees import MAX_DEPTH, first_crossing, mesh_trees
 from nrp_core.world.rigid import BodyPath, Pose, ReadFrames, Touch, Vector, matrix_of
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, body_of, place_in_frame
 from nrp_core.world.scene.model import (
@@ -33,6 +34,8 @@ from nrp_core.world.scene.tessellation import triangles_of
 
 PLANE, SPHERE, BOX, CYLINDER, CAPSULE, MESH = range(6)
 
+_NO_TRIANGLES = np.empty((0, 3, 3))
+
 
 @jit
 def cast(
@@ -42,6 +45,7 @@ def cast(
     places: FloatArray,
     meshes: IntArray,
     triangles: FloatArray,
+    boxes: FloatArray,
     hidden: npt.NDArray[np.bool_],
     eye: FloatArray,
     rays: FloatArray,
@@ -52,12 +56,12 @@ def cast(
 
     Args:
         kinds: kind of each shape, shape ``(n,)``.
-        sizes: half edges of a box, or of the bounding box of a mesh; radius (first) and half length (last) of
-            round shapes; shape ``(n, 3)``.
+        sizes: half edges of a box; radius (first) and half length (last) of round shapes; shape ``(n, 3)``.
         radii: radii of bounding spheres about the shapes' origins, shape ``(n,)``.
         places: rotation and translation of each shape to the world, shape ``(n, 3, 4)``.
-        meshes: index of the first triangle of each shape and the index after its last, shape ``(n, 2)``.
+        meshes: places of the shapes in the trees of meshes, shape ``(n, 4)``.
         triangles: corners relative to the middle of the mesh's bounding box, shape ``(m, 3, 3)``.
+        boxes: boxes of the trees' nodes, shape ``(k, 6)``.
         hidden: shapes that are ignored.
         eye: origin of the rays, shape ``(3,)``.
         rays: unit vectors in the world, shape ``(k, 3)``.
@@ -65,6 +69,7 @@ def cast(
         distances: length of each ray, shortened in place, shape ``(k,)``.
     """
     origin, ray = np.empty(3), np.empty(3)
+    waiting = np.empty(MAX_DEPTH, np.int64)
     for shape in range(len(kinds)):
         if hidden[shape]:
             continue
@@ -83,8 +88,9 @@ def cast(
             for axis in range(3):
                 ray[axis] = place[0, axis] * x + place[1, axis] * y + place[2, axis] * z
             if kind == MESH:
-                first, end = meshes[shape]
-                t = _mesh(triangles[first:end], size, origin, ray, nearest[shape], distances[i])
+                first, end, root, leaves = meshes[shape]
+                mesh, tree = triangles[first:end], boxes[root:]
+                t = first_crossing(mesh, tree, leaves, origin, ray, nearest[shape], distances[i], waiting)
             else:
                 t = _entry(kind, size, origin, ray)
             if nearest[shape] <= t < distances[i]:
@@ -148,38 +154,6 @@ def _cylinder(radius: float, half: float, origin: FloatArray, ray: FloatArray, r
     return best
 
 
-@jit
-def _mesh(
-    triangles: FloatArray,
-    half: FloatArray,
-    origin: FloatArray,
-    ray: FloatArray,
-    nearest: float,
-    farthest: float,
-) -> float:
-    """Return the nearest crossing of a triangle (Moeller and Trumbore 1997)."""
-    best = inf
-    if _box(half, origin, ray) > farthest:
-        return best
-    for i in range(len(triangles)):
-        a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
-        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-        px, py, pz = ray[1] * vz - ray[2] * vy, ray[2] * vx - ray[0] * vz, ray[0] * vy - ray[1] * vx
-        volume = ux * px + uy * py + uz * pz
-        if volume == 0.0:
-            continue
-        sx, sy, sz = origin[0] - a[0], origin[1] - a[1], origin[2] - a[2]
-        u = (sx * px + sy * py + sz * pz) / volume
-        qx, qy, qz = sy * uz - sz * uy, sz * ux - sx * uz, sx * uy - sy * ux
-        v = (ray[0] * qx + ray[1] * qy + ray[2] * qz) / volume
-        if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
-            t = (vx * qx + vy * qy + vz * qz) / volume
-            if nearest <= t < best:
-                best = t
-    return best
-
-
 class CollisionSpace:
     """All collision shapes of a scene.
 
@@ -210,12 +184,10 @@ class CollisionSpace:
         meshes = [_triangles(each) for each in geometries]
         middles = [_middle(each) for each in meshes]
         meshes = [mesh - middle for mesh, middle in zip(meshes, middles, strict=True)]
-        ends = np.cumsum([0, *map(len, meshes)])
         self._kinds = np.array([_KINDS[type(each)] for each in geometries], np.int64)
-        self._sizes = np.array([_size(*each) for each in zip(geometries, meshes, strict=True)]).reshape(n, 3)
+        self._sizes = np.array([_size(each) for each in geometries]).reshape(n, 3)
         self._radii = np.array([_radius(*each) for each in zip(geometries, meshes, strict=True)])
-        self._meshes = np.column_stack([ends[:-1], ends[1:]]).astype(np.int64)
-        self._triangles = np.concatenate([np.empty((0, 3, 3)), *meshes])
+        self._trees = mesh_trees(meshes)
         places = [pose @ Pose(middle) for (_, pose), middle in zip(self._shapes, middles, strict=True)]
         self._local = np.array([matrix_of(place) for place in places]).reshape(n, 3, 4)
         self._held = np.array([self._numbers.get(path, WORLD_FRAME) for path in self._owners], np.int64)
@@ -244,8 +216,9 @@ class CollisionSpace:
         order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
         starts = np.where([owner == model for owner, _ in self._owners], nearest, 0.0)
         kinds, sizes, radii = self._kinds[order], self._sizes[order], self._radii[order]
-        places, meshes = self._places[order], self._meshes[order]
-        shapes = (kinds, sizes, radii, places, meshes, self._triangles, hidden[order])
+        places, trees = self._places[order], self._trees
+        meshes = trees.places[order], trees.triangles, trees.boxes
+        shapes = (kinds, sizes, radii, places, *meshes, hidden[order])
         cast(*shapes, eye, rays, starts[order], distances)
         distances[distances > farthest] = inf
         distances[distances < nearest] = -inf
@@ -270,10 +243,12 @@ class CollisionSpace:
         return self._names[mine[0]]
 
     def _distance(self, shape: int, position: Vector) -> float:
-        """Return the distance of a point of the world from a shape's surface."""
-        place, triangles = self._places[shape], self._triangles[slice(*self._meshes[shape])]
+        """Return the distance of a point of the world from a shape's surface, of meshes to few triangles."""
+        geometry, place = self._shapes[shape][0], self._places[shape]
         x, y, z = (place[:, :3].T @ (position - place[:, 3])).tolist()
-        return abs(signed_distance(self._shapes[shape][0], triangles, (x, y, z)))
+        if isinstance(geometry, Mesh):
+            return self._trees.distance(shape, (x, y, z))
+        return abs(signed_distance(geometry, _NO_TRIANGLES, (x, y, z)))
 
     def _update(self) -> None:
         self._read(self._frames[WORLD_FRAME + 1 :])
@@ -315,7 +290,7 @@ def _middle(triangles: FloatArray) -> Vector:
     return x, y, z
 
 
-def _size(geometry: Geometry, triangles: FloatArray) -> Vector:
+def _size(geometry: Geometry) -> Vector:
     match geometry:
         case Box((x, y, z)):
             return x / 2, y / 2, z / 2
@@ -323,9 +298,6 @@ def _size(geometry: Geometry, triangles: FloatArray) -> Vector:
             return radius, radius, length / 2
         case Sphere(radius):
             return radius, radius, radius
-        case Mesh():
-            x, y, z = triangles.max((0, 1)).tolist()
-            return x, y, z
     return inf, inf, inf
 
 
@@ -333,7 +305,7 @@ def _radius(geometry: Geometry, triangles: FloatArray) -> float:
     """Return the radius of the bounding sphere of a shape about the origin."""
     match geometry:
         case Box():
-            return hypot(*_size(geometry, triangles))
+            return hypot(*_size(geometry))
         case Cylinder(radius, length):
             return hypot(radius, length / 2)
         case Capsule(radius, length):

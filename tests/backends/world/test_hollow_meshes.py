@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from nrp_core.world.scene.meshes.concave import cells, concave_parts
+from nrp_core.world.scene.meshes.cells import cells
+from nrp_core.world.scene.meshes.concave import concave_parts
+from nrp_core.world.scene.meshes.ground import ground_of
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import ConcaveMesh
 from nrp_core.world.scene.sdf import read_scene
@@ -122,8 +124,49 @@ def _area(corners: np.ndarray) -> float:
     return float(np.linalg.norm(np.cross(c - a, d - b))) / 2
 
 
-def test_a_large_surface_is_split_into_compact_parts():
-    parts = concave_parts(hills(65))
-    assert sum(len(part.triangles) for part in parts) == 2 * 64**2
-    assert max(len(part.triangles) for part in parts) <= 512
-    assert max(np.ptp(part.triangles[..., :2], axis=(0, 1)).max() for part in parts) <= 4.0
+def tube(count: int) -> np.ndarray:
+    """Return a torus of radii 0.3 and 0.1 m about z, of ``2 count**2`` triangles."""
+    angles = np.arange(count + 1) * 2 * np.pi / count
+    u, v = np.meshgrid(angles, angles, indexing="ij")
+    points = np.stack(
+        [(0.3 + 0.1 * np.cos(v)) * np.cos(u), (0.3 + 0.1 * np.cos(v)) * np.sin(u), 0.1 * np.sin(v)], axis=2
+    )
+    corners = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+    return quads(np.stack(corners, axis=2).reshape(-1, 4, 3))
+
+
+def test_cells_of_a_round_surface_are_few_and_stay_near_it():
+    surface = tube(32)
+    (part,) = concave_parts(surface)
+    made = cells(part.triangles, part.depth)
+    assert len(made) < len(surface) / 8
+    rng = np.random.default_rng(1)
+    u, v = rng.uniform(0, 2 * np.pi, (2, 2000))
+    for radius, inside in ((0.104, False), (0.096, True)):  # the middles of faces are 0.5 mm inside
+        level = 0.3 + radius * np.cos(v)
+        points = np.column_stack([level * np.cos(u), level * np.sin(u), radius * np.sin(v)])
+        hulls = (ConvexHull(each).equations for each in made)
+        filled = np.zeros(len(points), bool)
+        for hull in hulls:
+            filled |= (points @ hull[:, :3].T + hull[:, 3] < 0).all(axis=1)
+        assert filled.all() if inside else not filled.any()
+
+
+def test_a_terrain_becomes_a_grid_and_a_roof_over_something_does_not(open_world, advance, tmp_path):
+    surface = hills(65)
+    ground = ground_of(*_indexed(surface))
+    assert ground.heights.shape == (129, 129)  # its triangles have the other diagonal
+    turned = ground_of(*_indexed(surface[..., [1, 0, 2]] * (-1, 1, 1)))
+    assert turned.heights.shape == (65, 65)
+    assert ground.at(np.array([(1.0, 0.0), (0.0, 0.0)])) == pytest.approx([0.75, 1.25])
+    assert ground_of(*_indexed(surface[:-1])) is not None  # a corner at the rim is missing
+    assert ground_of(*_indexed(np.delete(surface, slice(4000, 4200), axis=0))) is None
+    assert ground_of(*_indexed(np.concatenate([surface, surface + np.array([0, 0, 1])]))) is None
+    world = open_world(room(tmp_path, surface, "1 0 0.3"))
+    advance(world, 1.0)
+    assert world.model_motion("ball").pose.position == pytest.approx((1, 0, RADIUS), abs=5e-3)
+
+
+def _indexed(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    vertices, faces = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    return vertices, faces.reshape(-1, 3)

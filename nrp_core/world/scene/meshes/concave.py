@@ -1,27 +1,24 @@
 """Surfaces of static meshes that are not convex, such as the walls of a house or a terrain.
 
-Their triangles stay as they are. They are split into compact parts, so that rays and contacts look at few of
-them. For engines that only have convex shapes, flat cells lie behind the triangles: the front of a cell is
-exactly the surface, and its depth is at most the thickness of the solid.
+Their triangles stay as they are. Engines that only have convex shapes need the thickness of the solid behind
+them, so that they can fill it with cells (:mod:`nrp_core.world.scene.meshes.cells`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from nrp_core.world.scene.meshes.convex import MAX_PIECES
-from nrp_core.world.scene.meshes.shapes import merge_faces
 from nrp_core.world.scene.meshes.triangles import Points, Surface, Triangles, weld_vertices
 
 MAX_DEPTH = 0.05
 """Maximum depth of a cell behind the surface, m; deeper cells only help against objects above 25 m/s."""
 MIN_DEPTH = 1e-3
 """Minimum depth of a cell, m; behind thinner sheets it stands out by less than this."""
-MAX_TRIANGLES = 512
-"""Maximum number of triangles of a part."""
+LARGE = 512
+"""Minimum number of triangles of a piece that is a part of its own."""
 TOLERANCE = 0.02
 """Maximum share of the volume of a convex hull that its mesh may lack to count as convex."""
 
@@ -31,7 +28,7 @@ _TESTS = 5_000_000  # maximum number of crossings that are computed for the thic
 
 
 def concave_parts(triangles: Triangles) -> list[Surface] | None:
-    """Return the surface of a mesh in compact parts, each with the depth of its cells.
+    """Return the surface of a mesh in parts: large pieces, and the others by the depth of their cells.
 
     Returns:
         None if the connected pieces of the mesh are convex and few, so that their hulls are as exact.
@@ -43,40 +40,16 @@ def concave_parts(triangles: Triangles) -> list[Surface] | None:
     outward = [_outward(piece, volume) for piece, volume in zip(pieces, hulls, strict=True)]
     depths = np.array([_depth(piece) for piece in outward])
     classes = np.floor(np.log2(depths)).astype(int)
-    parts = []
-    for number in np.unique(classes)[::-1]:  # the thickest first
-        alike = [piece for piece, own in zip(outward, classes, strict=True) if own == number]
-        depth = float(depths[classes == number].min())
-        parts += [Surface(frozenset(), part, depth=depth) for part in _compact(np.concatenate(alike))]
+    large = np.array([len(piece) >= LARGE for piece in outward])
+    parts = [_part([outward[i]], depths[i]) for i in np.flatnonzero(large)]
+    for number in np.unique(classes[~large])[::-1]:  # the thickest first
+        alike = np.flatnonzero(~large & (classes == number))
+        parts.append(_part([outward[i] for i in alike], depths[alike].min()))
     return parts
 
 
-def cells(triangles: Triangles, depth: float) -> Iterator[Points]:
-    """Yield the corners of convex cells of a depth (m) behind triangles; their fronts are the surface."""
-    corners, faces = weld_vertices(triangles)
-    a, b, c = corners[faces].swapaxes(0, 1)
-    normals = np.cross(b - a, c - a)
-    areas = np.linalg.norm(normals, axis=1)
-    solid = areas > 1e-12  # m^2
-    faces, normals = faces[solid], normals[solid] / areas[solid, None]
-    offsets = np.einsum("ij,ij->i", normals, corners[faces[:, 0]])
-    planes = np.round(np.column_stack([normals, offsets]), 4)
-    _, groups = np.unique(planes, axis=0, return_inverse=True)
-    order = np.argsort(groups.ravel(), kind="stable")
-    for group in np.split(order, np.cumsum(np.bincount(groups.ravel()))[:-1]):
-        normal = normals[group[0]]
-        flat = corners @ _across(normal).T
-        for outline in merge_faces(flat, faces[group].tolist()):
-            front = corners[outline]
-            yield np.concatenate([front, front - depth * normal])
-
-
-def _across(normal: Points) -> Points:
-    """Return two unit vectors that make a right-handed system with a normal, shape ``(2, 3)``."""
-    helper = np.eye(3)[np.abs(normal).argmin()]
-    first = np.cross(helper, normal)
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first)])
+def _part(pieces: Sequence[Triangles], depth: float) -> Surface:
+    return Surface(frozenset(), np.concatenate(pieces), depth=float(depth))
 
 
 def _connected(triangles: Triangles) -> Iterator[Triangles]:
@@ -166,14 +139,3 @@ def _thickness(piece: Triangles, number: int, ray: Points) -> float:
         t = np.einsum("ij,ij->i", v_edge, q) * scale
         met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-6)
     return float(t[met].min()) if met.any() else MAX_DEPTH
-
-
-def _compact(triangles: Triangles) -> Iterator[npt.NDArray[np.float64]]:
-    """Yield triangles in groups that lie close together, split at the median of their longest extent."""
-    if len(triangles) <= MAX_TRIANGLES:
-        yield triangles
-        return
-    middles = triangles.mean(axis=1)
-    order = np.argsort(middles[:, np.ptp(middles, axis=0).argmax()], kind="stable")
-    yield from _compact(triangles[order[: len(order) // 2]])
-    yield from _compact(triangles[order[len(order) // 2 :]])
