@@ -24,7 +24,7 @@ from conditions import conditions
 
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import seal
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.messages.sensor_msgs import Image
@@ -49,7 +49,7 @@ def record(folder: Path, size: int) -> None:
         file.write(TOPIC, number, encoding.image(image))
     file.close()
     run = {"format": 4, "state": "finished", "files": {MCAP_NAME: file.digest}}
-    (folder / RUN_NAME).write_bytes(sealed(run))
+    (folder / RUN_NAME).write_bytes(seal(run))
 
 
 def main(megabytes: int, rounds: int) -> int:

@@ -9,7 +9,7 @@ import zipfile
 from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from nrp_core._support.files import kept_folder
+from nrp_core._support.files import cached_folder
 from nrp_core.errors import ExperimentError
 
 MAX_FILES = 20_000
@@ -20,7 +20,7 @@ MAX_RATIO = 200
 _SMALL = 10_000_000  # bytes; smaller files are harmless at any compression ratio
 
 
-def unpacked(archive: Path, kind: type[ExperimentError] = ExperimentError) -> Path:
+def unpack(archive: Path, kind: type[ExperimentError] = ExperimentError) -> Path:
     """Return the folder of an archive's files; it is unpacked once for each content.
 
     Raises:
@@ -29,7 +29,7 @@ def unpacked(archive: Path, kind: type[ExperimentError] = ExperimentError) -> Pa
     """
     try:
         digest = hashlib.blake2b(archive.read_bytes(), digest_size=12).hexdigest()
-        return kept_folder("unpacked", f"{archive.stem}-{digest}", partial(_unpack, archive, kind))
+        return cached_folder("unpacked", f"{archive.stem}-{digest}", partial(_unpack, archive, kind))
     except (zipfile.BadZipFile, NotImplementedError, EOFError) as error:
         raise kind(f"this is not a ZIP archive that can be read: {error}", path=archive) from None
     except OSError as error:

@@ -263,7 +263,7 @@ def did_you_mean(name: object, valid: Iterable[str], *, cutoff: float = 0.6) -> 
     return Hint(f"; valid: {', '.join(names)}" if names else "; there are none")
 
 
-def slip_of(name: str, valid: Iterable[str]) -> str:
+def hint_if_close(name: str, valid: Iterable[str]) -> str:
     """Return ``"; did you mean 'x'?"`` if one valid name is very close; empty otherwise.
 
     It is for names that may well be right elsewhere, where a list of all others is no help.

@@ -172,7 +172,7 @@ class Registry(Generic[T]):
                 ) from error
             raise BackendLoadError(
                 f"{self.kind} '{provider.name}' of {provider} does not import: {type(error).__name__}: "
-                f"{_described(error)}",
+                f"{_describe(error)}",
                 remedy=_reinstall(provider) if isinstance(error, ImportError) else "",
             ) from error
 
@@ -213,7 +213,7 @@ def _reinstall(provider: Provider) -> str:
     return f"pip install --force-reinstall {provider.distribution}"
 
 
-def _described(error: Exception) -> str:
+def _describe(error: Exception) -> str:
     """Return the message of an error of an import, with the place to correct if there is one."""
     if isinstance(error, ImportError):
         return str(error)

@@ -71,7 +71,7 @@ class Scope:
         missing: Missing | None = None,
         compiled: Callable[[Path], CodeType] | None = None,
     ) -> None:
-        self._missing, self._compiled = missing, compiled or _compiled
+        self._missing, self._compiled = missing, compiled or _compile
         self._homes: dict[Path, None] = {}
         self._packages = {root: self._package(root) for root in roots}
         self._stands_for = substitute
@@ -260,7 +260,7 @@ class Scope:
         path = next((path for path in paths if path in self._neighbours or path.is_file()), None)
         if path is None:
             return None
-        module = self._executed(path, name)
+        module = self._execute(path, name)
         parent, _, child = name.rpartition(".")
         if parent:
             package = self._neighbour(parent, importer) or self._places.setdefault(parent, ModuleType(parent))
@@ -277,7 +277,7 @@ class Scope:
                 self._neighbour(f"{name}.{child}", importer)
         return module
 
-    def _executed(self, path: Path, name: str) -> ModuleType:
+    def _execute(self, path: Path, name: str) -> ModuleType:
         if path not in self._neighbours:
             self._neighbours[path] = ModuleType(name)  # registered first, for modules that import each other
             try:
@@ -288,7 +288,7 @@ class Scope:
         return self._neighbours[path]
 
 
-def _compiled(path: Path) -> CodeType:
+def _compile(path: Path) -> CodeType:
     data = path.read_bytes()
     try:
         return compile(data, str(path), "exec", dont_inherit=True)

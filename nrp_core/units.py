@@ -169,7 +169,7 @@ def _exact_size(unit: str) -> tuple[Fraction, Dimension] | None:
     if written in ("", *_OTHERS):
         return _exact(written) if written else (Fraction(1), NONE)
     try:
-        return _measured(_parsed(written), written, _exact)
+        return _measure(_parse(written), written, _exact)
     except (ValueError, SyntaxError):
         return None
 
@@ -186,14 +186,14 @@ def unit_of(text: str) -> Unit:
     if "^" in written:
         raise ValueError(f"'{written}': a power is written with **, e.g. cm**2")
     try:
-        parsed = _parsed(written)
+        parsed = _parse(written)
     except SyntaxError:
         raise ValueError(f"'{written}' is not a unit; write e.g. mV, 1/ms or uF/cm**2") from None
-    scale, dimensions = _measured(parsed, written, _in_equations)
+    scale, dimensions = _measure(parsed, written, _in_equations)
     return Unit(written, float(scale), dimensions)
 
 
-def _parsed(text: str) -> ast.expr:
+def _parse(text: str) -> ast.expr:
     return ast.parse(f"1{text}" if text.startswith("/") else text, mode="eval").body
 
 
@@ -210,13 +210,13 @@ def quantity(text: str) -> tuple[float, Unit]:
     return float(number), unit_of(unit or "1")
 
 
-def described(of: Dimension) -> str:
+def as_unit(of: Dimension) -> str:
     """Return a dimension as a unit, e.g. ``V/s``."""
     known = {dimension(*exponents): symbol for symbol, (_, _, exponents) in reversed(_UNITS.items())}
     known[NONE], known[dimension(0, 0, -1)] = "1", "1/s"
     if of in known:
         return known[of]
-    for made in _combined(of):
+    for made in _combinations(of):
         return made
     powers = [f"{name}^{power}" for name, power in zip(_BASE, of, strict=True) if power]
     return " ".join(powers)
@@ -227,7 +227,7 @@ def times(a: Dimension, b: Dimension, power: int = 1) -> Dimension:
     return tuple(x + power * y for x, y in zip(a, b, strict=True))
 
 
-def _combined(of: Dimension) -> Iterator[str]:
+def _combinations(of: Dimension) -> Iterator[str]:
     """Yield a dimension as a quotient or product of two units."""
     simple = {symbol: dimension(*_UNITS[symbol][2]) for symbol in ("V", "A", "S", "F", "C", "m", "s")}
     for power, sign in ((-1, "/"), (-2, "/"), (1, "*")):
@@ -237,7 +237,7 @@ def _combined(of: Dimension) -> Iterator[str]:
                     yield f"{first}{sign}{second}" + ("**2" if power == -2 else "")
 
 
-def _measured(node: ast.expr, text: str, size_of: Callable[[str], _Size]) -> _Size:
+def _measure(node: ast.expr, text: str, size_of: Callable[[str], _Size]) -> _Size:
     """Return the size and the dimension of a parsed unit, from those of its names."""
     match node:
         case ast.Name(id=name):
@@ -246,7 +246,7 @@ def _measured(node: ast.expr, text: str, size_of: Callable[[str], _Size]) -> _Si
             return 1, NONE
         case ast.BinOp(left=left, op=ast.Mult() | ast.Div() as op, right=right):
             power = 1 if isinstance(op, ast.Mult) else -1
-            (a, first), (b, second) = _measured(left, text, size_of), _measured(right, text, size_of)
+            (a, first), (b, second) = _measure(left, text, size_of), _measure(right, text, size_of)
             return a * b**power, times(first, second, power)
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
             exponent = ast.literal_eval(right) if _is_number(right) else None
@@ -254,7 +254,7 @@ def _measured(node: ast.expr, text: str, size_of: Callable[[str], _Size]) -> _Si
                 raise ValueError(
                     f"'{text}': the power of a unit is a whole number of at most {_LARGEST_POWER}"
                 )
-            scale, base = _measured(left, text, size_of)
+            scale, base = _measure(left, text, size_of)
             return scale**exponent, times(NONE, base, exponent)
     raise ValueError(f"'{text}' is not a unit; write e.g. mV, 1/ms or uF/cm**2")
 

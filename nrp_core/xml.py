@@ -46,7 +46,7 @@ def strict_xml(data: bytes) -> str:
     Raises:
         XmlError: it has a document type, or its encoding cannot be read.
     """
-    text = _LINE_END.sub("\n", _decoded(data))
+    text = _LINE_END.sub("\n", _decode(data))
     text = _DECLARATION.sub(lambda declaration: "\n" * declaration[0].count("\n"), text)
 
     def blanked(special: re.Match[str]) -> str:
@@ -62,7 +62,7 @@ def strict_xml(data: bytes) -> str:
     return _SPECIAL.sub(blanked, text)
 
 
-def _decoded(data: bytes) -> str:
+def _decode(data: bytes) -> str:
     declared = _DECLARED.match(data)
     codec = declared[2].decode("latin-1").lower() if declared else "utf-8"
     if data[:2] in _UTF_16:
@@ -265,13 +265,13 @@ def parse_xml(data: bytes, path: Path, kind: type[ExperimentError]) -> Element:
     """
     try:
         text = strict_xml(data)
-        root = _parsed(text)
+        root = _parse(text)
     except XmlError as error:
         raise kind(str(error), path=path, line=error.line) from None
     return _elements(root.iter(), text, Element("", {}, path, 0, kind=kind))
 
 
-def _parsed(text: str) -> Any:
+def _parse(text: str) -> Any:
     """Return the root that lxml makes of a text."""
     parser = etree.XMLParser(
         resolve_entities=False,
@@ -287,7 +287,7 @@ def _parsed(text: str) -> Any:
         errors = [entry for entry in parser.error_log if entry.level >= etree.ErrorLevels.ERROR]
     others = [entry for entry in errors if entry.type != etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE]
     if not others and (declared := _with_prefixes(text)) != text:
-        return _parsed(declared)
+        return _parse(declared)
     first = (others or errors)[0]
     if first.type == etree.ErrorTypes.ERR_RESOURCE_LIMIT:
         reason = (

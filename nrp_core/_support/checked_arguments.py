@@ -140,9 +140,9 @@ def in_words(hint: Any) -> str:
     if origin in (Union, UnionType):
         if _is_array_like(parts):
             return "a number, or numbers"
-        return _joined(_without_repeated_paths([in_words(part) for part in parts]))
+        return _join_words(_without_repeated_paths([in_words(part) for part in parts]))
     if origin is Literal:
-        return _joined([repr(part) for part in parts])
+        return _join_words([repr(part) for part in parts])
     kind = origin or hint
     if kind in _SINGULAR:
         return _SINGULAR[kind]
@@ -157,7 +157,7 @@ def _type_in_words(kind: type, parts: tuple[Any, ...]) -> str:
     if issubclass(kind, PurePath | PathLike):
         return "a path"
     if issubclass(kind, Enum):
-        return _joined([repr(getattr(one, "value", one)) for one in kind])
+        return _join_words([repr(getattr(one, "value", one)) for one in kind])
     if issubclass(kind, Mapping):
         return "a dictionary"
     if kind is tuple and parts and parts[-1] is not Ellipsis:
@@ -179,7 +179,7 @@ def _without_repeated_paths(words: list[str]) -> list[str]:
     return [one for one in dict.fromkeys(words) if not (one == "a text" and "a path" in words)]
 
 
-def _joined(words: list[str]) -> str:
+def _join_words(words: list[str]) -> str:
     return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
@@ -262,19 +262,19 @@ def _require_all(
     args: tuple[Any, ...],
     named: dict[str, Any],
 ) -> None:
-    declared, hints = _declared(function)
+    declared, hints = _signature_and_hints(function)
     owner = function.__qualname__.removesuffix(".__init__")
-    arguments, failure = _bound(declared, args, named)
+    arguments, failure = _bind_arguments(declared, args, named)
     for name, value in arguments.items():
         kind = declared.parameters[name].kind
         hint = hints.get(name, Any) if kind in _SEVERAL else overrides.get(name, hints.get(name, Any))
-        for called, one in _given(name, value, kind) if name not in skip else ():
+        for called, one in _named_values(name, value, kind) if name not in skip else ():
             require_kind(owner, called, hint, one)
     if failure is not None:
         raise ArgumentError(f"{owner}: {_reason(failure, declared, named)}") from None
 
 
-def _bound(
+def _bind_arguments(
     declared: Signature, args: tuple[Any, ...], named: dict[str, Any]
 ) -> tuple[dict[str, Any], TypeError | None]:
     """Return arguments by name, as far as they fit, and why some do not."""
@@ -288,7 +288,7 @@ def _bound(
             return known, error
 
 
-def _given(name: str, value: Any, kind: Any) -> Iterable[tuple[str, Any]]:
+def _named_values(name: str, value: Any, kind: Any) -> Iterable[tuple[str, Any]]:
     """Return the names and values of an argument, which may stand for several."""
     if kind is Parameter.VAR_KEYWORD:
         return [*value.items()]
@@ -305,22 +305,22 @@ def _reason(failure: TypeError, declared: Signature, named: dict[str, Any]) -> s
 
 
 @cache
-def _declared(function: Callable[..., Any]) -> tuple[Signature, dict[str, Any]]:
+def _signature_and_hints(function: Callable[..., Any]) -> tuple[Signature, dict[str, Any]]:
     """Return the signature of a function and its hints."""
     declared, hints = signature(function), dict[str, Any]()
     for name, parameter in declared.parameters.items():
         if parameter.annotation is not Parameter.empty:
-            hints[name] = _evaluated(parameter.annotation, function.__globals__)
+            hints[name] = _evaluate_hint(parameter.annotation, function.__globals__)
     return declared, hints
 
 
 @cache
 def _hints_of(cls: type) -> dict[str, Any]:
     """Return the hints of the fields of a dataclass."""
-    return {one.name: _evaluated(one.type, vars(sys.modules[cls.__module__])) for one in fields(cls)}
+    return {one.name: _evaluate_hint(one.type, vars(sys.modules[cls.__module__])) for one in fields(cls)}
 
 
-def _evaluated(hint: Any, names: dict[str, Any]) -> Any:
+def _evaluate_hint(hint: Any, names: dict[str, Any]) -> Any:
     """Return a hint; one with a name that only type checkers import admits anything."""
     try:
         return eval(hint, names) if isinstance(hint, str) else hint

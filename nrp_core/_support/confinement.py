@@ -144,7 +144,7 @@ def _write_only_in(folders: Iterable[Path]) -> bool:
     if ruleset < 0:
         return False
     try:
-        for handle in _opened(folders):
+        for handle in _open_folders(folders):
             rule = _Beneath(access, handle)
             libc.syscall(_ADD_RULE, ruleset, _BENEATH, ctypes.byref(rule), ctypes.c_uint32(0))
         libc.prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
@@ -153,7 +153,7 @@ def _write_only_in(folders: Iterable[Path]) -> bool:
         os.close(ruleset)
 
 
-def _opened(folders: Iterable[Path]) -> Iterator[int]:
+def _open_folders(folders: Iterable[Path]) -> Iterator[int]:
     for folder in folders:
         with suppress(OSError):
             handle = os.open(folder, os.O_PATH | os.O_CLOEXEC)

@@ -41,7 +41,7 @@ def _is_there(folder: Path) -> bool:
     return folder.is_dir()
 
 
-def kept_folder(kind: str, key: str, fill: Fill, is_whole: Check = _is_there) -> Path:
+def cached_folder(kind: str, key: str, fill: Fill, is_whole: Check = _is_there) -> Path:
     """Return the folder that ``fill`` filled, now or in an earlier process.
 
     If the cache cannot be written, the folder exists until the process ends.

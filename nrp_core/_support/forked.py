@@ -50,7 +50,7 @@ class Fork:
     errors: str
 
 
-def forked(fork: Fork) -> int:
+def load_and_fork(fork: Fork) -> int:
     """Load a module, fork this process to run it, and return the number of the new process.
 
     The new process leads a group of its own, and has a single thread.
@@ -64,7 +64,7 @@ def forked(fork: Fork) -> int:
     return pid
 
 
-def ended(pid: int) -> int:
+def wait_for_exit(pid: int) -> int:
     """Wait for a process, and return its exit code; negative for the signal that ended it."""
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
@@ -206,17 +206,17 @@ class Forker:
         with tempfile.TemporaryDirectory() as folder:
             output, errors = Path(folder, "output"), Path(folder, "errors")
             fork = Fork(module, arguments, dict(os.environ), str(Path.cwd()), str(output), str(errors))
-            code = self._ended(fork, timeout_s)
+            code = self._exit_code(fork, timeout_s)
             return ForkResult(code, *(file.read_text("utf-8", "replace") for file in (output, errors)))
 
-    def _ended(self, fork: Fork, timeout_s: float) -> int | None:
+    def _exit_code(self, fork: Fork, timeout_s: float) -> int | None:
         """Fork, and return the exit code of the fork; None if it took too long."""
         connection = self._worker_for(fork.module).connection
-        connection.send((forked, fork))
+        connection.send((load_and_fork, fork))
         pid, error = connection.recv()
         if error is not None:
             raise OSError(f"{fork.module} could not be forked: {error}")
-        connection.send((ended, pid))
+        connection.send((wait_for_exit, pid))
         is_in_time = False
         try:
             is_in_time = ends_within(timeout_s, pid, connection.poll)

@@ -42,7 +42,7 @@ _logger = logging.getLogger(__name__)
 
 def jit(function: F) -> F:
     """Compile a function of scalars and arrays; it releases the GIL while it runs."""
-    return _compiled(function, inline=False)
+    return _compile(function, inline=False)
 
 
 def inlined(function: F) -> F:
@@ -51,10 +51,10 @@ def inlined(function: F) -> F:
     A call of a function that is not inline copies all arrays of a tuple: 2 kB for those of a large engine,
     which takes longer than what is done for a single event.
     """
-    return _compiled(function, inline=True)
+    return _compile(function, inline=True)
 
 
-def _compiled(function: F, *, inline: bool) -> F:
+def _compile(function: F, *, inline: bool) -> F:
     if not COMPILED:
         return function
     options = {
@@ -96,7 +96,7 @@ def cache_folder() -> Path:
 @contextmanager
 def _cached(function: Callable[..., Any]) -> Iterator[None]:
     """Let Numba open a cache in the folder for a function and its sources."""
-    folder = _cache_directory(_source(function).parent, _imported(function), numba.config.CACHE_DIR)
+    folder = _cache_directory(_source(function).parent, _called_modules(function), numba.config.CACHE_DIR)
     settings = {"CACHE_DIR": str(folder)}
     if getattr(numba.config, "CACHE_LOCATOR_CLASSES", None) == "":  # since Numba 0.62; not chosen by the user
         settings["CACHE_LOCATOR_CLASSES"] = f"{__name__}.AnyPlace"
@@ -116,7 +116,7 @@ _known: dict[Callable[..., Any], frozenset[Path]] = {}
 """The result for each function compiled so far; another module reaches the same functions again."""
 
 
-def _imported(function: Callable[..., Any]) -> frozenset[Path]:
+def _called_modules(function: Callable[..., Any]) -> frozenset[Path]:
     """Return the modules whose compiled functions a function may call, directly or indirectly."""
     found: set[Callable[..., Any]] = set()
     sources: set[Path] = set()

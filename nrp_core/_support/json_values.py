@@ -48,13 +48,13 @@ def to_jsonable(data: Any) -> Any:
             return [to_jsonable(value) for value in data]
         case type():
             return getattr(data, "__msgtype__", data.__qualname__)
-    named = _named(data)
+    named = _named_fields(data)
     if named is not None:
         return {str(name): to_jsonable(value) for name, value in named.items()}
     return to_jsonable(data.tolist()) if hasattr(data, "tolist") else str(data)
 
 
-def _named(data: Any) -> Mapping[Any, Any] | None:
+def _named_fields(data: Any) -> Mapping[Any, Any] | None:
     """Return the named fields of a dataclass or model."""
     if isinstance(data, Mapping):
         return data

@@ -78,14 +78,17 @@ def run_probe(
     """
     question = [sys.executable, "-m", module, *arguments]
     answers = user_cache_path("nrp-core") / "probes"
-    kept = answers / f"{_digest([*question, sys.version, _written(module), _libraries(), depends_on])}.json"
+    kept = (
+        answers
+        / f"{_digest([*question, sys.version, _modification_time(module), _libraries(), depends_on])}.json"
+    )
     if not refresh:
         # not checked yet, or by an older version
         with suppress(OSError, ValueError, KeyError, TypeError):
             return ChildResult(**json.loads(kept.read_text())["answer"])
     answer = _run(question, timeout_s, is_forked)
     if keep_failures or answer.exit_code == 0:
-        _keep(kept, {"question": question[1:], "answer": asdict(answer)})
+        _store(kept, {"question": question[1:], "answer": asdict(answer)})
     return answer
 
 
@@ -112,7 +115,7 @@ def _run(command: list[str], timeout_s: float, is_forked: bool) -> ChildResult:
         return ChildResult(child.returncode, output, errors[-2000:])
 
 
-def _keep(path: Path, answer: dict[str, object]) -> None:
+def _store(path: Path, answer: dict[str, object]) -> None:
     """Write the result atomically; without a writable cache the check is repeated next time."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -123,7 +126,7 @@ def _keep(path: Path, answer: dict[str, object]) -> None:
         pass
 
 
-def _written(module: str) -> str:
+def _modification_time(module: str) -> str:
     """Return the modification time of a module's file."""
     spec = find_spec(module)
     if spec is None or spec.origin is None:

@@ -19,8 +19,15 @@ from nrp_core._support.arrays import FloatArray, IntArray, unset
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange, Rewirings, Synapses
-from nrp_core.brain.devices.attached import AttachedDevices, drivable, require_spec, selected, source_among
-from nrp_core.brain.devices.sinks import SinkPort, SinkSpec, StateRecorderPort, Trace, divided, run_halting
+from nrp_core.brain.devices.attached import AttachedDevices, drivable, global_ids, require_spec, source_among
+from nrp_core.brain.devices.sinks import (
+    SinkPort,
+    SinkSpec,
+    StateRecorderPort,
+    Trace,
+    run_halting,
+    split_samples,
+)
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.network.data import Network, Population, Projection
@@ -108,7 +115,7 @@ class Brain(Simulation):
         """
         self.require_ready()
         require_spec(spec, SinkSpec, name)
-        port = spec.open(selected(self.network, neurons), self.network.size, name)
+        port = spec.open(global_ids(self.network, neurons), self.network.size, name)
         port.receive(Spikes(), milliseconds(self.now_ns))
         if isinstance(port, StateRecorderPort):
             self._sample(port, self.read_state(port.variable, port.neurons))
@@ -133,7 +140,7 @@ class Brain(Simulation):
         self.require_ready()
         if not isinstance(variable, str) or variable not in self.capabilities.state_variables:
             raise not_shown(self, variable, self.capabilities.state_variables)
-        ids = selected(self.network, neurons)
+        ids = global_ids(self.network, neurons)
         if (label := source_among(self.network, ids)) is not None:
             raise no_variable(label, variable, source=True)
         with guarded(self, "read state"):
@@ -154,7 +161,7 @@ class Brain(Simulation):
             NetworkError: a population has no such parameter, or a value is impossible.
         """
         self.require_ready()
-        changed = changes.parameter_changes(self.network, selected(self.network, neurons), values)
+        changed = changes.parameter_changes(self.network, global_ids(self.network, neurons), values)
         trains = {train.label: train for train in self._attached.trains}
         if any(change.label not in trains for change in changed):
             self._require_change(PARAMETERS)
@@ -311,7 +318,7 @@ class Brain(Simulation):
         samples = unset(sum(prod(trace.shape) for trace in traces))
         self._do_run_recording(until_ns - began_ns, [trace.earlier(began_ns) for trace in traces], samples)
         for recorder, trace, values in zip(
-            self._attached.recorders, traces, divided(samples, traces), strict=True
+            self._attached.recorders, traces, split_samples(samples, traces), strict=True
         ):
             recorder.take(trace.times_ns, values)
 

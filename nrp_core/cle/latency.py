@@ -47,7 +47,7 @@ def paths(functions: Sequence[TransferFunction]) -> list[LoopPath]:
     published = {topic.name for function in functions for topic in function.published}
     found = []
     for sensor in sorted(read - published):
-        reached = _reached(functions, sensor)
+        reached = _paths_from(functions, sensor)
         for actuator in sorted(published - read):
             ways = [reached[i] for i in reached if actuator in _names(functions[i].published)]
             if ways:
@@ -56,7 +56,7 @@ def paths(functions: Sequence[TransferFunction]) -> list[LoopPath]:
     return found
 
 
-def _reached(functions: Sequence[TransferFunction], sensor: str) -> dict[int, tuple[int, tuple[str, ...]]]:
+def _paths_from(functions: Sequence[TransferFunction], sensor: str) -> dict[int, tuple[int, tuple[str, ...]]]:
     """Return the number of steps and the path to each function that a sensor reaches (Dijkstra)."""
     queue: list[tuple[int, tuple[str, ...], int]] = [
         (0, (function.name,), i)

@@ -48,7 +48,7 @@ class Wiring:
         for i, function in enumerate(added):
             require_new_name(function, added[:i])
         new = {function.name: function for function in added}
-        removed = {self._known(name) for name in remove} - new.keys()
+        removed = {self._require_known(name) for name in remove} - new.keys()
         after = {name: function for name, function in bound.items() if name not in removed} | new
         declare_topics(list(after.values()), self._world)
         self._bind(added, bound)
@@ -71,7 +71,7 @@ class Wiring:
                     port.restore(before[_device_key(port)].save())
             undo.pop_all()
 
-    def _known(self, name: str) -> str:
+    def _require_known(self, name: str) -> str:
         names = [function.name for function in self.functions]
         if name not in names:
             raise ExperimentError(f"there is no transfer function '{name}'{did_you_mean(name, names)}")
@@ -83,7 +83,7 @@ class Wiring:
         Raises:
             ExperimentError: it does not exist.
         """
-        self._known(name)
+        self._require_known(name)
         return next(function for function in self.functions if function.name == name)
 
     def close(self) -> None:

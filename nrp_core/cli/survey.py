@@ -86,12 +86,12 @@ def examine(
     )
     answers = [line for line in answer.output.splitlines() if line.startswith(_MARK)]
     if answer.exit_code == 0 and answers:
-        return _surveyed(kind, provider, json.loads(answers[-1].removeprefix(_MARK)))
+        return _result(kind, provider, json.loads(answers[-1].removeprefix(_MARK)))
     remedy = f"pip install --force-reinstall {provider.distribution}"
     return Surveyed(kind, provider, False, reason=_cause_of_death(answer, timeout_s), remedy=remedy)
 
 
-def _surveyed(kind: str, provider: Provider, data: dict[str, Any]) -> Surveyed:
+def _result(kind: str, provider: Provider, data: dict[str, Any]) -> Surveyed:
     """Return the answer of a backend, with a reason if one of its requirements is missing."""
     diagnoses = tuple(Diagnosis(**diagnosis) for diagnosis in data["diagnoses"])
     reason, remedy = data["reason"], data["remedy"]

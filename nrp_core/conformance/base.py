@@ -45,7 +45,7 @@ def refuse_replaced_tests(cls: type) -> None:
         if not name.startswith("test") or not inherited:
             continue
         in_part = _explained_in_part(value, inherited[0]) and _calls(value, name)
-        if not in_part and not _explained(_marks(value)):
+        if not in_part and not _has_reason(_marks(value)):
             raise TypeError(
                 f"{cls.__name__}.{name} replaces a test of the conformance kit; if the backend cannot pass "
                 f"it yet, call super().{name}() under @pytest.mark.xfail(reason='...'), or mark only "
@@ -57,7 +57,7 @@ def _explained_in_part(test: object, original: object) -> bool:
     """Return whether a test has the parameters of the original, with only explained failures."""
     marks = [mark for marks, _ in _parameters(test) for mark in marks]
     same = [values for _, values in _parameters(test)] == [values for _, values in _parameters(original)]
-    return same and bool(marks) and all(_explained([mark]) for mark in marks)
+    return same and bool(marks) and all(_has_reason([mark]) for mark in marks)
 
 
 def _calls(test: object, name: str) -> bool:
@@ -83,7 +83,7 @@ def _marks(test: object) -> list[Any]:
     return list(getattr(test, "pytestmark", ()))
 
 
-def _explained(marks: Iterable[Any]) -> bool:
+def _has_reason(marks: Iterable[Any]) -> bool:
     return any(mark.name == "xfail" and mark.kwargs.get("reason") for mark in marks)
 
 

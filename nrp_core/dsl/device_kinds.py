@@ -136,7 +136,7 @@ class DeviceKind:
             ValueError: an option has an invalid value.
         """
         brain = binding.brain
-        given, ids = self._connected({**self.defaults, **options}, selection.ids, brain.seed, name)
+        given, ids = self._connect({**self.defaults, **options}, selection.ids, brain.seed, name)
         of_device = {key: given.pop(key) for key in self.device.options if key in given}
         for item in dataclasses.fields(self.spec):
             if item.type in ("float", "int") and isinstance(given.get(item.name), str):
@@ -149,7 +149,7 @@ class DeviceKind:
             port = brain.add_sink(spec, ids, name=name)
         return self.device(parameter, port, selection, partial(brain.remove, port), **of_device)
 
-    def _connected(
+    def _connect(
         self, given: dict[str, Any], ids: IntArray, seed: int, name: str
     ) -> tuple[dict[str, Any], IntArray]:
         """Return the settings and neurons that a ``connector`` describes.

@@ -53,10 +53,10 @@ def require_new_name(function: TransferFunction, others: Iterable[TransferFuncti
     """
     for other in others:
         if other.name == function.name:
-            raise function.place.error(name_taken(function.name, other.place))
+            raise function.place.error(name_taken_message(function.name, other.place))
 
 
-def name_taken(name: str, place: object) -> str:
+def name_taken_message(name: str, place: object) -> str:
     """Return the message about a function whose name is already taken by a function at a place."""
     return f"the transfer function '{name}' already exists, at {place}; rename one"
 
@@ -412,11 +412,11 @@ class _FunctionDecorator:
             )
         if not hasattr(function, "__code__"):
             raise self.place.error(f"@{self.flow.value} decorates a function, not {function!r}")
-        made = self._made(function)
+        made = self._make(function)
         register(made)
         return made
 
-    def _made(self, function: Callable[..., Any]) -> TransferFunction:
+    def _make(self, function: Callable[..., Any]) -> TransferFunction:
         return TransferFunction(
             function, flow=self.flow, topic=self.topic, triggers=self._triggers,
             throttling_rate=self._throttling_rate, priority=self._priority,

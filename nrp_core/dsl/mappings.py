@@ -49,17 +49,17 @@ class Variable(Adapter):
 
     def __init__(self, name: str, initial: Any = None) -> None:
         self.name = name
-        self._initial = _copied(initial)
+        self._initial = _copy(initial)
         self.reset()
 
     def begin_with(self, initial: Any) -> None:
         """Set the initial value, unless there already is one."""
         if self._initial is None and initial is not None:
-            self._initial = _copied(initial)
+            self._initial = _copy(initial)
             self.reset()
 
     def reset(self) -> None:
-        self.value: Any = _copied(self._initial)
+        self.value: Any = _copy(self._initial)
 
     def save(self) -> Any:
         return self.value
@@ -83,7 +83,7 @@ def _has_nan(value: Any) -> bool:
     return is_real and bool(np.isnan(value).any())
 
 
-def _copied(value: Any) -> Any:
+def _copy(value: Any) -> Any:
     try:
         return copy.deepcopy(value)
     except (TypeError, copy.Error):

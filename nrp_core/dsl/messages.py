@@ -139,7 +139,7 @@ def message_type(given: Any) -> type:
     """
     name = given if isinstance(given, str) else _foreign_name(given)
     if name is not None:
-        return _named(name)
+        return _message_class(name)
     if isinstance(given, type):
         return given
     raise TopicError(f"{given!r:.60} is not a message type; name one such as std_msgs.msg.Float64")
@@ -156,7 +156,7 @@ def _foreign_name(given: Any) -> str | None:
     return ros1_name if isinstance(ros1_name, str) else None
 
 
-def _named(name: str) -> type:
+def _message_class(name: str) -> type:
     package, _, short = name.replace(".", "/").replace("/msg/", "/").partition("/")
     if package not in message_packages():
         raise TopicError(f"unknown message package '{package}'{did_you_mean(package, message_packages())}")

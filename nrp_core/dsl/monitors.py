@@ -49,7 +49,7 @@ class NeuronMonitor(Neuron2Robot):
             f"/monitor/{name}", SpikeEvent if monitor_type is spike_recorder else SpikeRate
         )
 
-    def _made(self, function: Callable[..., Any]) -> TransferFunction:
+    def _make(self, function: Callable[..., Any]) -> TransferFunction:
         return MonitoringFunction(function, self._sink, self._monitored)
 
 

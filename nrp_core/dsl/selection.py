@@ -316,27 +316,27 @@ class Selector:
         return Selector(find, f"{self._text}.{method}({', '.join(map(repr, arguments))})")
 
     def __add__(self, other: Any) -> Selector:
-        return _combined(operator.add, "+", self, other)
+        return _combine(operator.add, "+", self, other)
 
     def __radd__(self, other: Any) -> Selector:
         if isinstance(other, int) and other == 0:  # sum() begins with 0
             return self
-        return _combined(operator.add, "+", other, self)
+        return _combine(operator.add, "+", other, self)
 
     def __sub__(self, other: Any) -> Selector:
-        return _combined(operator.sub, "-", self, other)
+        return _combine(operator.sub, "-", self, other)
 
     def __rsub__(self, other: Any) -> Selector:
-        return _combined(operator.sub, "-", other, self)
+        return _combine(operator.sub, "-", other, self)
 
     def __mul__(self, other: Any) -> Selector:
-        return _combined(operator.mul, "*", self, other)
+        return _combine(operator.mul, "*", self, other)
 
     def __rmul__(self, other: Any) -> Selector:
-        return _combined(operator.mul, "*", other, self)
+        return _combine(operator.mul, "*", other, self)
 
     def __floordiv__(self, other: Any) -> Selector:
-        return _combined(operator.floordiv, "//", self, other)
+        return _combine(operator.floordiv, "//", self, other)
 
 
 brain = Selector(lambda root: root, "brain")
@@ -367,7 +367,7 @@ def map_neurons(source: Any, selector: Callable[[Any], Any]) -> Selector:
     def find(root: Root) -> list[Any]:
         items = _evaluate(source, root)
         items = range(items) if isinstance(items, int) else items
-        return _flattened(_evaluate(selector(item), root) for item in items)
+        return _flatten(_evaluate(selector(item), root) for item in items)
 
     return Selector(find, f"map_neurons({source!r}, {_name_of(selector)})")
 
@@ -375,7 +375,7 @@ def map_neurons(source: Any, selector: Callable[[Any], Any]) -> Selector:
 def chain_neurons(*selectors: Any) -> Selector:
     """Return all selections one after another; a device on them becomes a device group."""
     return Selector(
-        lambda root: _flattened(_evaluate(selector, root) for selector in selectors),
+        lambda root: _flatten(_evaluate(selector, root) for selector in selectors),
         f"chain_neurons({', '.join(map(repr, selectors))})",
     )
 
@@ -420,14 +420,14 @@ def _evaluate(value: Any, root: Root) -> Any:
     return value
 
 
-def _combined(operation: Callable[[Any, Any], Any], sign: str, left: Any, right: Any) -> Selector:
+def _combine(operation: Callable[[Any, Any], Any], sign: str, left: Any, right: Any) -> Selector:
     def find(root: Root) -> Any:
         return operation(_evaluate(left, root), _evaluate(right, root))
 
     return Selector(find, f"({left!r} {sign} {right!r})")
 
 
-def _flattened(items: Iterable[Any]) -> list[Any]:
+def _flatten(items: Iterable[Any]) -> list[Any]:
     flat: list[Any] = []
     for item in items:
         flat += item if isinstance(item, list) else [item]

@@ -51,7 +51,7 @@ def load_backend(
 
 
 @contextmanager
-def named(backend: str, action: str) -> Iterator[None]:
+def named_errors(backend: str, action: str) -> Iterator[None]:
     """Convert any exception of a backend in this block to an error that names it.
 
     Args:

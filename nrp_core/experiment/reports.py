@@ -8,7 +8,7 @@ from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
 from nrp_core.brain.capabilities import Report
 from nrp_core.errors import CapabilityError
-from nrp_core.experiment.backends import named
+from nrp_core.experiment.backends import named_errors
 from nrp_core.experiment.making.maker import build_here, with_parameters
 from nrp_core.experiment.making.prepare import (
     ProgressCallback,
@@ -73,7 +73,7 @@ def account_of(
     assert network is not None
     side.capabilities.require(network, name)
     progress("collecting reports about the network")
-    with collector.during(Code.NRP350, "brain", "model"), named(name, "report about the network"):
+    with collector.during(Code.NRP350, "brain", "model"), named_errors(name, "report about the network"):
         reports = side.backend.reports(network, side.options)
     collector.raise_errors()
     synapses = sum(projection.size for projection in network.projections)

@@ -46,7 +46,7 @@ def no_initial_synapses(backend: str, projection: str, given: Iterable[str]) -> 
     """Return the error for a brain backend whose synapses begin at rest."""
     return CapabilityError(
         f"{backend} begins with all synapses at rest; projection '{projection}' gives the initial values of "
-        f"{_listed(given, 'none')}, which 'event' takes"
+        f"{_join_names(given, 'none')}, which 'event' takes"
     )
 
 
@@ -88,15 +88,17 @@ def no_variable(
 
 def not_shown(brain: object, variable: str, valid: Iterable[str]) -> CapabilityError:
     """Return the error for a state variable that a brain does not show of any cell."""
-    return refusal(brain, f"does not show '{variable}'; it shows: {_listed(valid, 'none')}")
+    return refusal(brain, f"does not show '{variable}'; it shows: {_join_names(valid, 'none')}")
 
 
 def no_change(brain: object, thing: str, valid: Iterable[str]) -> CapabilityError:
     """Return the error for a change of the network that a brain cannot make while it runs."""
-    return refusal(brain, f"cannot change {thing} while it runs; it can change: {_listed(valid, 'nothing')}")
+    return refusal(
+        brain, f"cannot change {thing} while it runs; it can change: {_join_names(valid, 'nothing')}"
+    )
 
 
-def _listed(names: Iterable[str], empty: str) -> str:
+def _join_names(names: Iterable[str], empty: str) -> str:
     return ", ".join(sorted(names)) or empty
 
 
@@ -108,7 +110,7 @@ def world_lacks(backend: str, need: str) -> str:
     return f"the world backend '{backend}' lacks the capability '{need}'"
 
 
-def unmoved(model: str) -> str:
+def immovable(model: str) -> str:
     """Return the clause about a model that only forces could move, for a world without dynamics."""
     return f"has no dynamics: '{model}' would not move; make it static"
 

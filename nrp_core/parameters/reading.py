@@ -96,12 +96,12 @@ class Declared:
             (path, statement.lineno)
             for path, tree in self.trees.items()
             for i, statement in enumerate(tree.body)
-            if _is_kept_nowhere(statement, read) or _is_replaced(tree.body, i)
+            if _is_discarded(statement, read) or _is_replaced(tree.body, i)
         }
         return [one for one in self.parameters.values() if (one.path, one.line) in kept_nowhere]
 
 
-def parsed(path: Path) -> ast.Module:
+def parse_script(path: Path) -> ast.Module:
     """Return a file of Python as a tree.
 
     Raises:
@@ -111,7 +111,10 @@ def parsed(path: Path) -> ast.Module:
 
 
 def read_parameters(
-    path: Path, dialect: Dialect, tree_of: Callable[[Path], ast.Module] = parsed, into: Declared | None = None
+    path: Path,
+    dialect: Dialect,
+    tree_of: Callable[[Path], ast.Module] = parse_script,
+    into: Declared | None = None,
 ) -> Declared:
     """Return the parameters that a script declares; a file that is not Python has none.
 
@@ -198,7 +201,7 @@ def _calls(nodes: Collection[ast.AST], dialect: Dialect) -> Iterator[ast.Call]:
                 yield node
 
 
-def _is_kept_nowhere(node: ast.stmt, read: Collection[str]) -> bool:
+def _is_discarded(node: ast.stmt, read: Collection[str]) -> bool:
     """Return whether a statement drops a parameter's value, or assigns it to a name that nothing reads."""
     match node:
         case ast.Expr(ast.Call(func)):

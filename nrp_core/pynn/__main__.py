@@ -88,7 +88,7 @@ def _run(script: Path, backend: str | None, options: Mapping[str, str]) -> None:
     reading = reading_of(script)
     sim.state.tell(reading.remarks(script))
     scope = scope_of(
-        sim, modules={**asking, **reading.modules}, dialect=_NotAsked(sim), replaced=_tell,
+        sim, modules={**asking, **reading.modules}, dialect=_NotAsked(sim), replaced=_warn,
         compiled=reading.compiled,
     )  # fmt: skip
     try:
@@ -111,7 +111,7 @@ def _setup(begin: Callable[..., int], backend: str | None, options: Mapping[str,
     return setup
 
 
-def _tell(simulator: str) -> None:
+def _warn(simulator: str) -> None:
     print(f"note: {simulator} is nrp_core.pynn here, which runs the network in nrp-core", file=sys.stderr)
 
 

@@ -48,10 +48,10 @@ class Recorder(recording.Recorder):
     def start(self, brain: Brain) -> None:
         """Connect to a brain that was just opened."""
         self._ports, self._traces = [], []
-        self._tell_of_moments_between_steps(brain)
+        self._warn_of_times_between_steps(brain)
         self._listen_to_all()
 
-    def _tell_of_moments_between_steps(self, brain: Brain) -> None:
+    def _warn_of_times_between_steps(self, brain: Brain) -> None:
         step_ns, interval_ns = brain.capabilities.resolution_ns, from_milliseconds(self.sampling_interval)
         has_state = any(variable not in (SPIKES.name, REWIRING.name) for variable in self._names())
         if has_state and step_ns is not None and interval_ns % step_ns:

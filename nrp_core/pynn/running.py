@@ -263,7 +263,7 @@ class RunningState(State):
         self.t = t_ms
         self._longest_ms = max(self._longest_ms, t_ms)
 
-    def _placed(self, error: NetworkError) -> NetworkError:
+    def _with_place(self, error: NetworkError) -> NetworkError:
         """Return the error of a backend at the line of the projection that it names, if it names one."""
         names = unique(projection.label for projection in self.projections)
         for name, projection in zip(names, self.projections, strict=True):
@@ -288,12 +288,12 @@ class RunningState(State):
         try:
             options = backend.options.model_validate({**own, **self._options})
         except ValidationError as error:
-            wrong = [_told(found, backend.options.model_fields) for found in error.errors()]
+            wrong = [_unknown_option(found, backend.options.model_fields) for found in error.errors()]
             raise ExperimentError(f"options of brain backend '{self._backend}': {'; '.join(wrong)}") from None
         try:
             self.brain = backend.open(network, seed=self._seed, options=options)
         except NetworkError as error:
-            raise self._placed(error) from None
+            raise self._with_place(error) from None
         for warning in self.brain.warnings:
             if warning not in self._told:  # a reset may open the brain again
                 self._told.append(warning)
@@ -335,7 +335,7 @@ def _warnings_about_main() -> Iterator[str]:
         yield from warnings_about(path)
 
 
-def _told(found: Mapping[str, Any], known: Iterable[str]) -> str:
+def _unknown_option(found: Mapping[str, Any], known: Iterable[str]) -> str:
     """Return what is wrong with an option, and the option that may be meant."""
     name = ".".join(map(str, found["loc"]))
     unknown = f"'{name}' is not an option{did_you_mean(name, known)}"

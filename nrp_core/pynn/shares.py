@@ -40,10 +40,10 @@ class Shares:
     def of(self, projection: Any) -> list[tuple[str, Any]]:
         """Return the label of each share of a script's projection, and the index of its synapses in that."""
         if projection not in self._found:
-            self._found[projection] = list(self._divided(projection))
+            self._found[projection] = list(self._split(projection))
         return self._found[projection]
 
-    def _divided(self, projection: Any) -> Iterator[tuple[str, Any]]:
+    def _split(self, projection: Any) -> Iterator[tuple[str, Any]]:
         parts = self._parts[projection]
         if len(parts) == 1:  # all of them; a list of these would be larger than the network
             yield parts[0].label, slice(None)

@@ -26,7 +26,7 @@ def compressible(image: Image) -> bool:
 def compress(image: Image) -> CompressedImage:
     """Return an image as JPEG."""
     cv2 = _opencv()
-    pixels = _shaped(image)
+    pixels = _reshape(image)
     if image.encoding == "rgb8":
         pixels = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)  # three times as fast as reversing the axis
     _, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
@@ -44,7 +44,7 @@ def pixels_of(image: Image | CompressedImage) -> Pixels:
 def values_of(image: Image | CompressedImage) -> npt.NDArray[Any]:
     """Return the values of a recorded image: RGB, or one value per pixel, such as depths in m."""
     if isinstance(image, CompressedImage):
-        return _decoded(image)[:, :, ::-1]
+        return _decode(image)[:, :, ::-1]
     values = as_it_was(image).data
     return values[:, :, ::-1] if image.encoding == "bgr8" else values
 
@@ -66,12 +66,12 @@ def _greys(values: npt.NDArray[Any]) -> Pixels:
     return np.asarray(255 * (1 - far), np.uint8)
 
 
-def _shaped(image: Image) -> Pixels:
+def _reshape(image: Image) -> Pixels:
     shape = (image.height, image.width, _CHANNELS[image.encoding])
     return np.asarray(image.data, np.uint8).reshape(shape)
 
 
-def _decoded(image: CompressedImage) -> Pixels:
+def _decode(image: CompressedImage) -> Pixels:
     """Return the pixels of an image file, BGR; a black pixel if it is broken."""
     cv2 = _opencv()
     decoded = cv2.imdecode(np.frombuffer(image.data, np.uint8), cv2.IMREAD_COLOR)

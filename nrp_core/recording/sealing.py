@@ -18,7 +18,7 @@ _ODD_NAMES = "surrogateescape"
 """Names of files may have bytes that are not UTF-8."""
 
 
-def sealed(data: Mapping[str, Any]) -> bytes:
+def seal(data: Mapping[str, Any]) -> bytes:
     """Return JSON data as the bytes of a file, with their digest as the last key."""
     rest = {key: value for key, value in data.items() if key != DIGEST}
     digest = hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
@@ -27,7 +27,7 @@ def sealed(data: Mapping[str, Any]) -> bytes:
 
 
 def read_sealed(path: Path) -> dict[str, Any]:
-    """Return the data of a file that :func:`sealed` made.
+    """Return the data of a file that :func:`seal` made.
 
     Raises:
         ExperimentError: it cannot be read, or was changed or damaged.
@@ -35,7 +35,7 @@ def read_sealed(path: Path) -> dict[str, Any]:
     try:
         written = path.read_bytes()
         data = json.loads(written.decode(errors=_ODD_NAMES))
-        intact = isinstance(data, dict) and written == sealed(data)
+        intact = isinstance(data, dict) and written == seal(data)
     except OSError as error:
         raise ExperimentError(f"cannot be read: {error.strerror or error}", path=path) from error
     except (ValueError, RecursionError) as error:

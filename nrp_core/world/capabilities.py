@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from nrp_core.findings import Code, Findings
-from nrp_core.findings.refusals import no_joint, refusal, unmoved
+from nrp_core.findings.refusals import immovable, no_joint, refusal
 from nrp_core.simulation import Determinism
 from nrp_core.world.scene.model import Joint, Model, Scene
 
@@ -68,7 +68,7 @@ class WorldCapabilities:
         """Return the capability that a scene needs and this backend lacks, as a message; '' if none."""
         for model in scene.models if not self.own_scene else ():
             if not (self.dynamics or model.static or model.drives):
-                return unmoved(model.name)
+                return immovable(model.name)
             for joint in model.joints if self.dynamics and not model.static else ():
                 for need in needs_of(model, joint):
                     if not getattr(self, need):

@@ -94,7 +94,7 @@ class Parts:
 
     def open(self, own: Sequence[Part]) -> None:
         """Connect the parts of the world itself, and those of the first scene."""
-        self._own = self._connected(own, None)
+        self._own = self._connect(own, None)
         self.update()
 
     def update(self) -> None:
@@ -105,13 +105,13 @@ class Parts:
                 self._board.disconnect(part)
         for name, model in models.items():
             if name not in self._of_models:
-                self._of_models[name] = self._connected(list(parts_of(model, self._engine)), model)
+                self._of_models[name] = self._connect(list(parts_of(model, self._engine)), model)
         self.all = [*self._own, *(part for name in models for part in self._of_models[name])]
         self.timed = [part for part in self.all if part.unwrapped.has_deadlines]
         self.pollers = [part for part in self.all if type(part).poll is not Part.poll]
         self._reported = None
 
-    def _connected(self, usual: Sequence[Part], model: Model | None) -> list[Part]:
+    def _connect(self, usual: Sequence[Part], model: Model | None) -> list[Part]:
         parts = list(self._engine.parts(usual, model))
         for part in parts:
             self._board.connect(part)

@@ -99,7 +99,7 @@ def with_added_sensors(model: Model, sensors: Iterable[AddedSensor]) -> Model:
     links, misplaced = with_frames(links, model.joints)
     if misplaced:
         raise SceneError(f"'{model.name}/{misplaced[0].link}': {misplaced[0].message}")
-    result = replace(model, links=tuple(links), warnings=(*model.warnings, *_unplaced(notes)))
+    result = replace(model, links=tuple(links), warnings=(*model.warnings, *_without_place(notes)))
     result.check()
     return result
 
@@ -109,7 +109,7 @@ def _place(pose: Pose, part: Element) -> Pose:
     return pose if part.tag == "sensor" else Pose()
 
 
-def _unplaced(notes: Notes) -> Iterator[Finding]:
+def _without_place(notes: Notes) -> Iterator[Finding]:
     """Yield the warnings, which are about no file."""
     return (replace(each, path=None, line=None) for each in notes.findings)
 
@@ -219,12 +219,12 @@ def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
         return model
     if model.static:
         raise SceneError(f"the robot '{model.name}' never moves (<static>), so nothing can be fitted to it")
-    model = _held(model, fitting.fixed)
+    model = _fix_base(model, fitting.fixed)
     starts = {**dict(model.starts), **dict(_start(model, *start) for start in fitting.starts)}
     model = replace(model, starts=tuple(starts.items()))
     controls: dict[tuple[str, str], JointControl] = {}
     for pattern, control in fitting.control:
-        for joint in _chosen(model, pattern, control):
+        for joint in _matching_joints(model, pattern, control):
             if (joint, control.mode) in controls:
                 raise SceneError(f"two patterns give the joint '{joint}' of '{model.name}' a {control.mode}")
             controls[joint, control.mode] = control
@@ -254,7 +254,7 @@ def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
     return with_added_sensors(result, fitting.sensors)
 
 
-def _held(model: Model, fixed: bool | None) -> Model:
+def _fix_base(model: Model, fixed: bool | None) -> Model:
     """Return a robot whose base is fixed to the world, or free of it."""
     holding = [joint for joint in model.joints if joint.parent == WORLD and joint.kind == "fixed"]
     if fixed and not any(joint.parent == WORLD for joint in model.joints):
@@ -290,7 +290,7 @@ def _start(model: Model, name: str, position: float) -> tuple[str, float]:
     return name, position
 
 
-def _chosen(model: Model, pattern: str, control: JointControl) -> list[str]:
+def _matching_joints(model: Model, pattern: str, control: JointControl) -> list[str]:
     """Return the joints that a pattern matches; ball joints only take positions, without gains."""
     try:
         matches = re.compile(pattern).fullmatch
@@ -356,9 +356,9 @@ def section_for(model: Model, file: str, args: Mapping[str, str] = _NONE) -> Ite
         args: the arguments that it was expanded with.
     """
     open_joints = without_commands(model)
-    yield from ("robots:", f"  {_quoted(_identifier(model.name))}:", f"    model: {_quoted(file)}")
+    yield from ("robots:", f"  {_quote(_identifier(model.name))}:", f"    model: {_quote(file)}")
     if args:
-        given = ", ".join(f"{_quoted(name)}: {json.dumps(value)}" for name, value in args.items())
+        given = ", ".join(f"{_quote(name)}: {json.dumps(value)}" for name, value in args.items())
         yield f"    args: {{{given}}}"
     yield "    control:"
     everything = {joint.name for joint in open_joints} == {joint.name for joint in commandable(model)}
@@ -366,17 +366,17 @@ def section_for(model: Model, file: str, args: Mapping[str, str] = _NONE) -> Ite
         yield f'      ".*": {{mode: {_mode(open_joints[0])}}}'
         return
     for joint in open_joints:
-        yield f"      {_quoted(re.escape(joint.name))}: {{mode: {_mode(joint)}}}"
+        yield f"      {_quote(re.escape(joint.name))}: {{mode: {_mode(joint)}}}"
 
 
 def models_for(folders: Iterable[Path]) -> str:
     """Return the line of an experiment file with the folders in which the parts of robots are searched."""
-    return f"models: [{', '.join(_quoted(str(folder)) for folder in folders)}]"
+    return f"models: [{', '.join(_quote(str(folder)) for folder in folders)}]"
 
 
 def sensors_for(model: Model) -> Iterator[str]:
     """Yield lines, as comments in the section of a robot, that would give it sensors."""
-    link = _quoted(model.links[0].name)
+    link = _quote(model.links[0].name)
     image = "camera: {horizontal_fov: 1.2, image: {width: 160, height: 120}}"
     yield "    # add_sensors:"
     yield f"    #   - {{type: imu, link: {link}, rate: 100 Hz}}"
@@ -387,7 +387,7 @@ def _mode(joint: Joint) -> str:
     return "velocity" if joint.kind == "continuous" else "position"
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """Return a text as YAML has it: as it is where YAML takes it for a text, else quoted."""
     plain = _PLAIN.fullmatch(text) and text.lower() not in _WORDS
     return text if plain else json.dumps(text, ensure_ascii=False)

@@ -29,7 +29,7 @@ from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, Verdict
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import seal
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.rigid import ModelMotion, Pose
@@ -214,7 +214,7 @@ def test_another_seed_is_another_run(made: Made, tmp_path: Path) -> None:
     told = json.loads((copy / RUN_NAME).read_text())
     told["distributions"] |= {"numpy": "1.26.4", "antique": "0.1"}
     told["machine"]["cpu_features"] = ["sse4_2"]
-    (copy / RUN_NAME).write_bytes(sealed(told))
+    (copy / RUN_NAME).write_bytes(seal(told))
     outcome = Made(copy, {}).replay()
     flaw, versions, processor = outcome.warnings.messages
     assert flaw.startswith("experiment.yaml (the experiment as it was run) was changed")

@@ -17,7 +17,7 @@ from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, Verdict
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import seal
 
 MS = 10**6
 FROM_NS = 500 * MS
@@ -56,7 +56,7 @@ def changed(folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
     """Change what ``run.json`` says, as if it had always said so."""
     told = json.loads((folder / RUN_NAME).read_text())
     change(told)
-    (folder / RUN_NAME).write_bytes(sealed(told))
+    (folder / RUN_NAME).write_bytes(seal(told))
     return folder
 
 

@@ -30,7 +30,7 @@ from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule
 from nrp_brain_event.synapse_laws import RULES, SHARES
 from nrp_core._support.jit import jit
 from nrp_core.brain.devices import short_term
-from nrp_core.brain.devices.short_term import facilitated
+from nrp_core.brain.devices.short_term import utilization
 from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE
 from nrp_core.brain.network.synapses import (
     MULTIQUANTAL,
@@ -57,7 +57,7 @@ def simple_stochastic_share(synapse: Any, t: float) -> float:
 def stochastic_tsodyks_markram_share(synapse: Any, t: float) -> float:
     """Return 1 if a spike emitted at t (ms) releases the vesicle, else 0."""
     dt = t - synapse.t
-    synapse.u, synapse.t = facilitated(synapse, dt), t
+    synapse.u, synapse.t = utilization(synapse, dt), t
     if synapse.empty and uniform(synapse) < 1.0 - exp(-dt / synapse.tau_rec):
         synapse.empty = 0.0
     if not synapse.empty and uniform(synapse) < synapse.u:
@@ -70,7 +70,7 @@ def stochastic_tsodyks_markram_share(synapse: Any, t: float) -> float:
 def multiquantal_share(synapse: Any, t: float) -> float:
     """Return the share of the sites that a spike emitted at t (ms) empties."""
     dt = t - synapse.t
-    synapse.u, synapse.t = facilitated(synapse, dt), t
+    synapse.u, synapse.t = utilization(synapse, dt), t
     synapse.empty -= _count(synapse, synapse.empty, 1.0 - exp(-dt / synapse.tau_rec))
     released = _count(synapse, synapse.n - synapse.empty, synapse.u)
     synapse.empty += released

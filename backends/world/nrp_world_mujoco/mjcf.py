@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from nrp_core._support.files import kept_folder
+from nrp_core._support.files import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
 from nrp_core.world.render.cameras import looking
@@ -282,7 +282,7 @@ class _Writer:
         def fill(folder: Path) -> None:
             write_stl(folder / _MESH, triangles)
 
-        return kept_folder("mjcf", digest, fill, lambda folder: (folder / _MESH).is_file()) / _MESH
+        return cached_folder("mjcf", digest, fill, lambda folder: (folder / _MESH).is_file()) / _MESH
 
     def _camera(self, camera: int) -> Iterator[str]:
         width, height = self._m.cam_resolution[camera].tolist()

@@ -19,7 +19,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core._support.files import kept_folder
+from nrp_core._support.files import cached_folder
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.meshes import LFS
 from nrp_core.world.scene.meshes.gltf import glb
@@ -159,7 +159,7 @@ class Images:
             assert data is not None  # it was written above
             (folder / _FILE).write_bytes(data)
 
-        whole = kept_folder("mjcf", digest.hexdigest(), fill, lambda folder: (folder / _FILE).is_file())
+        whole = cached_folder("mjcf", digest.hexdigest(), fill, lambda folder: (folder / _FILE).is_file())
         return whole / _FILE
 
     def _pixels(self, texture: int) -> Any:

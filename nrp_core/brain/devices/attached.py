@@ -18,7 +18,7 @@ from nrp_core.errors import LifecycleError, NeuronSelectionError, SnapshotError
 from nrp_core.seeds import Seeds
 
 
-def selected(network: Network, neurons: npt.ArrayLike) -> IntArray:
+def global_ids(network: Network, neurons: npt.ArrayLike) -> IntArray:
     """Return global ids.
 
     Raises:
@@ -54,7 +54,7 @@ def drivable(network: Network, neurons: npt.ArrayLike, name: str) -> IntArray:
     Raises:
         NeuronSelectionError: a neuron does not exist, or is a source itself.
     """
-    ids = selected(network, neurons)
+    ids = global_ids(network, neurons)
     if (label := source_among(network, ids)) is not None:
         raise NeuronSelectionError(
             f"'{name}' cannot drive neurons of population '{label}', which only emit spikes"

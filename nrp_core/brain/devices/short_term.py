@@ -21,7 +21,7 @@ driven = jit(filters.driven)
 
 
 @jit
-def facilitated(synapse: Any, dt: float) -> float:
+def utilization(synapse: Any, dt: float) -> float:
     """Return u for a spike dt (ms) after the last one; ``U`` without facilitation."""
     left = synapse.u * exp(-dt / synapse.tau_facil) if synapse.tau_facil > 0.0 else 0.0
     return float(left + synapse.U * (1.0 - left))
@@ -46,7 +46,7 @@ def released_share(synapse: Any, t: float) -> float:
     else:
         synapse.z = (synapse.z + synapse.y) * exp(-dt / synapse.tau_rec)
         synapse.y = 0.0
-    synapse.u = facilitated(synapse, dt)
+    synapse.u = utilization(synapse, dt)
     released = float(synapse.u * (1.0 - synapse.y - synapse.z))
     synapse.y += released
     synapse.t = t

@@ -355,7 +355,7 @@ class Trace:
         return replace(self, times_ns=self.times_ns - by_ns)
 
 
-def divided(samples: FloatArray, traces: Sequence[Trace]) -> list[FloatArray]:
+def split_samples(samples: FloatArray, traces: Sequence[Trace]) -> list[FloatArray]:
     """Return the samples of each trace, which lie one after another, as views of shape ``(n, m)``."""
     ends = np.cumsum([prod(trace.shape) for trace in traces])
     return [part.reshape(trace.shape) for part, trace in zip(np.split(samples, ends), traces, strict=False)]
@@ -369,7 +369,7 @@ def run_halting(
     read: Callable[[str, IntArray], FloatArray],
 ) -> None:
     """Run to a time with a halt at each sample, which is read and stored."""
-    values, row = divided(samples, traces), [0] * len(traces)
+    values, row = split_samples(samples, traces), [0] * len(traces)
     for stop_ns in np.unique(np.concatenate([[t_ns], *(trace.times_ns for trace in traces)])).tolist():
         run(stop_ns)
         for k, trace in enumerate(traces):

@@ -167,7 +167,7 @@ def _write(file: Any, network: Network) -> None:
     for index, (name, ids) in enumerate(network.views.items()):
         part = file.create_group(f"views/{index}")
         _describe(part, name=name)
-        _put(part, "neurons", ids)
+        _write_array(part, "neurons", ids)
     for name in ("populations", "projections", "views"):
         file.require_group(name)
 
@@ -185,7 +185,7 @@ def _write_population(part: Any, population: Population) -> int:
     _put_all(part, "parameters", population.parameters)
     _put_all(part, "initial_values", population.initial_values)
     if population.positions_um is not None:
-        _put(part, "positions_um", population.positions_um)
+        _write_array(part, "positions_um", population.positions_um)
     are_shared = bool(population.spike_times_ms) and _write_trains(part, population.spike_times_ms)
     return _WITH_CELLS if population.equations is not None else 2 if are_shared else 1
 
@@ -196,10 +196,10 @@ def _write_trains(part: Any, trains: Sequence[FloatArray]) -> bool:
     distinct_trains = dict(zip(contents, trains, strict=True))
     if are_shared := sum(map(len, distinct_trains.values())) < sum(map(len, trains)):
         places = {content: place for place, content in enumerate(distinct_trains)}
-        _put(part, "spike_train", np.array([places[content] for content in contents]))
+        _write_array(part, "spike_train", np.array([places[content] for content in contents]))
         trains = list(distinct_trains.values())
-    _put(part, "spike_times_ms", np.concatenate([np.empty(0), *trains]))
-    _put(part, "spike_counts", np.array([len(train) for train in trains]))
+    _write_array(part, "spike_times_ms", np.concatenate([np.empty(0), *trains]))
+    _write_array(part, "spike_counts", np.array([len(train) for train in trains]))
     return are_shared
 
 
@@ -209,7 +209,7 @@ def _read_population(part: Any) -> Population:
         bounds = np.cumsum(array(part, "spike_counts", int))[:-1]
         trains = tuple(np.split(array(part, "spike_times_ms", float), bounds))
         if "spike_train" in part:
-            trains = _shared(trains, array(part, "spike_train", int))
+            trains = _share_trains(trains, array(part, "spike_train", int))
     size = attribute(part, "size", int)
     return Population(
         label=attribute(part, "label", str),
@@ -224,7 +224,7 @@ def _read_population(part: Any) -> Population:
     )
 
 
-def _shared(trains: tuple[FloatArray, ...], places: IntArray) -> tuple[FloatArray, ...]:
+def _share_trains(trains: tuple[FloatArray, ...], places: IntArray) -> tuple[FloatArray, ...]:
     for place in places[(places < 0) | (places >= len(trains))]:
         raise NetworkError(f"a cell has spike train {place}; its population has {len(trains)}, from 0 on")
     return tuple(trains[place] for place in places)
@@ -247,10 +247,10 @@ def _write_projection(part: Any, projection: Projection) -> int:
         _describe(part, rewiring=json.dumps(projection.rewiring.data()))
     if projection.neuromodulation is not None:
         _describe(part, neuromodulation=json.dumps(projection.neuromodulation.data()))
-    _put(part, "pre_index", projection.pre_index)
-    _put(part, "post_index", projection.post_index)
-    _put(part, "weight", distinct(projection.weight))
-    _put(part, "delay_ms", distinct(projection.delay_ms))
+    _write_array(part, "pre_index", projection.pre_index)
+    _write_array(part, "post_index", projection.post_index)
+    _write_array(part, "weight", distinct(projection.weight))
+    _write_array(part, "delay_ms", distinct(projection.delay_ms))
     _put_all(part, "synapse_parameters", projection.synapse_parameters)
     if projection.initial_values:
         _put_all(part, "initial_values", projection.initial_values)
@@ -268,8 +268,8 @@ def _read_projection(part: Any) -> Projection:
         **{name: attribute(part, name, str) for name in _TEXTS},
         pre_index=pre_index,
         post_index=post_index,
-        weight=_spread(array(part, "weight", float), size),
-        delay_ms=_spread(array(part, "delay_ms", float), size),
+        weight=_broadcast(array(part, "weight", float), size),
+        delay_ms=_broadcast(array(part, "delay_ms", float), size),
         synapse_parameters=_get_all(part, "synapse_parameters", size),
         plasticity=_json(part, "plasticity"),
         origin=_origin(part),
@@ -318,21 +318,21 @@ def _describe(part: Any, **values: str | int) -> None:
             part.attrs[name] = value
 
 
-def _put(part: Any, name: str, values: np.ndarray[Any, Any]) -> None:
+def _write_array(part: Any, name: str, values: np.ndarray[Any, Any]) -> None:
     part.create_dataset(name, data=values, **(_CHECKED if values.size > 1 else {}))
 
 
 def _put_all(part: Any, name: str, arrays: Mapping[str, FloatArray]) -> None:
     within = part.create_group(name)
     for key, values in arrays.items():
-        _put(within, key, distinct(values))
+        _write_array(within, key, distinct(values))
 
 
 def _get_all(part: Any, name: str, size: int) -> dict[str, FloatArray]:
     within = group(part, name)
-    return {key: _spread(array(within, key, float), size) for key in within}
+    return {key: _broadcast(array(within, key, float), size) for key in within}
 
 
-def _spread(values: FloatArray, size: int) -> FloatArray:
+def _broadcast(values: FloatArray, size: int) -> FloatArray:
     """Return a single value repeated ``size`` times, in the memory of one; other arrays unchanged."""
     return np.broadcast_to(values[0], (size,)) if values.shape == (1,) and size > 1 else values

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def seeded(seed: int) -> Iterator[None]:
+def seeded_generators(seed: int) -> Iterator[None]:
     """Seed both generators within a block; afterwards they are in the state of before.
 
     Args:
@@ -125,7 +125,7 @@ def load_network(
     scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled)
     given, sys.argv = sys.argv, [str(file)]  # those of the command that runs the experiment are not for it
     try:
-        with seeded(Seeds(seed).integer("script")):
+        with seeded_generators(Seeds(seed).integer("script")):
             module = scope.run(file)
     except (Exception, SystemExit) as error:
         raise scope.located(error, NetworkError, file) from error
@@ -136,14 +136,14 @@ def load_network(
         network = network or _made_as_data(vars(module), len(sim.state.populations))
         if network is not None:
             return with_views(network, populations or {})
-        _remark_on_lines_in_vain(sim, vars(module))
+        _warn_of_lines_without_effect(sim, vars(module))
         return network_of(sim.state, views_of(vars(module), populations or {}, sim.state))
     except ExperimentError as error:
         error.path = error.path or file
         raise
 
 
-def _remark_on_lines_in_vain(sim: ModuleType, variables: Mapping[str, Any]) -> None:
+def _warn_of_lines_without_effect(sim: ModuleType, variables: Mapping[str, Any]) -> None:
     """Tell of files that are not written, networks that are not used, and values of no parameter."""
     state = sim.state
     for population, _, file in state.write_on_end:

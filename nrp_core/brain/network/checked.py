@@ -112,7 +112,7 @@ class Checked(dict[str, Any]):
         return type(self), (dict(self),)  # by default the items would be set one by one
 
 
-def keep_mappings(record: object, owner: str, *names: str) -> None:
+def copy_mappings(record: object, owner: str, *names: str) -> None:
     """Let a frozen record keep copies of its mappings, so that a change of those that were given has no part.
 
     Their arrays are not copied, since they may be large: they become read-only, so that who still
@@ -130,10 +130,10 @@ def keep_mappings(record: object, owner: str, *names: str) -> None:
         given = getattr(record, name)
         if not isinstance(given, Mapping):
             raise NetworkError(f"{owner}: its {name} are {given!r:.60}; they must be values by name")
-        object.__setattr__(record, name, Checked((key, fixed(value)) for key, value in given.items()))
+        object.__setattr__(record, name, Checked((key, freeze_value(value)) for key, value in given.items()))
 
 
-def fixed(value: Any) -> Any:
+def freeze_value(value: Any) -> Any:
     """Return a value; lists of numbers become arrays, and arrays read-only."""
     array = np.asarray(value, float) if _are_numbers(value) else value
     if isinstance(array, np.ndarray):
@@ -205,7 +205,7 @@ def global_ids(name: str, ids: Any) -> IntArray:
     is_array = isinstance(ids, np.ndarray) and ids.ndim == 1
     if not is_array or ids.dtype.kind not in "iuf" or (ids != np.floor(ids)).any():
         raise NetworkError(f"view '{name}' must be an array of whole numbers, global ids, not {ids!r:.60}")
-    return cast("IntArray", fixed(ids.astype(np.int64, copy=False)))
+    return cast("IntArray", freeze_value(ids.astype(np.int64, copy=False)))
 
 
 def require_timestep(timestep_ms: object) -> None:

@@ -34,7 +34,7 @@ def rewired(network: Network, seeds: Seeds) -> Network:
     Raises:
         NetworkError: no projection could be rewired.
     """
-    found = _each(network, seeds, "rewire", _rewired)
+    found = _each(network, seeds, "rewire", _rewire)
     pairs = zip(network.projections, found.projections, strict=True)
     same = [one.label for one, other in pairs if one.size and other is one]
     if same and len(same) == sum(one.size > 0 for one in network.projections):
@@ -104,14 +104,14 @@ def _each(
     return replace(network, projections=tuple(changed))
 
 
-def _rewired(projection: Projection, rng: np.random.Generator) -> Projection:
+def _rewire(projection: Projection, rng: np.random.Generator) -> Projection:
     pre, post = projection.pre_index.astype(np.int64), projection.post_index.astype(np.int64)
     span = int(post.max()) + 1
     loops = projection.pre != projection.post or bool((pre == post).any())
     doubles = len(np.unique(pre * span + post)) < len(pre)
     new = rng.permutation(post)
     for _ in range(_ROUNDS):
-        bad = _unwanted(pre, new, span, loops=loops, doubles=doubles)
+        bad = _forbidden_synapses(pre, new, span, loops=loops, doubles=doubles)
         if not len(bad):
             if (np.sort(pre * span + new) == np.sort(pre * span + post)).all():
                 break
@@ -121,7 +121,7 @@ def _rewired(projection: Projection, rng: np.random.Generator) -> Projection:
     return projection
 
 
-def _unwanted(pre: IntArray, post: IntArray, span: int, *, loops: bool, doubles: bool) -> IntArray:
+def _forbidden_synapses(pre: IntArray, post: IntArray, span: int, *, loops: bool, doubles: bool) -> IntArray:
     """Return the indices of forbidden synapses: self-connections and duplicates, except the first of each."""
     wrong = np.zeros(len(pre), bool)
     if not loops:

@@ -22,10 +22,10 @@ from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.checked import (
+    copy_mappings,
     feed,
-    fixed,
+    freeze_value,
     global_ids,
-    keep_mappings,
     require_all_parameters,
     require_cell_names,
     require_identity,
@@ -124,9 +124,9 @@ class Population:
     def __post_init__(self) -> None:
         require_identity(self.label, self.size)
         require_fields(self, f"population '{self.label}'", "cell_type", "spike_times_ms")
-        keep_mappings(self, f"population '{self.label}'", "parameters", "initial_values", "hints")
-        object.__setattr__(self, "spike_times_ms", tuple(map(fixed, self.spike_times_ms)))
-        object.__setattr__(self, "positions_um", fixed(self.positions_um))
+        copy_mappings(self, f"population '{self.label}'", "parameters", "initial_values", "hints")
+        object.__setattr__(self, "spike_times_ms", tuple(map(freeze_value, self.spike_times_ms)))
+        object.__setattr__(self, "positions_um", freeze_value(self.positions_um))
         for name in self.hints.keys() - HINTS:
             raise NetworkError(f"population '{self.label}' has no hint '{name}'{did_you_mean(name, HINTS)}")
         for kind, values in (("parameter", self.parameters), ("initial value", self.initial_values)):
@@ -220,10 +220,10 @@ class Projection:
     def __post_init__(self) -> None:
         owner = f"projection '{self.label}'"
         require_fields(self, owner, "label", "pre", "post", "receptor", "synapse_type")
-        keep_mappings(self, owner, "synapse_parameters", "plasticity", "initial_values")
+        copy_mappings(self, owner, "synapse_parameters", "plasticity", "initial_values")
         for name in ("weight", "delay_ms"):
             object.__setattr__(
-                self, name, require_values(f"{owner}: its {name}", fixed(stored_form(self, name)))
+                self, name, require_values(f"{owner}: its {name}", freeze_value(stored_form(self, name)))
             )
         sources, targets = len(indices_of(self, "pre_index")), len(indices_of(self, "post_index"))
         if sources != targets:
@@ -293,9 +293,9 @@ class Network:
     remarks: tuple[str, ...] = field(default=(), compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        keep_mappings(self, "network", "populations", "views")
+        copy_mappings(self, "network", "populations", "views")
         object.__setattr__(self, "views", {name: global_ids(name, ids) for name, ids in self.views.items()})
-        keep_mappings(self, "network", "views")
+        copy_mappings(self, "network", "views")
         if not isinstance(self.projections, Iterable):
             raise NetworkError(f"the projections of a network are a sequence, not {self.projections!r:.60}")
         object.__setattr__(self, "projections", tuple(self.projections))  # an iterator would end here

@@ -2,7 +2,7 @@
 
 300 million synapses with weights and delays of their own have 5 GB of them, which are read once, when a brain
 is opened. So large projections keep only the state of the generator. Few numbers are treated by the loops
-as they are, many by :func:`compiled` ones: these load a compiler.
+as they are, many by loops of :func:`compile_loop`, which loads a compiler.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Drawn:
             more = max(missing + int(missing * _REDRAWN) + 8 - len(ahead), 8)
             drawn = np.concatenate([ahead, generator.normal(self.mean, self.deviation, more)])
             at[2] = 0
-            compiled(clipped)(drawn, self.low, self.high, self.counts, out, at)
+            compile_loop(fill_clipped)(drawn, self.low, self.high, self.counts, out, at)
             ahead = drawn[at[2] :]
         if len(ahead):
             generator.set_state(before)
@@ -139,7 +139,7 @@ def _as_given(values: Any) -> Any:
 
 
 @cache
-def compiled(loop: F) -> F:
+def compile_loop(loop: F) -> F:
     """Return a compiled loop of this module; the first one loads a compiler."""
     from nrp_core._support.jit import jit
 
@@ -152,11 +152,11 @@ def sorted_by(keys: Array, values: Array, n_keys: int) -> tuple[Array, Array]:
     if len(keys) <= _FEW:
         return values[np.argsort(keys, kind="stable")], counts
     out = np.empty_like(values)
-    compiled(place_by)(keys, values, np.cumsum(counts) - counts, out)
+    compile_loop(place_by)(keys, values, np.cumsum(counts) - counts, out)
     return out, counts
 
 
-def clipped(drawn: Array, low: float, high: float, counts: Array, out: Array, at: Array) -> None:
+def fill_clipped(drawn: Array, low: float, high: float, counts: Array, out: Array, at: Array) -> None:
     """Fill columns with numbers of a sequence; those out of range are replaced after each column.
 
     Args:

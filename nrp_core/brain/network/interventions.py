@@ -69,14 +69,14 @@ class Intervention:
         """
         selected = self.synapses(network) if synapses is None else synapses
         projections = tuple(
-            self._changed(projection, selected[projection.label])
+            self._apply_to(projection, selected[projection.label])
             if projection.label in selected
             else projection
             for projection in network.projections
         )
         return replace(network, projections=projections)
 
-    def _changed(self, projection: Projection, synapses: Synapses) -> Projection:
+    def _apply_to(self, projection: Projection, synapses: Synapses) -> Projection:
         if self.factor == 0.0:
             return projection.only(~synapses)
         share = np.where(synapses, self.factor, 1.0)

@@ -35,13 +35,13 @@ def with_views(network: Network, populations: Mapping[str, Selection]) -> Networ
         return network
     named = CIRCUIT in network.views or CIRCUIT in network.populations
     circuit = network.neurons(CIRCUIT) if named else np.arange(network.size)
-    views = {name: picked(name, selection, circuit) for name, selection in populations.items()}
+    views = {name: select_neurons(name, selection, circuit) for name, selection in populations.items()}
     known = {label: network.neurons(label) for label in (*network.populations, *network.views)}
-    remarks = (*network.remarks, *hidden(known, views))
+    remarks = (*network.remarks, *find_shadowed(known, views))
     return replace(network, views={**network.views, **views}, remarks=remarks)
 
 
-def hidden(known: Mapping[str, IntArray], views: Mapping[str, IntArray]) -> Iterator[str]:
+def find_shadowed(known: Mapping[str, IntArray], views: Mapping[str, IntArray]) -> Iterator[str]:
     """Yield a sentence for each selection with the name of other cells, which no function can read then."""
     for name, ids in views.items():
         if name in known and set(known[name].tolist()) != set(ids.tolist()):
@@ -51,7 +51,7 @@ def hidden(known: Mapping[str, IntArray], views: Mapping[str, IntArray]) -> Iter
             )
 
 
-def picked(name: str, selection: Selection, circuit: IntArray) -> IntArray:
+def select_neurons(name: str, selection: Selection, circuit: IntArray) -> IntArray:
     """Return the selected neurons of a circuit (global ids).
 
     Args:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, ClassVar, Final, Literal, get_args
 
-from nrp_core.brain.network.checked import SMALLEST, Settings, keep_mappings
+from nrp_core.brain.network.checked import SMALLEST, Settings, copy_mappings
 from nrp_core.errors import NetworkError, did_you_mean
 
 MODULATORY: Final = ("reward", "punishment")
@@ -133,7 +133,7 @@ class Rewiring(Settings):
         if self.seed is not None:
             self._require("seed", 0, _LARGEST_SEED, f"a whole number from 0 to {_LARGEST_SEED}", whole=True)
         object.__setattr__(self, "with_replacement", bool(self.with_replacement))
-        keep_mappings(self, self.KIND, "parameters")
+        copy_mappings(self, self.KIND, "parameters")
         if self.initial_delay_low > self.initial_delay_high:
             raise NetworkError(
                 f"rewiring: initial_delay goes from {self.initial_delay_low:g} ms to "

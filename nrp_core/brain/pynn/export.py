@@ -18,7 +18,7 @@ from nrp_core.brain.network import data as data
 from nrp_core.brain.network.data import Network, Origin
 from nrp_core.brain.network.equations.model import INPUT, known_value
 from nrp_core.brain.network.indices import indices_of
-from nrp_core.brain.network.picking import CIRCUIT, Selection, hidden, picked
+from nrp_core.brain.network.picking import CIRCUIT, Selection, find_shadowed, select_neurons
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.pynn.arguments import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of, require_existing
@@ -78,9 +78,11 @@ def views_of(
             f"the script has no circuit from which to take '{next(iter(populations))}': name a population, "
             f"view or assembly '{CIRCUIT}', or use the names that there are ({', '.join(named) or 'none'})"
         )
-    chosen = {name: picked(name, selection, views[CIRCUIT]) for name, selection in populations.items()}
+    chosen = {
+        name: select_neurons(name, selection, views[CIRCUIT]) for name, selection in populations.items()
+    }
     labels = {one.label: ids_of(one) for one in state.populations}
-    for text in hidden({**labels, **views}, chosen):
+    for text in find_shadowed({**labels, **views}, chosen):
         state.remark(text)
     return views | chosen
 

@@ -21,7 +21,7 @@ from pyNN import random, space
 from pyNN.parameters import LazyArray
 
 from nrp_core._support.checked_arguments import is_number
-from nrp_core.brain.network.drawing import compiled, pairs_among
+from nrp_core.brain.network.drawing import compile_loop, pairs_among
 from nrp_core.brain.pynn.arguments import WrongKindError, require_kind, require_names
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import NetworkError, did_you_mean
@@ -64,7 +64,7 @@ def _interleaved(
     high = np.array([n_first, n_second], np.uint32)
     masks = np.array([(1 << (size - 1).bit_length()) - 1 for size in (n_first, n_second)], np.uint32)
     pairs, at = np.empty((2, n), np.int32), np.zeros(2, np.int64)
-    take = pairs_among if n <= _FEW else compiled(pairs_among)
+    take = pairs_among if n <= _FEW else compile_loop(pairs_among)
     while at[0] < n:
         before = state.get_state(legacy=False)
         words, at[1] = _words(state, min(_BLOCK, 8 * (n - int(at[0])) + 8)), 0

@@ -174,7 +174,7 @@ class BrainProcess:
             self._channel.send((request, arguments))
             return self._answer()[0]
         except (EOFError, OSError):
-            raise self._ended() from None
+            raise self._exit_error() from None
 
     def step(self, *numbers: int) -> Numbers:
         """Send the numbers of a step and return those of the reply; the columns are in shared memory.
@@ -187,7 +187,7 @@ class BrainProcess:
             self._channel.send_step(*numbers)
             return self._answer()[1]
         except (EOFError, OSError):
-            raise self._ended() from None
+            raise self._exit_error() from None
 
     def close_brain(self) -> bool:
         """Close the brain; return whether the process can open another one."""
@@ -249,7 +249,7 @@ class BrainProcess:
             "the option time_limit sets how long it may"
         )
 
-    def _ended(self) -> BackendLoadError | SimulationError:
+    def _exit_error(self) -> BackendLoadError | SimulationError:
         self.close()
         code = self._process.returncode
         how = f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"

@@ -12,7 +12,7 @@ from nrp_core.checks.code.declarations import Declared, found_in
 from nrp_core.checks.code.syntax import own_nodes
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment, at_most
-from nrp_core.dsl.functions import name_taken
+from nrp_core.dsl.functions import name_taken_message
 from nrp_core.dsl.loading import PythonSource
 from nrp_core.errors import Instead, did_you_mean
 from nrp_core.findings import Code, Finding, Level
@@ -81,6 +81,6 @@ def names_are_used_once(static: StaticExperiment) -> Iterator[Finding]:
             continue
         if name in first:
             other = first[name]
-            message = name_taken(name, f"{other.source.path}:{other.node.lineno}")
+            message = name_taken_message(name, f"{other.source.path}:{other.node.lineno}")
             yield declared.finding(Code.NRP235, declared.node, message)
         first.setdefault(name, declared)

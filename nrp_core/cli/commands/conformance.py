@@ -60,7 +60,7 @@ def conformance(
     _require_packages()
     _require_backend(kind, name)
     require_folder_of(report, "--report")
-    found = _run(kind, name, _parsed(options or []), level)
+    found = _run(kind, name, _parse_options(options or []), level)
     if report is not None:
         _write(report, found)
     if json:
@@ -86,7 +86,7 @@ def _require_backend(kind: Kind, name: str) -> None:
     (brains() if kind is Kind.BRAIN else worlds()).provider(name)
 
 
-def _parsed(options: list[str]) -> dict[str, str]:
+def _parse_options(options: list[str]) -> dict[str, str]:
     require_distinct(options, "--options")
     pairs = [option.partition("=") for option in options]
     for key, equals, _ in pairs:
@@ -105,7 +105,7 @@ def _run(kind: Kind, name: str, options: dict[str, str], level: KitLevel) -> Any
         asked = {"kind": kind, "name": name, "options": options, "level": level}
         command = [sys.executable, "-m", "pytest", *ALONE, "--tb=short", "-p", "nrp_core.conformance.plugin"]
         command += ["--prove", json.dumps(asked), "--write", str(written)]
-        code = _ended(command)
+        code = _run_command(command)
         if not written.exists():
             raise NrpError(
                 f"the tests of {kind} '{name}' ended with exit code {code} and without a report; "
@@ -117,7 +117,7 @@ def _run(kind: Kind, name: str, options: dict[str, str], level: KitLevel) -> Any
     return found
 
 
-def _ended(command: list[str]) -> int:
+def _run_command(command: list[str]) -> int:
     """Run a command whose output goes to standard error, and return its exit code.
 
     It gets its own process group: Ctrl-C reaches only the waiting process, which then kills the group.

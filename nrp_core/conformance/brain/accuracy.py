@@ -107,14 +107,14 @@ class AccuracyTests(BrainKit):
 
     level = "accuracy"
 
-    def _declared(self, cell_type: str) -> Sample:
+    def _declared_sample(self, cell_type: str) -> Sample:
         if cell_type not in self.capabilities.cells:
             skip_undeclared(f"cells {cell_type}")
         return SAMPLES[cell_type]
 
     @CELLS
     def test_a_cell_under_a_current_fires_at_the_times_of_its_equations(self, cell_type: str) -> None:
-        sample = self._declared(cell_type)
+        sample = self._declared_sample(cell_type)
         brain = self.open(cells(sample, "n", i_offset=sample.current_na))
         recorded = record(brain)
         self.run(brain, 80)
@@ -133,7 +133,7 @@ class AccuracyTests(BrainKit):
     @CELLS
     @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
     def test_a_synaptic_potential_follows_its_equations(self, cell_type: str, receptor: str) -> None:
-        sample = self._declared(cell_type)
+        sample = self._declared_sample(cell_type)
         weight = sample.weak * (1 if receptor == "excitatory" else 3 * sample.inhibitory_sign)
         arrivals = [Arrival(t + 2.0, weight, receptor) for t in (5.0, 9.0)]
         synapse = connect("s", "n", weight, 2.0, receptor=receptor)
@@ -190,7 +190,7 @@ class AccuracyTests(BrainKit):
             A_minus=AMPLITUDE, tau_plus=TAU_MS, tau_minus=TAU_MS, w_min=0.0, w_max=2 * self.sample.weak,
             dendritic_delay_fraction=1.0,
         )  # fmt: skip
-        paired, fired = self._probed(plastic, [PAIRED_MS + gap])
+        paired, fired = self._probe(plastic, [PAIRED_MS + gap])
         recorded = fired[0] + DELAY_MS
         d = 2 * self.tolerance_ms + EXACT_MS
         left = [
@@ -205,9 +205,9 @@ class AccuracyTests(BrainKit):
         assert low * (1 - STDP_PRECISION) <= paired <= high * (1 + STDP_PRECISION)
 
     def _height_of(self, weight: float, forced: list[float]) -> float:
-        return self._probed(connect("pre", "n", weight, DELAY_MS), forced)[0]
+        return self._probe(connect("pre", "n", weight, DELAY_MS), forced)[0]
 
-    def _probed(self, synapse: Projection, forced: list[float]) -> tuple[float, list[float]]:
+    def _probe(self, synapse: Projection, forced: list[float]) -> tuple[float, list[float]]:
         """Return the amplitude of a late excitatory potential, mV, and the time of the forced spike."""
         sample = self.sample
         force = connect("force", "n", sample.strong, DELAY_MS)

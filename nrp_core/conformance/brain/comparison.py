@@ -80,14 +80,14 @@ class StatisticalTests(BrainKit):
     def test_poisson_sources_are_independent_of_each_other(self) -> None:
         def probability(seed: int) -> float:
             counts = self._counts(seed)
-            return _uncorrelated(counts[:-1].ravel(), counts[1:].ravel())
+            return _independence_p_value(counts[:-1].ravel(), counts[1:].ravel())
 
         self.note("p", require_likely(probability))
 
     def test_a_poisson_source_does_not_remember_its_past(self) -> None:
         def probability(seed: int) -> float:
             counts = self._counts(seed)
-            return _uncorrelated(counts[:, :-1].ravel(), counts[:, 1:].ravel())
+            return _independence_p_value(counts[:, :-1].ravel(), counts[:, 1:].ravel())
 
         self.note("p", require_likely(probability))
 
@@ -102,7 +102,7 @@ class StatisticalTests(BrainKit):
         return counts
 
 
-def _uncorrelated(one: Counts, two: Counts) -> float:
+def _independence_p_value(one: Counts, two: Counts) -> float:
     """Return the p-value of a correlation under independence."""
     return normal_p_value(float(np.corrcoef(one, two)[0, 1]) * len(one) ** 0.5)
 

@@ -131,16 +131,16 @@ def connect(
     n = len(pre_index)
     return Projection(
         f"{pre} to {post}, {receptor}", pre, post, receptor, pre_index, post_index,
-        _of_each(weight, n), _of_each(delay, n),
+        _broadcast(weight, n), _broadcast(delay, n),
         kind, _each(parameters, n), dict(rule or {}),
     )  # fmt: skip
 
 
 def _each(values: Mapping[str, Any], size: int) -> dict[str, Any]:
-    return {name: _of_each(value, size) for name, value in values.items()}
+    return {name: _broadcast(value, size) for name, value in values.items()}
 
 
-def _of_each(value: Numbers, size: int) -> FloatArray:
+def _broadcast(value: Numbers, size: int) -> FloatArray:
     return np.broadcast_to(np.asarray(value, float), size).copy()
 
 

@@ -67,11 +67,11 @@ def simulate(
         parameters: changes of the sample's parameters.
     """
     changes = tuple(sorted(parameters.items()))
-    return _simulated(sample, tuple(arrivals), until_ms, current_na, stop_at, changes)
+    return _simulate(sample, tuple(arrivals), until_ms, current_na, stop_at, changes)
 
 
 @lru_cache(maxsize=64)  # a suite asks for some of them several times, and another backend for the same ones
-def _simulated(
+def _simulate(
     sample: Sample, arrivals: tuple[Arrival, ...], until_ms: float, current_na: float, stop_at: float,
     changes: tuple[tuple[str, float], ...],
 ) -> Trace:  # fmt: skip

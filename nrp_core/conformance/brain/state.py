@@ -173,7 +173,7 @@ class StateTests(BrainKit):
     def test_a_snapshot_keeps_spikes_in_flight(self) -> None:
         """The snapshot is taken while a spike travels along a synapse of the network."""
         slow = connect("s", "n", self.sample.strong, 14.0)
-        found = self._continued((spikes("s", [5.0]), self.cells("n"), slow), 12.0, 40.0)
+        found = self._check_continuation((spikes("s", [5.0]), self.cells("n"), slow), 12.0, 40.0)
         assert [neuron for neuron, _ in found] == [1]
 
     def test_a_snapshot_keeps_spikes_in_flight_from_a_device(self) -> None:
@@ -183,7 +183,7 @@ class StateTests(BrainKit):
             spec = FixedFrequencySource(rate=100.0, weight=self.sample.strong, delay=8.0, duration=11.0)
             brain.add_source(spec, [0], name="source")
 
-        assert len(self._continued((self.cells("n"),), 14.0, 40.0, drive)) == 1
+        assert len(self._check_continuation((self.cells("n"),), 14.0, 40.0, drive)) == 1
 
     def test_a_snapshot_keeps_the_refractory_time(self) -> None:
         """The snapshot is taken after a spike, while the membrane is refractory."""
@@ -194,24 +194,24 @@ class StateTests(BrainKit):
         fired = times(recorded, 0)
         assert fired, "a cell under a current did not fire"
         assert fired[0] <= 40, f"in 40 ms a cell fired at {fired[0]:g} ms"
-        self._continued((driven,), fired[0] + 1.5, 60.0)
+        self._check_continuation((driven,), fired[0] + 1.5, 60.0)
 
     def test_a_snapshot_keeps_the_membrane_and_its_synapses(self) -> None:
         """The snapshot is taken between an input and the spike that it causes."""
         driven = self.cells("n", i_offset=0.8 * self.sample.current_na)
         parts = (spikes("s", [3.0]), driven, connect("s", "n", self.sample.weak, 1.0))
-        assert self._continued(parts, 5.0, 60.0), "no cell fired"
+        assert self._check_continuation(parts, 5.0, 60.0), "no cell fired"
 
     def test_a_snapshot_keeps_a_current(self) -> None:
         def drive(brain: Brain) -> None:
             brain.add_source(DCSource(amplitude=1.5 * self.sample.current_na), [0], name="dc")
 
-        assert self._continued((self.cells("n"),), 3.0, 60.0, drive), "the current had no effect"
+        assert self._check_continuation((self.cells("n"),), 3.0, 60.0, drive), "the current had no effect"
 
     def test_a_snapshot_keeps_simultaneous_activity(self) -> None:
         self.require_repeatable()
         for stop in (7.0, 18.0, 41.0):
-            assert self._continued(self.busy(), stop, 80.0, self._drive), "no cell fired"
+            assert self._check_continuation(self.busy(), stop, 80.0, self._drive), "no cell fired"
 
     def test_a_snapshot_keeps_the_values_of_devices(self) -> None:
         self.require_snapshot()
@@ -237,7 +237,7 @@ class StateTests(BrainKit):
         with pytest.raises(SnapshotError):
             two.restore(snapshot)
 
-    def _continued(
+    def _check_continuation(
         self, parts: tuple[Part, ...], stop_ms: float, until_ms: float,
         setup: Callable[[Brain], None] = lambda _: None,
     ) -> Train:  # fmt: skip

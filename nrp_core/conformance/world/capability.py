@@ -89,7 +89,7 @@ class RuntimeChangeTests(WorldKit):
 
     def test_a_snapshot_keeps_forces_and_targets(self) -> None:
         self.require_snapshot()
-        world, fresh = self._forced(), self._forced(only_opened=True)
+        world, fresh = self._world_with_forces(), self._world_with_forces(only_opened=True)
         snapshot = world.snapshot()
         expected = self._states_later(world)
         for again in (world, fresh):
@@ -97,11 +97,11 @@ class RuntimeChangeTests(WorldKit):
             assert self._states_later(again) == expected
 
     def test_a_reset_ends_forces_and_targets(self) -> None:
-        world, fresh = self._forced(), self._forced(only_opened=True)
+        world, fresh = self._world_with_forces(), self._world_with_forces(only_opened=True)
         world.reset()
         assert self._states_later(world) == self._states_later(fresh)
 
-    def _forced(self, *, only_opened: bool = False) -> World:
+    def _world_with_forces(self, *, only_opened: bool = False) -> World:
         """Return a world with a force on a body, a torque on a joint, and a target of another joint."""
         self.require("joint_control")
         self.require_repeatable()

@@ -25,9 +25,9 @@ class CrossTests(WorldKit):
 
     def test_a_robot_reaches_the_same_place_as_in_every_other_world(self) -> None:
         self.note("compared", len(others := self._others()))
-        mine = self._ended(self.open(*_scene()))
+        mine = self._final_pose(self.open(*_scene()))
         for name, world in others.items():
-            theirs = self._ended(world)
+            theirs = self._final_pose(world)
             distance = float(np.linalg.norm(np.subtract(mine, theirs)))
             self.note(f"distance_to_{name}_m", distance)
             assert distance <= 2 * SLIP * WAY_M
@@ -57,7 +57,7 @@ class CrossTests(WorldKit):
             skip_undeclared("another installed world")
         return found
 
-    def _ended(self, world: World) -> tuple[float, float, float]:
+    def _final_pose(self, world: World) -> tuple[float, float, float]:
         self.drive(world, WAY_M / 3, 0.3, 3.0)
         return world.model_motion("robot").pose.position
 

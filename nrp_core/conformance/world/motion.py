@@ -44,7 +44,7 @@ AXES: list[tuple[Vector, Vector]] = [
 class ExactMotionTests(WorldKit):
     """The motion of robots against the motion that was commanded."""
 
-    def lost(self, velocity: float, t_s: float) -> float:
+    def allowed_loss(self, velocity: float, t_s: float) -> float:
         """Return the part of a way (m, rad) that steps and tyres may lose."""
         return abs(velocity) * (2 * self.step_s + self.capabilities.slip * t_s)
 
@@ -57,8 +57,8 @@ class ExactMotionTests(WorldKit):
         pose, t_s = world.model_motion("robot").pose, seconds(world.now_ns)
         angle = turn * t_s
         arc = forward / turn * sin(angle), forward / turn * (1 - cos(angle))
-        assert pose.position[:2] == pytest.approx(arc, abs=self.lost(forward, t_s))
-        assert pose.yaw == pytest.approx(angle, abs=self.lost(turn, t_s))
+        assert pose.position[:2] == pytest.approx(arc, abs=self.allowed_loss(forward, t_s))
+        assert pose.yaw == pytest.approx(angle, abs=self.allowed_loss(turn, t_s))
 
     def test_a_planar_drive_moves_exactly_as_commanded(self) -> None:
         base = prop("robot", Box((0.6, 0.4, 0.2)), at(0, 0, 0.1, yaw=pi / 2), mass=5.0)
@@ -66,8 +66,8 @@ class ExactMotionTests(WorldKit):
         world.advertise("/robot/cmd_vel").publish(Twist(Vector3(0.3, 0.2)))
         self.run(world, 1.0)
         t_s, (x, y, _) = seconds(world.now_ns), world.model_motion("robot").pose.position
-        assert y == pytest.approx(0.3 * t_s, abs=self.lost(0.3, t_s))
-        assert x == pytest.approx(-0.2 * t_s, abs=self.lost(0.2, t_s))
+        assert y == pytest.approx(0.3 * t_s, abs=self.allowed_loss(0.3, t_s))
+        assert x == pytest.approx(-0.2 * t_s, abs=self.allowed_loss(0.2, t_s))
 
     def test_velocities_are_those_of_the_arc(self) -> None:
         world = self.open(floor(), robot(yaw=1.0))
@@ -126,7 +126,7 @@ class ExactMotionTests(WorldKit):
         world = self.open(floor(), robot(x=1.8, yaw=pi / 2), wall)
         self.drive(world, 0.5, 0.0, 4.0)
         x, y, _ = world.model_motion("robot").pose.position
-        assert (x, y) == pytest.approx((1.8, 0.5 * seconds(world.now_ns)), abs=self.lost(0.5, 4.0))
+        assert (x, y) == pytest.approx((1.8, 0.5 * seconds(world.now_ns)), abs=self.allowed_loss(0.5, 4.0))
 
     def test_a_robot_in_a_corner_is_inside_neither_wall(self) -> None:
         walls = (

@@ -131,13 +131,13 @@ class StateTests(WorldKit):
         assert all(each.latest is not None for each in images)
 
     def test_a_snapshot_keeps_everything_that_moves(self) -> None:
-        self._continued(lambda _: None)
+        self._check_continuation(lambda _: None)
 
     def test_a_snapshot_keeps_a_command_and_its_timeout(self) -> None:
         def command(world: World) -> None:
             world.advertise("/other/cmd_vel").publish(twist(0.4, -1.0))
 
-        self._continued(command, steps=25, silent=True)
+        self._check_continuation(command, steps=25, silent=True)
 
     def test_a_snapshot_keeps_colours(self) -> None:
         self.require_snapshot()
@@ -188,7 +188,9 @@ class StateTests(WorldKit):
     def _open_busy(self, seed: int = 1) -> World:
         return self.open(*self.movable(*busy()), seed=seed)
 
-    def _continued(self, setup: Callable[[World], None], *, steps: int = 12, silent: bool = False) -> None:
+    def _check_continuation(
+        self, setup: Callable[[World], None], *, steps: int = 12, silent: bool = False
+    ) -> None:
         """Check that a restored run equals an uninterrupted one, also in another world."""
         self.require_snapshot()
         self.require_repeatable()

@@ -129,21 +129,21 @@ def to_message(topic: TopicInfo, value: Any) -> Any:
         TopicError: it does not fit the topic.
     """
     try:
-        message = _converted(topic.type, value)
+        message = _convert(topic.type, value)
     except ValueError as error:
         raise TopicError(f"{topic.name} carries {type_name(topic.type)}: {error}") from None
     check_message(topic, message)
     return message
 
 
-def _converted(wanted: Any, value: Any) -> Any:
+def _convert(wanted: Any, value: Any) -> Any:
     if dataclasses.is_dataclass(wanted) and isinstance(wanted, type):
         return _message(wanted, value)
     if get_origin(wanted) is list:
         (item,) = get_args(wanted)
-        return [_converted(item, part) for part in _listed(value)]
+        return [_convert(item, part) for part in _as_list(value)]
     if get_origin(wanted) is np.ndarray:
-        return np.asarray(_listed(value), get_args(get_args(wanted)[1])[0])
+        return np.asarray(_as_list(value), get_args(get_args(wanted)[1])[0])
     if wanted is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     if (
@@ -168,7 +168,7 @@ def _message(wanted: type, value: Any) -> Any:
         if name not in names:
             raise ValueError(f"no field '{name}'{did_you_mean(str(name), names)}")
     hints = get_type_hints(wanted)
-    return wanted(**{name: _converted(hints[name], part) for name, part in given.items()})
+    return wanted(**{name: _convert(hints[name], part) for name, part in given.items()})
 
 
 def _by_name(value: Any, names: list[str]) -> dict[str, Any]:
@@ -184,7 +184,7 @@ def _by_name(value: Any, names: list[str]) -> dict[str, Any]:
     return dict(zip(names, value, strict=False))
 
 
-def _listed(value: Any) -> list[Any]:
+def _as_list(value: Any) -> list[Any]:
     if isinstance(value, (list, tuple)):
         return list(value)
     raise ValueError(f"{value!r} is not a list")

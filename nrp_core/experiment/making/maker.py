@@ -106,11 +106,11 @@ class Maker(PartMaker):
             read_model, section.model, name=name, pose=section.start, search_path=models, args=section.args
         )
         if experiment.strict:
-            return self._fitted(experiment, name, read())
+            return self._fit(experiment, name, read())
         model, left_out = read_without(lambda without: read(without=without))
-        return self._fitted(experiment, name, replace(model, warnings=(*model.warnings, *left_out)))
+        return self._fit(experiment, name, replace(model, warnings=(*model.warnings, *left_out)))
 
-    def _fitted(self, experiment: Experiment, name: str, model: Model) -> Model:
+    def _fit(self, experiment: Experiment, name: str, model: Model) -> Model:
         """Return a robot with what the experiment adds to it; findings about that stand in the experiment."""
         result = set_up_robot(model, experiment.world.robots[name].fitting)
         place = experiment.place("world", "robots", name)
@@ -241,23 +241,23 @@ def with_parameters(experiment: Experiment, collector: Collector) -> tuple[Exper
         the experiment without the values that do not fit, which are findings, and all parameters.
     """
     maker, brain = maker_of(experiment), experiment.brain
-    of_brain = _checked(
+    of_brain = _check_values(
         maker.brain_parameters(experiment), brain.parameters, collector, "brain", "parameters"
     )
-    of_functions = _checked(
+    of_functions = _check_values(
         maker.function_parameters(experiment),
         experiment.function_parameters,
         collector,
         "function_parameters",
     )
     kept = {
-        "brain": brain.model_copy(update={"parameters": _given(of_brain)}),
-        "function_parameters": _given(of_functions),
+        "brain": brain.model_copy(update={"parameters": _plain_values(of_brain)}),
+        "function_parameters": _plain_values(of_functions),
     }
     return experiment.model_copy(update=kept), Parameters(of_brain, of_functions)
 
 
-def _checked(
+def _check_values(
     declared: Declared, given: Mapping[str, object], collector: Collector, *keys: Key
 ) -> dict[str, ParameterValue]:
     for mistake in declared.mistakes:
@@ -282,5 +282,5 @@ def _checked(
     }
 
 
-def _given(parameters: Mapping[str, ParameterValue]) -> dict[str, Value]:
+def _plain_values(parameters: Mapping[str, ParameterValue]) -> dict[str, Value]:
     return {name: one.value for name, one in parameters.items() if one.set_by is not None}

@@ -21,7 +21,7 @@ from nrp_core.clock import StepPlan, seconds
 from nrp_core.dsl.functions import TransferFunction, require_new_name
 from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, did_you_mean
-from nrp_core.experiment.backends import load_backend, named
+from nrp_core.experiment.backends import load_backend, named_errors
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
 from nrp_core.experiment.making.maker import Parameters, maker_of, with_parameters
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
@@ -210,7 +210,7 @@ def select_backend(
     """Return the backend selected by an experiment; mistakes go to the collector."""
     with collector.during(Code.NRP205, side, "backend"):
         backend, options = load_backend(registry, side, section.backend, section.options, collector.source)
-        with named(section.backend, "report its capabilities"):
+        with named_errors(section.backend, "report its capabilities"):
             return Side(backend, options, backend.capabilities(options))
     return None
 
@@ -321,7 +321,7 @@ def _is_accepted(
     check_capabilities(experiment, brain.capabilities, collector)
     with collector.during(Code.NRP216, "brain", "backend"):
         brain.capabilities.require(network, name)
-        with collector.during(Code.NRP350, "brain", "model"), named(name, "accept the network"):
+        with collector.during(Code.NRP350, "brain", "model"), named_errors(name, "accept the network"):
             collector.place(review(brain, network), "brain", "model")
     return not has_errors(collector.findings[before:])
 
@@ -424,7 +424,7 @@ def _own_topics(
         return ()
     with (
         collector.during(Code.NRP202, "world", "options"),
-        named(experiment.world.backend, "report its topics"),
+        named_errors(experiment.world.backend, "report its topics"),
     ):
         return world.backend.topics(world.options)
     return None
@@ -438,7 +438,7 @@ def load_functions(parts: Parts) -> tuple[TransferFunction, ...]:
         return functions
     before = len(collector.findings)
     with collector.during(Code.NRP216, "brain", "backend"):
-        functions = _bound(functions, mock_brain(parts), parts.stage, experiment, collector)
+        functions = _bind_to_mocks(functions, mock_brain(parts), parts.stage, experiment, collector)
     collector.findings[before:] = name_cause(collector.findings[before:], experiment, parts.network)
     return functions
 
@@ -454,7 +454,7 @@ def mock_brain(parts: Parts) -> MockBrain:
     return MockBrain(parts.network, capabilities=capabilities)
 
 
-def _bound(
+def _bind_to_mocks(
     functions: Sequence[TransferFunction], brain: MockBrain, stage: World, experiment: Experiment,
     collector: Collector,
 ) -> tuple[TransferFunction, ...]:  # fmt: skip
@@ -513,13 +513,13 @@ def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], 
 
 def open_side(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
     """Open the brain or the world of a section of an experiment."""
-    with named(section.backend, "open"):
+    with named_errors(section.backend, "open"):
         return side.backend.open(content, seed=seed, options=side.options)
 
 
-def open_beside(first: World, section: BackendSection, side: Side[Any], seed: int) -> World:
+def open_world_like(first: World, section: BackendSection, side: Side[Any], seed: int) -> World:
     """Open the scene of a world once more; the two share what never changes."""
-    with named(section.backend, "open"):
+    with named_errors(section.backend, "open"):
         world: World = side.backend.open_another(first, seed=seed, options=side.options)
         return world
 

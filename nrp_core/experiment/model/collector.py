@@ -49,11 +49,11 @@ def _finding(
     detail: ErrorDetails, schema: dict[str, Any], tree: Tree, above: Sequence[Key], whole: str
 ) -> tuple[Finding, tuple[Key, ...]]:
     """Return a finding and its subject; two findings about the same subject are merged."""
-    named = detail["loc"] or _named(detail)
+    named = detail["loc"] or _leading_keys(detail)
     reached, keys = tree.nearest([*above, *named])
-    last, what = detail["loc"][-1] if detail["loc"] else "", _dotted(keys)
+    last, what = detail["loc"][-1] if detail["loc"] else "", _join_keys(keys)
     if detail["type"] == "extra_forbidden":
-        section = f"'{_dotted(keys[:-1])}'" if len(keys) > 1 else whole
+        section = f"'{_join_keys(keys[:-1])}'" if len(keys) > 1 else whole
         hint = did_you_mean(str(last), keys_at(schema, keys[len(above) : -1]))
         message = f"{section} has no key '{last}'{hint}"
         return (reached.key_place or reached.place).finding(Code.NRP201, message), keys
@@ -69,7 +69,7 @@ def _finding(
     return reached.place.finding(code, message), keys
 
 
-def _named(detail: ErrorDetails) -> tuple[str, ...]:
+def _leading_keys(detail: ErrorDetails) -> tuple[str, ...]:
     """Return the keys that the message about a whole file begins with, as in ``vary.seed: ...``."""
     if detail["type"] != "value_error":
         return ()
@@ -113,7 +113,7 @@ def reason(detail: ErrorDetails) -> str:
     return f"{rule.format(**context) if rule else detail['msg']}, not {detail['input']!r:.60}"
 
 
-def _dotted(keys: Sequence[Key]) -> str:
+def _join_keys(keys: Sequence[Key]) -> str:
     return ".".join(map(str, keys))
 
 

@@ -17,7 +17,7 @@ Point = tuple[LengthM, LengthM]
 """A place on the ground, x and y."""
 
 
-def _moment(value: object) -> int | str:
+def _time_or_event(value: object) -> int | str:
     if isinstance(value, str) and value.isidentifier():
         return str(value)
     try:
@@ -28,7 +28,7 @@ def _moment(value: object) -> int | str:
 
 Moment = Annotated[
     int | str,
-    PlainValidator(_moment),
+    PlainValidator(_time_or_event),
     WithJsonSchema({"type": ["string", "number"], "description": "a time, an event, 'start' or 'end'"}),
 ]
 """A time in ns, the name of an event, ``start`` or ``end`` (of the run)."""

@@ -258,7 +258,7 @@ class SensorSection(Section):
     """Share of the messages that get lost."""
 
     @model_validator(mode="after")
-    def _says_something(self) -> SensorSection:
+    def _require_a_setting(self) -> SensorSection:
         if not self.model_fields_set:
             raise ValueError(f"sets nothing; valid: {', '.join(type(self).model_fields)}")
         if "bias" in self.model_fields_set and self.noise is None:
@@ -294,7 +294,7 @@ class ChecksSection(Section):
 
     @field_validator("ignore")
     @classmethod
-    def _known(cls, codes: tuple[str, ...]) -> tuple[str, ...]:
+    def _check_codes(cls, codes: tuple[str, ...]) -> tuple[str, ...]:
         for code in codes:
             if code not in Code.__members__ and removed_in(code) is None:
                 raise ValueError(f"there is no code '{code}'{did_you_mean(code, Code.__members__)}")

@@ -16,7 +16,7 @@ from types import ModuleType
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.collector import CollectorPaused
-from nrp_core.archives import unpacked
+from nrp_core.archives import unpack
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.paths import MissingFileError, require_target
@@ -43,7 +43,7 @@ def load_experiment(text: str | Path, overrides: Iterable[str] = ()) -> Experime
     Raises:
         ExperimentError: there is none, or it is invalid.
     """
-    given = _listed(overrides)
+    given = _as_tuple(overrides)
     if not isinstance(text, str | PathLike):
         raise ExperimentError(
             f"an experiment is a name or a file, not of type {type(text).__name__}; Run takes one that is "
@@ -58,7 +58,7 @@ def load_experiment(text: str | Path, overrides: Iterable[str] = ()) -> Experime
     return experiment.with_csv_folder(Path.cwd() / Path(text).expanduser().with_suffix("") / "csv")
 
 
-def _listed(overrides: Iterable[str]) -> tuple[str, ...]:
+def _as_tuple(overrides: Iterable[str]) -> tuple[str, ...]:
     if isinstance(overrides, str | Mapping) or not isinstance(overrides, Iterable):
         raise ExperimentError(f"overrides are a list such as ['seed=3', 'pace=max'], not {overrides!r:.60}")
     return tuple(overrides)
@@ -71,7 +71,7 @@ def once_each(overrides: Iterable[str]) -> tuple[str, ...]:
         ExperimentError: they are not several, or two set one key.
     """
     first: dict[str, str] = {}
-    given = _listed(overrides)
+    given = _as_tuple(overrides)
     for one in given:
         key = str(one).partition("=")[0].strip()
         if key in first:
@@ -90,7 +90,7 @@ def shipped() -> list[str]:
 
 
 @cache
-def _tell_of_the_other(name: str, installed: Path, folder: Path) -> None:
+def _note_other_folder(name: str, installed: Path, folder: Path) -> None:
     """Say once that something else in a folder has the name of an installed experiment."""
     here = (folder / name).resolve()
     is_experiment = any(here.glob(f"{STEM}.*")) or any(here.glob("*.exc"))
@@ -115,7 +115,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     if package in SHIPPED.names():
         variants = _variants(package)
         if text in variants:
-            _tell_of_the_other(text, variants[text], folder or Path.cwd())
+            _note_other_folder(text, variants[text], folder or Path.cwd())
             return variants[text]
     path = (folder or Path.cwd()) / Path(text).expanduser()
     try:
@@ -139,7 +139,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
 
 
 def _in_archive(archive: Path) -> Path:
-    suffixes, top = READERS.names(), unpacked(archive)
+    suffixes, top = READERS.names(), unpack(archive)
     found = [path for path in top.rglob("*") if path.suffix in suffixes and path.name[:1] != "."]
     if not found:
         _require_readers(top.rglob("*"))

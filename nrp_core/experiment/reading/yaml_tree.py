@@ -36,7 +36,7 @@ _OPENED = (
 """Problems that the parser notices later than where they are."""
 
 
-def explained(error: MarkedYAMLError, text: str) -> tuple[str, Any]:
+def explain_error(error: MarkedYAMLError, text: str) -> tuple[str, Any]:
     """Return what is wrong with a text, and the mark of its place; None: it has no place."""
     mark = error.problem_mark or error.context_mark
     problem = f"{error.context or ''} {error.problem}"
@@ -135,7 +135,7 @@ def parse_tree(text: str, place: Place) -> Tree:
     except ExperimentError:
         raise
     except MarkedYAMLError as error:
-        what, mark = explained(error, text)
+        what, mark = explain_error(error, text)
         at = place if mark is None or place.path is None else _place(place, mark)
         raise at.error(f"not YAML: {what}") from error
     except ReaderError as error:

@@ -32,7 +32,7 @@ def commands_of(run: Run) -> Commands:
             for name in names:
                 run.activate(name, active)
         failed = {failure.function: str(failure) for failure in run.loop.failures}
-        return [_shown(function, failed.get(function.name)) for function in run.loop.functions]
+        return [_describe(function, failed.get(function.name)) for function in run.loop.functions]
 
     def publish(topic: str, value: Any) -> list[str]:
         """Publish a message; return the active functions that publish on the topic, too."""
@@ -69,7 +69,7 @@ def _require(run: Run, added: Iterable[Path], names: set[str]) -> None:
         raise ExperimentError(f"no transfer function '{name}'{did_you_mean(name, known)}")
 
 
-def _shown(function: TransferFunction, failure: str | None) -> dict[str, Any]:
+def _describe(function: TransferFunction, failure: str | None) -> dict[str, Any]:
     return {
         "name": function.name,
         "place": str(function.place),

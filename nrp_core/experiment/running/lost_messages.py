@@ -87,7 +87,7 @@ class LostMessages(RunObserver[object]):
     def findings(self) -> Iterator[Finding]:
         """Yield a finding for each topic with such messages so far."""
         loop = self._loop
-        yield from self._undelivered()
+        yield from self._find_undelivered()
         for topic, count in self._counts.items():
             names = self._publishers(topic)
             if names and count * _EVERY_OTHER < loop.steps - self._first[topic]:
@@ -99,10 +99,10 @@ class LostMessages(RunObserver[object]):
 
     def closing(self, run: object) -> None:
         """Log the messages that no step has taken."""
-        for finding in self._undelivered():
+        for finding in self._find_undelivered():
             _logger.warning("%s", finding.message)
 
-    def _undelivered(self) -> Iterator[Finding]:
+    def _find_undelivered(self) -> Iterator[Finding]:
         """Yield a finding for each topic with messages that wait for a step."""
         for topic in sorted(set(self._loop.waiting)):
             message = (
@@ -141,13 +141,13 @@ class UnheardCommands:
     def findings(self) -> Iterator[Finding]:
         """Yield a finding for each topic with messages but without a subscriber so far."""
         for topic in sorted(self._world.without_subscriber):
-            meant = self._meant(topic)
+            meant = self._intended_topic(topic)
             declared = topic in self._declared or topic.startswith(_SHOWN)
             if meant or not declared:
                 yield self._finding(topic, meant)
 
     def _finding(self, topic: str, meant: str | None) -> Finding:
-        hint = f"; did you mean '{meant}'?" if meant else self._of_other_type(topic)
+        hint = f"; did you mean '{meant}'?" if meant else self._same_name_of_other_type(topic)
         message = f"nothing subscribes to '{topic}', so its commands have no effect{hint}"
         place = next(
             (
@@ -161,7 +161,7 @@ class UnheardCommands:
             return Finding(Code.NRP212, message, Level.WARNING, subject=topic)
         return Finding(Code.NRP212, message, Level.WARNING, Path(place.path), place.line, subject=topic)
 
-    def _of_other_type(self, topic: str) -> str:
+    def _same_name_of_other_type(self, topic: str) -> str:
         """Return the topic of the world that ends in the same name and takes other messages, in words."""
         topics = self._world.topics
         kind = topics[topic].type if topic in topics else object
@@ -171,7 +171,7 @@ class UnheardCommands:
                 return f"; '{name}' takes {type_name(info.type)}, not {type_name(kind)}"
         return ""
 
-    def _meant(self, topic: str) -> str | None:
+    def _intended_topic(self, topic: str) -> str | None:
         """Return the similar topic of the world that was probably intended, if there is one."""
         topics = self._world.topics
         if topic not in topics:

@@ -22,8 +22,8 @@ from nrp_core.experiment.making.prepare import (
     Plan,
     ProgressCallback,
     no_progress,
-    open_beside,
     open_side,
+    open_world_like,
     prepare,
 )
 from nrp_core.experiment.making.watch import declare_missing_topics, declare_own
@@ -91,7 +91,7 @@ class OpenExperiment(Closing):
             self.world: World = opened.enter_context(
                 open_side(experiment.world, plan.world, plan.scene, self.seed)
                 if beside is None
-                else open_beside(beside.world, experiment.world, plan.world, self.seed)
+                else open_world_like(beside.world, experiment.world, plan.world, self.seed)
             )
             progress(f"opening the brain ({experiment.brain.backend})")
             self.brain: Brain = opened.enter_context(

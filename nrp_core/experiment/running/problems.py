@@ -56,7 +56,7 @@ def at_the_end(
         is_over: whether the run has reached the end of the experiment.
     """
     functions = list(functions)
-    yield from _lost_numbers(functions, now_ns)
+    yield from _find_nan(functions, now_ns)
     yield from _unlikely_rates(functions, is_over=is_over)
     if not is_over:
         return
@@ -67,7 +67,7 @@ def at_the_end(
         )
         yield experiment.place("duration").finding(Code.NRP353, message, Level.WARNING)
     missed = {name: causes_of(name, experiment.events) for name in experiment.events if name not in times}
-    told = [name for name in missed if _is_told(name, experiment, found)]
+    told = [name for name in missed if _is_reported(name, experiment, found)]
     for name, causes in missed.items():
         if missed.keys() & causes and name not in causes:
             continue
@@ -79,7 +79,7 @@ def at_the_end(
         yield experiment.place("events", name).finding(Code.NRP322, message, Level.WARNING)
 
 
-def _is_told(name: str, experiment: Experiment, found: Iterable[Finding]) -> bool:
+def _is_reported(name: str, experiment: Experiment, found: Iterable[Finding]) -> bool:
     """Return whether it was said before the run that an event never happens, at one of its keys."""
     written = experiment.source.at("events", name)
     places = [] if written is None else [*_places(written)]
@@ -118,7 +118,7 @@ def _unlikely_rates(functions: Iterable[TransferFunction], *, is_over: bool) -> 
                 yield Finding(Code.NRP297, message, Level.WARNING, path, line, subject=function.name)
 
 
-def _lost_numbers(functions: Iterable[TransferFunction], now_ns: int) -> Iterator[Finding]:
+def _find_nan(functions: Iterable[TransferFunction], now_ns: int) -> Iterator[Finding]:
     """Yield a finding for each variable that has become NaN, as after ``np.mean([])``."""
     for function in functions:
         for name, adapter in function.adapters.items():

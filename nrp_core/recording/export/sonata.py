@@ -73,7 +73,7 @@ def _write_report(numbers: Numbers, devices: list[Series], path: Path) -> Path:
     with new_file(path) as file:
         _mark(file)
         group = file.create_group(f"report/{DEVICES}")
-        values = np.column_stack([_held(series, times_ms) for series in devices])
+        values = np.column_stack([_values_at(series, times_ms) for series in devices])
         group["data"] = values.astype(np.float32)
         group["data"].attrs["units"] = devices[0].unit
         mapping = group.create_group("mapping")
@@ -89,7 +89,7 @@ def _write_report(numbers: Numbers, devices: list[Series], path: Path) -> Path:
     return path
 
 
-def _held(series: Series, times_ms: FloatArray) -> FloatArray:
+def _values_at(series: Series, times_ms: FloatArray) -> FloatArray:
     """Return the values at some times from the recorded changes."""
     at = np.searchsorted(series.times_s * 1e3, times_ms + 1e-6, side="right") - 1
     return np.where(at >= 0, series.values[np.maximum(at, 0), 0], np.nan)

@@ -74,7 +74,7 @@ def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotO
             show, a style sheet does not exist, or the disk refuses a write.
     """
     check_target(path)
-    from nrp_core.recording.figures.film import camera_images, moments
+    from nrp_core.recording.figures.film import camera_images, image_times
     from nrp_core.recording.figures.page import IMAGES, draw_page, draw_part
     from nrp_core.recording.figures.story import Story
     from nrp_core.recording.figures.style import Panel, PlotOptions, style
@@ -86,7 +86,7 @@ def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotO
     with style(options.style, options.size_inches and options.size_inches[0]):
         if what is What.RUN:
             shown = Panel.CAMERA in options.panels
-            images = camera_images(recording, moments(story, IMAGES)) if shown else []
+            images = camera_images(recording, image_times(story, IMAGES)) if shown else []
             figure = draw_page(story, images, options)
         else:
             figure = draw_part(what.value, story, recording, options)

@@ -30,7 +30,7 @@ class CameraFrame:
     pixels: npt.NDArray[np.uint8]
 
 
-def moments(story: Story, count: int) -> list[float]:
+def image_times(story: Story, count: int) -> list[float]:
     """Return the times of the images to show, ascending.
 
     They are both ends of the period; the middle and the end of each interval in which a visual had another
@@ -43,7 +43,7 @@ def moments(story: Story, count: int) -> list[float]:
         apart = min(abs(t_s - other) for other in chosen)
         if len(chosen) < count and begin_s < t_s < end_s and apart > near_s:
             chosen.add(t_s)
-    return _filled(np.array(sorted(chosen)), *_progress(story), count)
+    return _fill_times(np.array(sorted(chosen)), *_progress(story), count)
 
 
 def _event_times(story: Story) -> list[float]:
@@ -65,7 +65,7 @@ def _progress(story: Story) -> tuple[FloatArray, FloatArray]:
     return times, even if not sums[-1] else _EVEN * even + (1 - _EVEN) * sums / sums[-1]
 
 
-def _filled(fixed: FloatArray, times: FloatArray, progress: FloatArray, count: int) -> list[float]:
+def _fill_times(fixed: FloatArray, times: FloatArray, progress: FloatArray, count: int) -> list[float]:
     """Return the fixed times, and others between them at equal steps of the motion."""
     at = np.interp(fixed, times, progress)
     gaps, parts = np.diff(at), np.ones(len(fixed) - 1, int)

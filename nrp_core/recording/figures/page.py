@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.result import Judgement, recorded_judgement
-from nrp_core.recording.figures.film import CameraFrame, camera_images, moments
+from nrp_core.recording.figures.film import CameraFrame, camera_images, image_times
 from nrp_core.recording.figures.room import Bounds, RoomView, draw_room
 from nrp_core.recording.figures.story import Coloured, Story
 from nrp_core.recording.figures.style import (
@@ -168,7 +168,7 @@ def _devices(story: Story, options: PlotOptions) -> Figure | None:
 
 
 def _camera(story: Story, recording: Recording, options: PlotOptions) -> Figure | None:
-    taken = camera_images(recording, moments(story, _IMAGES))
+    taken = camera_images(recording, image_times(story, _IMAGES))
     if not taken:
         return None
     rows = -(-len(taken) // _COLUMNS)

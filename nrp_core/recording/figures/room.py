@@ -211,7 +211,7 @@ def label(
     )  # fmt: skip
 
 
-def keep_apart(axes: Axes, labels: Sequence[Annotation], taken: Iterable[Bbox] = ()) -> None:
+def separate_labels(axes: Axes, labels: Sequence[Annotation], taken: Iterable[Bbox] = ()) -> None:
     """Move labels into the axes, and up or down to avoid overlaps with taken places and each other."""
     axes.apply_aspect()
     frame, points = axes.get_window_extent(), 72 / axes.figure.dpi
@@ -274,7 +274,7 @@ def draw_room(axes: Axes, view: RoomView, coloured: Iterable[Coloured]) -> None:
     _set_limits(axes, view.focus(coloured))
     for name, track in story.tracks.items():
         labels += label_ends(axes, name, track, reaches[name])
-    keep_apart(axes, labels, _draw_whole(axes, view, coloured))
+    separate_labels(axes, labels, _draw_whole(axes, view, coloured))
 
 
 def _draw_pieces(axes: Axes, view: RoomView) -> None:

@@ -182,7 +182,7 @@ class Story:
         moved = 0.0
         for each in message.transforms:
             name, pose = each.child_frame_id, transform_pose(each.transform)
-            moved += _moved(self.last_poses.get(name, pose), pose)
+            moved += _motion(self.last_poses.get(name, pose), pose)
             self._take_frame(name, pose, t_s)
         if t_s >= self.begin_s:
             self.activity.append((t_s, moved))
@@ -213,7 +213,7 @@ class Story:
             series.add(t_s, value, self.begin_s)
 
 
-def _moved(before: Pose, now: Pose) -> float:
+def _motion(before: Pose, now: Pose) -> float:
     """Return the motion of a link, m: its displacement, and its rotation at a distance of 0.3 m."""
     turned = abs(sum(a * b for a, b in zip(before.orientation, now.orientation, strict=True)))
     return dist(before.position, now.position) + _REACH_M * 2 * acos(min(turned, 1.0))

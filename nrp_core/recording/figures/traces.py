@@ -101,7 +101,7 @@ def draw_raster(axes: Axes, story: Story) -> None:
     rows = 0
     labels: list[tuple[float, int, str, str]] = []  # row, rows of the group, text, colour
     for number, group in enumerate(every):
-        shown = chosen(group.ids, active.get(group.population, set()), shares[number])
+        shown = choose_neurons(group.ids, active.get(group.population, set()), shares[number])
         times, at = _spikes_of(story, group.population, shown)
         axes.plot(
             times, at + rows, "|", color=colour(number), markersize=_tick_points(axes, sum(shares)),
@@ -116,7 +116,7 @@ def draw_raster(axes: Axes, story: Story) -> None:
     larger = sorted(labels, key=lambda label: -label[1])  # come first, where space is short
     written = sorted(larger[: max(1, int(rows / apart))])
     axes.set_yticks(
-        spread([label[0] for label in written], apart, rows - 1.0), [label[2] for label in written]
+        separate([label[0] for label in written], apart, rows - 1.0), [label[2] for label in written]
     )
     for tick, label in zip(axes.get_yticklabels(), written, strict=True):
         tick.set_color(label[3])
@@ -124,7 +124,7 @@ def draw_raster(axes: Axes, story: Story) -> None:
     _number_neurons(axes, numbers, apart)
 
 
-def spread(places: Sequence[float], apart: float, last: float) -> list[float]:
+def separate(places: Sequence[float], apart: float, last: float) -> list[float]:
     """Return ascending places moved apart, as little as a pass from each end needs.
 
     Args:
@@ -149,14 +149,14 @@ def rows_of(sizes: Sequence[int]) -> list[int]:
     return [min(size, most) for size in sizes]
 
 
-def chosen(ids: Sequence[int], active: Container[int], number: int) -> list[int]:
+def choose_neurons(ids: Sequence[int], active: Container[int], number: int) -> list[int]:
     """Return a number of neurons of a group, evenly spaced: of those that fire, then of the silent ones."""
     firing, silent = [i for i in ids if i in active], [i for i in ids if i not in active]
-    taken = _spread(firing, number)
-    return sorted(taken + _spread(silent, number - len(taken)))
+    taken = _every_nth(firing, number)
+    return sorted(taken + _every_nth(silent, number - len(taken)))
 
 
-def _spread(items: Sequence[int], number: int) -> list[int]:
+def _every_nth(items: Sequence[int], number: int) -> list[int]:
     count = min(number, len(items))
     return [items[i * len(items) // count] for i in range(count)]
 
@@ -302,7 +302,7 @@ def draw_values(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
 
 def draw_matrix(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
     """Draw a row for each series; all share the scale beside them."""
-    values = np.array([sampled(one, *story.span_s) for one in series])
+    values = np.array([resample(one, *story.span_s) for one in series])
     shown = values[np.isfinite(values)]
     low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 0.0)
     image = axes.imshow(
@@ -326,7 +326,7 @@ def draw_matrix(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
     scale.ax.tick_params(length=2, pad=1, labelsize=points(6.5))
 
 
-def sampled(one: StepSeries, begin_s: float, end_s: float) -> FloatArray:
+def resample(one: StepSeries, begin_s: float, end_s: float) -> FloatArray:
     """Return the value at equal steps of time; NaN before the first."""
     times = np.linspace(begin_s, end_s, _COLUMNS, endpoint=False)
     index = np.searchsorted(one.times_s, times, side="right") - 1

@@ -55,22 +55,22 @@ class CallNoter(RunObserver[Run], Closing):
         files = [(one.name, one.read_bytes()) for one in added if isinstance(one, Path)]
         unnamed = [one.name for one in added if isinstance(one, TransferFunction)]
         if unnamed:
-            self._lose(f"{', '.join(unnamed)}: only transfer functions from files are recorded")
-        self._keep(CHANGE, (files, removed))
+            self._note_lost(f"{', '.join(unnamed)}: only transfer functions from files are recorded")
+        self._note_call(CHANGE, (files, removed))
         self.after_step(run)  # devices of functions are added and removed with them
 
     def function_activated(self, run: Run, name: str, active: bool) -> None:
         """Record it."""
-        self._keep(ACTIVATE, (name, active))
+        self._note_call(ACTIVATE, (name, active))
 
     def part_reset(self, run: Run, part: str) -> None:
         """Record a reset of the brain."""
         if part == "brain":  # the others are calls to the world
-            self._keep(RESET, (part,))
+            self._note_call(RESET, (part,))
 
     def _note_world(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> None:
         if not self._run.loop.is_stepping:  # calls within a step are repeated by the step
-            self._keep(old_names.WORLD_RESET if name == RESET else name, (arguments, named))
+            self._note_call(old_names.WORLD_RESET if name == RESET else name, (arguments, named))
 
     def after_step(self, run: Run) -> None:
         """Note the devices of the brain after a step, to find those that are added outside of it."""
@@ -83,22 +83,22 @@ class CallNoter(RunObserver[Run], Closing):
             self._devices = devices
             names = {port.name for port in {*devices} ^ {*before} if not getattr(port, "passing", False)}
             if names:
-                self._lose(f"changes of devices of the brain from Python: {', '.join(sorted(names))}")
+                self._note_lost(f"changes of devices of the brain from Python: {', '.join(sorted(names))}")
 
-    def _lose(self, what: str) -> None:
-        self._warnings.append(lost(what))
+    def _note_lost(self, what: str) -> None:
+        self._warnings.append(lost_call(what))
         self._note(LOST, what.encode())
 
-    def _keep(self, name: str, arguments: Any) -> None:
+    def _note_call(self, name: str, arguments: Any) -> None:
         try:
             data = pickle.dumps(arguments)
         except (pickle.PicklingError, TypeError, AttributeError) as error:
-            self._lose(f"a call of '{name}', which cannot be recorded: {error}")
+            self._note_lost(f"a call of '{name}', which cannot be recorded: {error}")
         else:
             self._note(name, data)
 
 
-def lost(what: str) -> Finding:
+def lost_call(what: str) -> Finding:
     """Return the finding about a change that a replay cannot repeat.
 
     Args:
@@ -128,7 +128,7 @@ def repeat(run: Run, called: Called, folder: Path) -> None:
         if called.name == CHANGE:
             files, remove = arguments
             removed = [name for name in remove if _has(run, name)]
-            run.change([_written(folder, name, text) for name, text in files], removed)
+            run.change([_write_file(folder, name, text) for name, text in files], removed)
         elif called.name == ACTIVATE:
             if _has(run, arguments[0]):
                 run.activate(*arguments)
@@ -146,7 +146,7 @@ def _has(run: Run, function: str) -> bool:
     return any(one.name == function for one in run.loop.functions)
 
 
-def _written(folder: Path, name: str, text: bytes) -> Path:
+def _write_file(folder: Path, name: str, text: bytes) -> Path:
     """Write a file into a new folder, because the same file may come again with changes."""
     own = folder / f"change-{len(list(folder.iterdir())) + 1}"
     own.mkdir()

@@ -43,7 +43,7 @@ from nrp_core.recording.layout import (
     check_folder,
 )
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.sealing import file_digest, sealed
+from nrp_core.recording.sealing import file_digest, seal
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.hashes import Chain
 from nrp_core.recording.writing.recorder import Recorder
@@ -165,7 +165,7 @@ def write_experiment(experiment: Experiment, folder: Path, files: Collection[Pat
     is_ours = experiment.maker is None or experiment.compatibility is not None
     if not is_ours or not experiment.source.value:
         return
-    content = _moved(experiment.source, {file.resolve() for file in files}, root)
+    content = _with_copied_files(experiment.source, {file.resolve() for file in files}, root)
     with (folder / EXPERIMENT_NAME).open("w", encoding="utf-8") as file:
         YAML().dump(content, file)
 
@@ -186,12 +186,12 @@ def recorded_experiment(recording: Recording, overrides: Sequence[str] = ()) -> 
     return load_experiment(recording.folder / str(written), [*before, *overrides])
 
 
-def _moved(tree: Tree, files: Collection[Path], root: Path) -> Any:
+def _with_copied_files(tree: Tree, files: Collection[Path], root: Path) -> Any:
     """Return the data of a tree, with the names of copied files replaced by those of the copies."""
     if isinstance(tree.value, dict):
-        return {key: _moved(child, files, root) for key, child in tree.value.items()}
+        return {key: _with_copied_files(child, files, root) for key, child in tree.value.items()}
     if isinstance(tree.value, list):
-        return [_moved(child, files, root) for child in tree.value]
+        return [_with_copied_files(child, files, root) for child in tree.value]
     if not isinstance(tree.value, str) or not tree.value or "\0" in tree.value:
         return tree.value
     path = (tree.place.folder / Path(tree.value).expanduser()).resolve()
@@ -252,14 +252,14 @@ class RecordingFolder(RunObserver[Run]):
         if run.loop.now_ns:
             self._snapshot()
         run.observers.append(self)
-        run.reporters.append(self._reported)
+        run.reporters.append(self._report)
         run.loop.hooks.from_outside.append(self._recorder.collector.note_from_outside)
         self._calls = CallNoter(run, self._recorder.collector.note_call, self._warnings)
 
     def _begin(self, images: Images, origin: Origin | None) -> None:
         """Write everything that is known before the first message."""
         with self._on_disk("begun"):
-            self._root = _copy_files(self._used(), self._folder)
+            self._root = _copy_files(self._used_files(), self._folder)
             self._about = _about(self._run, self._root) | {
                 "images": images, "snapshots_ns": self._snapshots_ns, "continues": origin
             }  # fmt: skip
@@ -270,7 +270,7 @@ class RecordingFolder(RunObserver[Run]):
         """Warnings about data that could not be recorded."""
         return Findings([*self._recorder.warnings, *self._warnings])
 
-    def _reported(self) -> Findings:
+    def _report(self) -> Findings:
         return self.warnings
 
     def close(self, state: str) -> None:
@@ -297,7 +297,7 @@ class RecordingFolder(RunObserver[Run]):
     def _finish(self, state: str) -> None:
         try:
             with self._on_disk("completed"):
-                _copy_files(self._used(), self._folder, self._root)
+                _copy_files(self._used_files(), self._folder, self._root)
                 self._write_csv()
         except RecordingError:
             state = "failed"
@@ -343,7 +343,7 @@ class RecordingFolder(RunObserver[Run]):
                 f"no snapshots are recorded: {error}; a replay from a later time has to run from the start",
             )
 
-    def _used(self) -> list[Path]:
+    def _used_files(self) -> list[Path]:
         named = {path for path in named_files(self._run.experiment) if path.is_file()}
         folders = {path.parent for path in named} | set(self._run.experiment.models)
         read = self._files.below(folders) if self._files else []
@@ -353,12 +353,12 @@ class RecordingFolder(RunObserver[Run]):
 
     def _write(self, state: str, result: dict[str, Any] | None) -> None:
         """Replace ``run.json`` in one operation, so that a kill leaves a complete file."""
-        write_experiment(self._run.experiment, self._folder, self._used(), self._root)
+        write_experiment(self._run.experiment, self._folder, self._used_files(), self._root)
         path = self._folder / RUN_NAME
         draft = path.with_suffix(".draft")
         digests = _digests(self._folder) | ({} if state == RUNNING else self._recorder.digests)
         data = {**self._about, "files": digests, "state": state, "result": result}
-        draft.write_bytes(sealed(to_jsonable(data)))
+        draft.write_bytes(seal(to_jsonable(data)))
         draft.replace(path)
 
 

@@ -176,7 +176,7 @@ class Check:
 
 def check_messages(file: Path) -> Check:
     """Check a file of messages by itself."""
-    chain, problems = _followed(file, None, finished=False)
+    chain, problems = _check_chain(file, None, finished=False)
     return Check(tuple(problems), finished=False, undigested=(file.name,), chain=chain)
 
 
@@ -194,11 +194,11 @@ def check_folder_of(folder: Path) -> Check:
             finished=False,
         )
     digests = digests_of(run)
-    flaws = list(_changed(folder, digests, run))
+    flaws = list(_find_changed(folder, digests, run))
     finished = run.get("state", RUNNING) != RUNNING and (MCAP_NAME in digests or _has_fewer(run))
     chain = None
     if MCAP_NAME not in digests:
-        chain, problems = _followed(folder / MCAP_NAME, _beginning(run), finished=finished)
+        chain, problems = _check_chain(folder / MCAP_NAME, _beginning(run), finished=finished)
         flaws += problems
     own = [name for name in (MCAP_NAME, EXPERIMENT_NAME) if (folder / name).is_file()]
     present = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
@@ -223,7 +223,7 @@ def _has_fewer(run: Mapping[str, Any]) -> bool:
     return int(run.get("format", _FEWER_DIGESTS)) <= _FEWER_DIGESTS
 
 
-def _changed(folder: Path, digests: Mapping[str, str], run: Mapping[str, Any]) -> Iterator[Flaw]:
+def _find_changed(folder: Path, digests: Mapping[str, str], run: Mapping[str, Any]) -> Iterator[Flaw]:
     for name, digest in digests.items():
         path = folder / name
         try:
@@ -277,7 +277,7 @@ def _beginning(run: Mapping[str, Any]) -> Chain:
     return Chain.of(run["brain"]["network"], run["world"]["scene"], run["seed"])
 
 
-def _followed(file: Path, begin: Chain | None, *, finished: bool) -> tuple[ChainCheck, list[Flaw]]:
+def _check_chain(file: Path, begin: Chain | None, *, finished: bool) -> tuple[ChainCheck, list[Flaw]]:
     """Check the hashes of the messages; a file that was not closed may lack its end."""
     if not file.is_file():
         return ChainCheck(), [Flaw(file.name, MISSING, "every message")]

@@ -133,7 +133,7 @@ class McapMessages:
     def _within(self, opcode: int, content: bytes) -> list[McapRecord]:
         """Return the records in a record, or the record itself."""
         try:
-            record = _parsed(opcode, content)
+            record = _parse(opcode, content)
             if isinstance(record, Chunk):
                 _require_known(record)
                 inner: list[McapRecord] = breakup_chunk(record, validate_crc=True)
@@ -170,7 +170,7 @@ _READ = {
 """Readers of the kinds of records that are needed here."""
 
 
-def _parsed(opcode: int, content: bytes) -> McapRecord | None:
+def _parse(opcode: int, content: bytes) -> McapRecord | None:
     read = _READ.get(opcode)
     return None if read is None else read(ReadDataStream(BytesIO(content)), len(content))
 

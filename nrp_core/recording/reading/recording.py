@@ -78,7 +78,7 @@ class Recording:
 
         The whole file is read to determine this.
         """
-        messages = self._stored()
+        messages = self._open_messages()
         for _ in messages if messages.closed else ():
             pass
         return messages.whole
@@ -94,7 +94,7 @@ class Recording:
     @cached_property
     def topics(self) -> dict[str, RecordedTopic]:
         """Every topic by its name."""
-        return {topic.name: topic for topic, _ in self._stored()}
+        return {topic.name: topic for topic, _ in self._open_messages()}
 
     @checks_arguments("roles")
     def with_role(self, *roles: Role) -> list[RecordedTopic]:
@@ -130,7 +130,7 @@ class Recording:
 
     def _messages(self, wanted: set[str] | None) -> Iterator[Recorded]:
         codec = Codec({})
-        for topic, message in self._chosen(wanted):
+        for topic, message in self._choose(wanted):
             yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
 
     @checks_arguments("topic")
@@ -227,7 +227,7 @@ class Recording:
             message = f"the type of {topic.name} ({topic.type_name}) cannot be read: {error}"
             raise ExperimentError(message, path=self.file) from error
 
-    def _stored(self) -> McapMessages:
+    def _open_messages(self) -> McapMessages:
         if not self.file.is_file():
             raise self._without_messages()
         return McapMessages(self.file)
@@ -238,11 +238,11 @@ class Recording:
     @checks_arguments()
     def raw(self, topics: Iterable[str] | None = None) -> Iterator[tuple[RecordedTopic, Message]]:
         """Return messages undecoded, as records of the file; otherwise as :meth:`messages`."""
-        return self._chosen(None if topics is None else _names(topics, self.file))
+        return self._choose(None if topics is None else _names(topics, self.file))
 
-    def _chosen(self, wanted: set[str] | None) -> Iterator[tuple[RecordedTopic, Message]]:
+    def _choose(self, wanted: set[str] | None) -> Iterator[tuple[RecordedTopic, Message]]:
         known = set[str]()
-        for topic, message in self._stored():
+        for topic, message in self._open_messages():
             known.add(topic.name)
             if message is not None and (wanted is None or topic.name in wanted):
                 yield topic, message

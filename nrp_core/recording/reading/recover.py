@@ -45,12 +45,12 @@ def recover(recording: Recording, target: Path | None = None) -> Recovered:
     """
     source = recording.file
     if target is None and recording.complete:
-        return Recovered(source, *_counted(recording), None)
+        return Recovered(source, *_count(recording), None)
     draft = source.with_suffix(".draft") if target is None else target
     if draft.exists() and target is not None:
         raise ExperimentError("exists already", path=draft)
     with writing(draft):
-        messages, until_s = _written(recording, draft)
+        messages, until_s = _write_or_remove(recording, draft)
         if target is not None:
             return Recovered(target, messages, until_s, source)
         kept = _free(source)
@@ -59,7 +59,7 @@ def recover(recording: Recording, target: Path | None = None) -> Recovered:
     return Recovered(source, messages, until_s, kept)
 
 
-def _written(recording: Recording, target: Path) -> tuple[int, float]:
+def _write_or_remove(recording: Recording, target: Path) -> tuple[int, float]:
     """Write a file; if that fails, remove it. Return the result of :func:`_write`."""
     try:
         messages, until_s = _write(recording, target)
@@ -86,7 +86,7 @@ def _write(recording: Recording, target: Path) -> tuple[int, float]:
     return sum(recovered.counts.values()), seconds(last_ns)
 
 
-def _counted(recording: Recording) -> tuple[int, float]:
+def _count(recording: Recording) -> tuple[int, float]:
     count = last_ns = 0
     for _, message in recording.raw():
         count, last_ns = count + 1, max(last_ns, message.log_time)

@@ -91,16 +91,16 @@ class RecordedScene:
     def take(self, message: SceneUpdate | MarkerArray) -> list[str]:
         """Apply a message; return the visuals that are new or changed."""
         if isinstance(message, MarkerArray):
-            self._shapes = {marker.ns: [_of_marker(marker)] for marker in message.markers}
+            self._shapes = {marker.ns: [_marker_shape(marker)] for marker in message.markers}
             return list(self._shapes)
         for deletion in message.deletions:
             self._shapes.pop(deletion.id, None)
         for entity in message.entities:
-            self._shapes[entity.id] = list(_of_entity(entity))
+            self._shapes[entity.id] = list(_entity_shapes(entity))
         return [entity.id for entity in message.entities]
 
 
-def _of_entity(entity: SceneEntity) -> Iterator[Shape]:
+def _entity_shapes(entity: SceneEntity) -> Iterator[Shape]:
     for kind, primitives in (
         (ShapeKind.BOX, entity.cubes),
         (ShapeKind.ELLIPSOID, entity.spheres),
@@ -123,7 +123,7 @@ def _mesh(model: ModelPrimitive) -> tuple[npt.NDArray[np.uint8], ShapeImage | No
     return np.frombuffer(stl_bytes(triangles), np.uint8), ShapeImage(data, tint, coordinates)
 
 
-def _of_marker(marker: Any) -> Shape:
+def _marker_shape(marker: Any) -> Shape:
     kinds = {SPHERE: ShapeKind.ELLIPSOID, CYLINDER: ShapeKind.CYLINDER, MESH_RESOURCE: ShapeKind.MESH}
     kind, size = kinds.get(marker.type, ShapeKind.BOX), vector_of(marker.scale)
     return Shape(marker.ns, marker.header.frame_id, kind, pose_of(marker.pose), size, _rgba(marker.color))

@@ -15,7 +15,7 @@ from nrp_core.clock import seconds
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.writing.encoding import joined
+from nrp_core.recording.writing.encoding import join_parts
 from nrp_core.recording.writing.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, WORLD, Step
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.nrp_msgs import Called, Published, Spikes, StepHash
@@ -133,7 +133,7 @@ class Comparison:
         """
         if self.difference is None:
             after = [
-                (entry.topic, entry.about["role"], codec.name(entry.kind), joined(entry.parts))
+                (entry.topic, entry.about["role"], codec.name(entry.kind), join_parts(entry.parts))
                 for entry in step.entries
             ]
             self._add(recorded, after, hashes, codec)
@@ -155,7 +155,7 @@ class Comparison:
             then, now = _in_group(before, group), _in_group(after, group)
             signal = self._first_different(then, now, codec)
             if signal is not None:
-                found[group] = signal, *_told(then, now, signal, codec)
+                found[group] = signal, *_describe(then, now, signal, codec)
             elif not self._noise and recorded.hashes[group] != hashes[group]:
                 signal = "the membrane voltages" if group == BRAIN else "the hash alone"
                 found[group] = signal, recorded.hashes[group], hashes[group]
@@ -232,7 +232,7 @@ def _alike_in_numbers(one: Any, other: Any, noise: float) -> bool:
     return bool((np.abs(a - b) <= noise * scale).all())
 
 
-def _told(then: Sequence[_Message], now: Sequence[_Message], topic: str, codec: Codec) -> tuple[str, str]:
+def _describe(then: Sequence[_Message], now: Sequence[_Message], topic: str, codec: Codec) -> tuple[str, str]:
     """Return short descriptions of the difference of a topic's messages: recorded and now."""
     decoded = [
         [codec.decode(data, kind) for name, _, kind, data in messages if name == topic]

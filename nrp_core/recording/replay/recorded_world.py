@@ -271,7 +271,7 @@ class _Sensed:
         recorded = self._playback.latest.get(self._topic)
         if recorded is None or (self._recorded_at and recorded.t_ns != now_ns):
             raise TopicError(f"the recording has no message on {topic} at {now_ns * 1e-9:g} s")
-        return _as_sensed(recorded.message)
+        return _as_from_sensor(recorded.message)
 
     def reset(self) -> None:
         """Return to the start."""
@@ -303,7 +303,7 @@ class _SensedLate(_Sensed):
         self._playback.reset()
 
 
-def _as_sensed(message: Any) -> Any:
+def _as_from_sensor(message: Any) -> Any:
     """Return a message as from its sensor."""
     if isinstance(message, CompressedImage):
         return _image(message)

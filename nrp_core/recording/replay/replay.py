@@ -20,7 +20,7 @@ from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progre
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, Level
-from nrp_core.recording.folder.calls import LOST, changes_functions, lost, repeat
+from nrp_core.recording.folder.calls import LOST, changes_functions, lost_call, repeat
 from nrp_core.recording.folder.recording_folder import (
     FORMAT,
     OLDEST_FORMAT,
@@ -81,10 +81,10 @@ def other_surroundings(recording: Recording, experiment: Experiment) -> Iterator
         if now.get(name) != version
     ]
     if versions:
-        yield _differs(f"it was made with {_listed(versions)}")
+        yield _differs(f"it was made with {_join_names(versions)}")
     if other := other_code(recording, experiment):
         yield _differs(f"it was made by {other}")
-    yield from map(_differs, _of_machine(dict(recording.run.get("machine") or {}), machine.describe()))
+    yield from map(_differs, _compare_machines(dict(recording.run.get("machine") or {}), machine.describe()))
 
 
 def _differs(message: str, subject: str | None = None) -> Finding:
@@ -101,7 +101,7 @@ def other_code(recording: Recording, experiment: Experiment) -> str:
     return f"other code of {' and '.join(changed)}" if changed else ""
 
 
-def _of_machine(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+def _compare_machines(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
     for key in _MACHINE:
         if key in then and then[key] != now[key]:
             before, after = (_words(about[key]) for about in (then, now))
@@ -112,7 +112,7 @@ def _words(value: Any) -> str:
     return " ".join(value) if isinstance(value, list) else str(value)
 
 
-def _listed(names: list[str]) -> str:
+def _join_names(names: list[str]) -> str:
     more = len(names) - _MOST_NAMED
     return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more with other versions" if more > 0 else "")
 
@@ -223,7 +223,7 @@ class Replay(Closing):
                 f"cannot continue from {seconds(since_ns):g} s until {seconds(until_ns):g} s"
             )
         experiment = recorded_experiment(recording, ["pace=max"])
-        edited = _edited(recording, experiment, request.functions)
+        edited = _with_edited_files(recording, experiment, request.functions)
         self._experiment = edited if request.from_ns is None else experiment
         self._edited = None if self._experiment is edited else edited
         self._awaited: RecordedStep | None = None
@@ -239,7 +239,7 @@ class Replay(Closing):
         with ExitStack() as opened:
             self._scratch = Path(opened.enter_context(TemporaryDirectory(prefix="nrp-replay-")))
             self.run: Run = opened.enter_context(
-                Run(self._experiment, self._progress, revise=self._revised, build=self._build())
+                Run(self._experiment, self._progress, revise=self._revise, build=self._build())
             )
             self._collector = StepCollector(
                 self.run.brain, self.run.world, period_ns=self._experiment.timestep,
@@ -266,7 +266,7 @@ class Replay(Closing):
 
     # -- the parts of a replay
 
-    def _revised(self, plan: Plan) -> Plan:
+    def _revise(self, plan: Plan) -> Plan:
         exchange = {"brain": with_recorded_brain, "world": with_recorded_world}
         return reduce(
             lambda p, side: exchange[side](p, self._recording), sorted(self._request.recorded), plan
@@ -393,7 +393,7 @@ class Replay(Closing):
     def _repeat(self, call: Called) -> None:
         """Repeat a call from outside, or warn that this is not possible."""
         if call.name == LOST:
-            self._lost.append(lost(bytes(call.data).decode()))
+            self._lost.append(lost_call(bytes(call.data).decode()))
             self.warnings.append(self._lost[-1])
             return
         repeat(self.run, call, self._scratch)
@@ -496,7 +496,7 @@ class Replay(Closing):
         self.run.run(seconds(self.run.loop.now_ns if until_ns is None else until_ns))
 
 
-def _edited(recording: Recording, experiment: Experiment, files: Sequence[Path]) -> Experiment:
+def _with_edited_files(recording: Recording, experiment: Experiment, files: Sequence[Path]) -> Experiment:
     """Return the experiment with files of transfer functions replaced by those of the same name."""
     if not files:
         return experiment

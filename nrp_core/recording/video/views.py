@@ -254,12 +254,12 @@ class Follower(Viewpoint):
         for height in _HEIGHTS:
             level = -np.cos(height)
             way = np.array((level * np.cos(yaw), level * np.sin(yaw), np.sin(height)))
-            if not _hidden(robot, robot + self._distance * way, self._obstacles):
+            if not _is_hidden(robot, robot + self._distance * way, self._obstacles):
                 break
         return way
 
 
-def _hidden(start: FloatArray, end: FloatArray, boxes: FloatArray) -> bool:
+def _is_hidden(start: FloatArray, end: FloatArray, boxes: FloatArray) -> bool:
     """Return whether a straight line meets a box that does not contain its start."""
     way = end - start
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -286,7 +286,7 @@ def drawn_frames(recording: Recording, times_s: FloatArray, options: VideoOption
             changed = _follow(playback, from_seconds(t_s), scene, poses)
             if changed or view is None:
                 kept.close()
-                stage = Stage(_seen(scene, options.view), kept)
+                stage = Stage(_visible_shapes(scene, options.view), kept)
                 size = (options.width, options.height)
                 view = ShadedView(stage.mesh, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES)
             yield view.draw(stage.vertices(poses), viewpoint.eye(t_s, poses))
@@ -306,7 +306,7 @@ def _follow(playback: Playback, t_ns: int, scene: RecordedScene, poses: dict[str
     return changed
 
 
-def _seen(scene: RecordedScene, view: View) -> list[Shape]:
+def _visible_shapes(scene: RecordedScene, view: View) -> list[Shape]:
     """Return the shapes to draw, without overhead ones, which would hide the scene from above."""
     seen = [shape for shape in scene.shapes if shape.rgba[3] > 0]
     if view is not View.ABOVE:

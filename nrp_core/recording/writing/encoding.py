@@ -107,8 +107,8 @@ class SpikesEncoder:
     """Encodes ``nrp_msgs/Spikes`` of one population."""
 
     def __init__(self, population: str) -> None:
-        body = _padded(_EMPTY, 8, 4) + _text(population)
-        self._fixed = _padded(body, 8, 4)
+        body = _pad(_EMPTY, 8, 4) + _text(population)
+        self._fixed = _pad(body, 8, 4)
 
     def __call__(self, now_ns: int, ids: IntArray, times_ms: FloatArray) -> Parts:
         """Return the spikes of one step, ids within the population."""
@@ -127,9 +127,9 @@ class ModelStatesEncoder:
         count = _LENGTH.pack(len(names))
         body = count
         for name in names:
-            body = _padded(body, 0, 4) + _text(name)
-        body = _padded(body, 0, 4) + count
-        self._head = _HEAD + (_padded(body, 0, 8) if names else body)
+            body = _pad(body, 0, 4) + _text(name)
+        body = _pad(body, 0, 4) + count
+        self._head = _HEAD + (_pad(body, 0, 8) if names else body)
         self._middle = count + (b"\0\0\0\0" if names else b"")
         self._poses, self._twists = struct.Struct(f"<{7 * len(names)}d"), struct.Struct(f"<{6 * len(names)}d")
 
@@ -151,10 +151,10 @@ class TransformsEncoder:
     def __init__(self, parent: str, children: Sequence[str]) -> None:
         body, stamps, poses = _LENGTH.pack(len(children)), [], []
         for child in children:
-            body = _padded(body, 0, 4)
+            body = _pad(body, 0, 4)
             stamps.append(len(body))
-            body = _padded(body + bytes(8) + _text(parent), 0, 4) + _text(child)
-            body = _padded(body, 0, 8)
+            body = _pad(body + bytes(8) + _text(parent), 0, 4) + _text(child)
+            body = _pad(body, 0, 8)
             poses.append(len(body))
             body += bytes(56)
         self._body = np.frombuffer(_HEAD + body, np.uint8).copy()
@@ -175,9 +175,9 @@ def image(message: Image, *, pack: bool = True) -> Parts:
     if not isinstance(data, np.ndarray):
         data = np.frombuffer(data, np.uint8)
     pixels = np.ascontiguousarray(data).reshape(-1).view(np.uint8)  # for depths, the bytes of each number
-    body = _padded(_text(message.header.frame_id), 8, 4)
+    body = _pad(_text(message.header.frame_id), 8, 4)
     body += struct.pack("<II", message.height, message.width) + _text(message.encoding)
-    body = _padded(body + bytes([message.is_bigendian]), 8, 4)
+    body = _pad(body + bytes([message.is_bigendian]), 8, 4)
     body += struct.pack("<II", message.step, len(pixels))
     head = _STAMP.pack(_HEAD, at.sec, at.nanosec) + body
     if not pack:
@@ -199,10 +199,10 @@ def step_hash(now_ns: int, step: int, hashes: Sequence[str], chain: str) -> Part
 
 def snapshot(now_ns: int, step: int, data: bytes) -> Parts:
     """Return a ``nrp_msgs/Snapshot``; the data is not copied."""
-    return _padded(stamp(now_ns) + _EMPTY, -4, 8) + struct.pack("<qI", step, len(data)), data
+    return _pad(stamp(now_ns) + _EMPTY, -4, 8) + struct.pack("<qI", step, len(data)), data
 
 
-def joined(parts: Parts) -> bytes:
+def join_parts(parts: Parts) -> bytes:
     """Return a message in one piece."""
     return b"".join(part if isinstance(part, memoryview) else bytes(part) for part in parts)
 
@@ -218,6 +218,6 @@ def _text(text: str) -> bytes:
     return _LENGTH.pack(len(data)) + data
 
 
-def _padded(body: bytes, before: int, size: int) -> bytes:
+def _pad(body: bytes, before: int, size: int) -> bytes:
     """Pad to a multiple of a size, given the number of bytes before."""
     return body + b"\0" * (-(before + len(body)) % size)

@@ -148,7 +148,7 @@ class StepCollector:
 
     def _note_published(self, topic: str, stamped: Stamped) -> None:
         message = stamped.message
-        data = self._encoded(topic, message)
+        data = self._encode(topic, message)
         if data is not None:
             about = self._about_published(topic)
             self._pending.append(RecordEntry(stamped.t_ns, topic, type(message), about, (data,)))
@@ -162,13 +162,13 @@ class StepCollector:
     def _add(self, entry: RecordEntry) -> None:
         """Store an entry; it is encoded now, because the owner of the message may change it later."""
         if not entry.parts:
-            data = self._encoded(entry.topic, entry.message)
+            data = self._encode(entry.topic, entry.message)
             if data is None:
                 return
             entry = RecordEntry(entry.t_ns, entry.topic, entry.kind, entry.about, (data,))
         self._pending.append(entry)
 
-    def _encoded(self, topic: str, message: Any) -> memoryview | None:
+    def _encode(self, topic: str, message: Any) -> memoryview | None:
         """Return a message as bytes; None, with one warning, if it cannot be encoded."""
         if topic in self._refused:
             return None

@@ -92,7 +92,7 @@ def scene_update(before: Mapping[str, Shown], now: Mapping[str, Shown], now_ns: 
 def _entity(stamp: Time, path: str, shown: Shown) -> SceneEntity:
     entity = SceneEntity(stamp, shown.frame, path, frame_locked=True)
     pose, color = pose_message(shown.pose), Color(*shown.rgba)
-    textured = _textured(shown, color) if shown.texture else None
+    textured = _with_texture(shown, color) if shown.texture else None
     if textured is not None:
         entity.models = [textured]
         return entity
@@ -123,7 +123,7 @@ def _cylinder(pose: Pose, radius: float, length: float, color: Color) -> Cylinde
     return CylinderPrimitive(pose_message(pose), Vector3(2 * radius, 2 * radius, length), color=color)
 
 
-def _textured(shown: Shown, color: Color) -> ModelPrimitive | None:
+def _with_texture(shown: Shown, color: Color) -> ModelPrimitive | None:
     """Return a shape with its image; None if it has no texture coordinates or its image cannot be read."""
     geometry, texture = shown.geometry, shown.texture
     assert texture is not None

@@ -56,8 +56,8 @@ class GrowingFile(Closing):
         self.failed: OSError | None = None
         self._file = path.open("wb", buffering=0)
         self._digest = hashlib.sha256()
-        self._reserve = _reserved(path.parent)
-        self._limit = _limited()
+        self._reserve = _reserve(path.parent)
+        self._limit = _file_size_limit()
 
     def append(self, data: bytes | bytearray) -> None:
         """Pass bytes to the operating system.
@@ -71,7 +71,7 @@ class GrowingFile(Closing):
             try:
                 written = 0
                 while written < len(rest):
-                    written += self._written(rest[written:])
+                    written += self._write_some(rest[written:])
             except OSError as error:
                 self.failed = error
                 self.cut(self.size)
@@ -98,7 +98,7 @@ class GrowingFile(Closing):
         self._free_reserve()
         self._file.close()
 
-    def _written(self, data: memoryview) -> int:
+    def _write_some(self, data: memoryview) -> int:
         if self._limit is not None and self.full is None and self.size + len(data) > self._limit:
             self.full = OSError(errno.EFBIG, os.strerror(errno.EFBIG))
         try:
@@ -116,7 +116,7 @@ class GrowingFile(Closing):
             self._reserve = None
 
 
-def _reserved(folder: Path) -> IO[bytes] | None:
+def _reserve(folder: Path) -> IO[bytes] | None:
     """Reserve disk space in a folder: less on a disk that is nearly full, and None on a full one."""
     try:
         reserve = TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115  closed with the file
@@ -135,7 +135,7 @@ def _reserved(folder: Path) -> IO[bytes] | None:
     return None
 
 
-def _limited() -> int | None:
+def _file_size_limit() -> int | None:
     """Return the size from which a file uses its reserve, if this process may not write files of any size."""
     if sys.platform == "win32":
         return None

@@ -24,7 +24,7 @@ from nrp_core.world.topics import resolve_name
 def read_joint_pose_trajectory(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
     """Read Gazebo's ``gazebo_ros_joint_pose_trajectory``."""
     topic = ros_topic(plugin, plugin.word("topicName", "set_joint_trajectory"), reading)
-    return _alone(TrajectoryController(plugin.attribute("name"), topic, _led(model.joints)))
+    return _single_actuators(TrajectoryController(plugin.attribute("name"), topic, _led_joints(model.joints)))
 
 
 def read_trajectory_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
@@ -34,7 +34,7 @@ def read_trajectory_system(plugin: Element, model: ModelParts, reading: Reading)
         SceneError: it names joints that the model does not have.
     """
     names = [each.text for each in plugin.all("joint_name")]
-    chosen = led_joints(plugin, names, model.joints, reading) if names else _led(model.joints)
+    chosen = led_joints(plugin, names, model.joints, reading) if names else _led_joints(model.joints)
     command, state = (
         plugin.word("topic", f"/model/{reading.robot}/joint_trajectory"),
         plugin.word("state_topic"),
@@ -47,10 +47,10 @@ def read_trajectory_system(plugin: Element, model: ModelParts, reading: Reading)
         tuple(zip(chosen, _values(plugin, "initial_position"), strict=False)),
         resolve_name(state, reading.robot) if state else None,
     )
-    return _alone(controller)
+    return _single_actuators(controller)
 
 
-def _alone(controller: TrajectoryController) -> Actuators:
+def _single_actuators(controller: TrajectoryController) -> Actuators:
     return Actuators(trajectory_controllers=(controller,))
 
 
@@ -62,7 +62,7 @@ def led_joints(
     Raises:
         SceneError: the model has no joint with a name.
     """
-    led = _led(joints)
+    led = _led_joints(joints)
     for name in names:
         if part_named(place, name, joints, "joint").name not in led:
             reading.notes.warn(
@@ -74,7 +74,7 @@ def led_joints(
     return tuple(name for name in names if name in led)
 
 
-def _led(joints: Iterable[Joint]) -> tuple[str, ...]:
+def _led_joints(joints: Iterable[Joint]) -> tuple[str, ...]:
     return tuple(joint.name for joint in joints if joint.takes_commands and joint.mimic is None)
 
 

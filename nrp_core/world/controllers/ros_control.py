@@ -118,7 +118,7 @@ class _File:
     def follower(self, name: tuple[str, ...]) -> TrajectoryController:
         """Return the trajectory controller with a name."""
         entry = self.entries[name]
-        joints = self._led(entry.get("joints"))
+        joints = self._led_joints(entry.get("joints"))
         if not joints:
             raise self._place.error(f"the controller '{'/'.join(name)}' names no joint that it can control")
         gains = tuple((joint, pid) for joint in joints if (pid := self._gains((*name, "gains", joint))))
@@ -129,7 +129,7 @@ class _File:
 
     def controller(self, name: tuple[str, ...], kind: ControllerKind) -> Iterator[JointController]:
         """Yield the controllers of the single joints of a controller with a name."""
-        for joint in self._led([self.entries[name].get("joint")]):
+        for joint in self._led_joints([self.entries[name].get("joint")]):
             yield JointController(joint, kind, self._topic(name, "command"), self._gains((*name, "pid")))
 
     def group(self, name: tuple[str, ...], kind: ControllerKind | None) -> Iterator[GroupController]:
@@ -142,7 +142,7 @@ class _File:
         entry = self.entries[name]
         kind = kind or _INTERFACES.get(str(entry.get("interface_name")))
         named = [str(joint) for joint in entry.get("joints") or ()]
-        joints = self._led(named)
+        joints = self._led_joints(named)
         if kind is None or not joints or list(joints) != named:
             self._leave_out(name, entry, [joint for joint in named if joint not in joints])
             return
@@ -166,12 +166,12 @@ class _File:
         """Return the differential drive with a name; ROS 1 has one or more wheel names a side."""
         entry = self.entries[name]
         sides = [entry.get(f"{side}_wheel_names", entry.get(f"{side}_wheel")) for side in ("left", "right")]
-        left, right = (self._led([side] if isinstance(side, str) else side) for side in sides)
+        left, right = (self._led_joints([side] if isinstance(side, str) else side) for side in sides)
         if not left or not right:
             raise self._place.error(f"the drive '{'/'.join(name)}' needs wheels on both sides")
         width, radius, wider, larger, timeout, rate_hz = self._numbers(
             name,
-            wheel_separation=self._apart(left[0], right[0]),
+            wheel_separation=self._wheel_separation(left[0], right[0]),
             wheel_radius=0.0,
             wheel_separation_multiplier=1.0,
             wheel_radius_multiplier=1.0,
@@ -193,7 +193,7 @@ class _File:
         """Return the drive on mecanum wheels with a name."""
         entry = self.entries[name]
         corners = [
-            self._led([entry.get(f"{end}_{side}_wheel_command_joint_name")])
+            self._led_joints([entry.get(f"{end}_{side}_wheel_command_joint_name")])
             for side in ("left", "right")
             for end in ("rear", "front")
         ]
@@ -218,7 +218,7 @@ class _File:
             odometry_topic=self._topic(name, "odometry"),
         )
 
-    def _apart(self, left: str, right: str) -> float:
+    def _wheel_separation(self, left: str, right: str) -> float:
         places = {joint.name: joint.pose.position for joint in self._joints}
         return dist(places[left], places[right])
 
@@ -254,7 +254,7 @@ class _File:
                 )
             yield float(value)
 
-    def _led(self, names: Any) -> tuple[str, ...]:
+    def _led_joints(self, names: Any) -> tuple[str, ...]:
         listed = names if isinstance(names, list) else []
         return led_joints(self._place, list(map(str, listed)), self._joints, self._reading)
 

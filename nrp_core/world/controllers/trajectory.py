@@ -170,7 +170,7 @@ class TrajectoryPart(Part):
         joints, states = self._controller.joints, self._engine.joint_states(self._model)
         rows = [states.names.index(joint) for joint in joints]
         position, velocity = states.positions[rows], states.velocities[rows]
-        aims = [self._wanted(joint, now_ns, now_ns) for joint in joints]
+        aims = [self._target_at(joint, now_ns, now_ns) for joint in joints]
         aim = np.array([x if aim is None else aim.position for x, aim in zip(position, aims, strict=True)])
         rate = np.array([aim.velocity or 0.0 if aim else 0.0 for aim in aims])
         return JointTrajectoryControllerState(
@@ -213,14 +213,14 @@ class TrajectoryPart(Part):
         is_left = path is not None and path.at(now_ns) is not None and obeys != self._controller.command_topic
         return None if is_left else path
 
-    def _wanted(self, joint: str, t_ns: int, now_ns: int) -> Knot | None:
+    def _target_at(self, joint: str, t_ns: int, now_ns: int) -> Knot | None:
         """Return the target of a joint at a time, by the present path; None if it has none."""
         path = self._path(joint, now_ns)
         return None if path is None else path.at(t_ns)
 
     def _replace(self, joint: str, knots: Sequence[Knot], start_ns: int, now_ns: int) -> None:
         """Give a joint a path through knots, from its target at a time."""
-        path, start = self._path(joint, now_ns), self._wanted(joint, start_ns, now_ns)
+        path, start = self._path(joint, now_ns), self._target_at(joint, start_ns, now_ns)
         if start is None:
             start = self._here(joint, start_ns)
         if joint in self._turning and knots:  # the shorter way round

@@ -142,8 +142,8 @@ class FlightPart(Part):
         forward = forward + np.cross(turning, forward) * step_s / 2  # the chord of the next step's arc
         arm, inertia = turn @ self._centre, turn @ self._inertia @ turn.T
         missing = forward - velocity + np.cross(turning - rate, arm)
-        acceleration = _bounded(missing / step_s, MAX_ACCELERATION)
-        spin = _bounded((turning - rate) / step_s, MAX_ANGULAR_ACCELERATION)
+        acceleration = _clip_norm(missing / step_s, MAX_ACCELERATION)
+        spin = _clip_norm((turning - rate) / step_s, MAX_ANGULAR_ACCELERATION)
         force = self._mass * (acceleration - np.array(self._engine.scene.gravity))
         torque = inertia @ spin + np.cross(rate, inertia @ rate) + np.cross(turn @ self._lever, force)
         self._pull(force, torque)
@@ -155,6 +155,6 @@ class FlightPart(Part):
         self._engine.set_wrench(self._model, self._link, wrench, self._drive.name)
 
 
-def _bounded(vector: FloatArray, most: float) -> FloatArray:
+def _clip_norm(vector: FloatArray, most: float) -> FloatArray:
     length = float(np.linalg.norm(vector))
     return vector * (most / length) if length > most else vector

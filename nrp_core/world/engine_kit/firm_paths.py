@@ -14,7 +14,7 @@ _ARRIVED = 1e-9
 
 
 @inlined
-def _clipped(value: float, lowest: float, highest: float) -> float:
+def _clip(value: float, lowest: float, highest: float) -> float:
     return min(max(value, lowest), highest)
 
 
@@ -69,7 +69,7 @@ def advance(
         target, limit = each.target, each.limit
         if each.kind != POSITION:
             each.path = positions[i]
-            each.speed = _clipped(target + (v - target) * decay, -limit, limit)
+            each.speed = _clip(target + (v - target) * decay, -limit, limit)
             there = abs(each.speed - target) < _ARRIVED
             if there:
                 each.speed = target
@@ -79,10 +79,10 @@ def advance(
             slope = v + gap / time_constant_s
             ahead = target + (gap + slope * step_s) * decay if each.smooth else target
             rate = (v - slope * step_s / time_constant_s) * decay if each.smooth else each.rate
-            away = _clipped(ahead - x, -limit * step_s, limit * step_s)
+            away = _clip(ahead - x, -limit * step_s, limit * step_s)
             if away != ahead - x:
                 ahead, rate = x + away, away / step_s
-            each.speed = _clipped(rate, -limit, limit)
+            each.speed = _clip(rate, -limit, limit)
             each.path = ahead
             rests = abs(each.speed - each.rate) < _ARRIVED
             there = rests and abs(ahead - target) < _ARRIVED and each.rate == 0
@@ -109,7 +109,7 @@ def velocities_to(step_s: float, return_s: float, positions: FloatArray, paths: 
         if each.kind == POSITION:
             gap = each.path - positions[i] - step_s * each.speed
             fastest = sqrt(2.0 * each.braking * max(abs(gap), _ARRIVED))
-            speed = each.speed + _clipped(gap / (return_s + step_s), -fastest, fastest)
+            speed = each.speed + _clip(gap / (return_s + step_s), -fastest, fastest)
         down = min((each.lowest - positions[i]) / step_s, 0.0)
         up = max((each.highest - positions[i]) / step_s, 0.0)
-        each.wanted = _clipped(speed, max(-each.limit, down), min(each.limit, up))
+        each.wanted = _clip(speed, max(-each.limit, down), min(each.limit, up))

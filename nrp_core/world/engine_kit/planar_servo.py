@@ -97,11 +97,11 @@ def servoed_wheel(
         gain=inertia / time_constant_s,
         limit=min(drive.torque, wheel.joint.effort),
         time_constant_s=time_constant_s,
-        per_left=sign * _rolled(drive, wheel.joint.name, side) / radius,
+        per_left=sign * _roller_share(drive, wheel.joint.name, side) / radius,
     )
 
 
-def _rolled(drive: WheelDrive | Ackermann | MecanumDrive, joint: str, side: float) -> float:
+def _roller_share(drive: WheelDrive | Ackermann | MecanumDrive, joint: str, side: float) -> float:
     """Return the share of a motion to the left that turns a wheel: that of rollers at 45 degrees."""
     if not isinstance(drive, MecanumDrive):
         return 0.0

@@ -95,7 +95,7 @@ class Codec:
         if cls not in self._names:
             name = type_name(cls)
             self._names[cls] = name if "/" in name else f"{PACKAGE}/msg/{name}"
-            self._learn(cls)
+            self._compile(cls)
         return self._names[cls]
 
     def names(self) -> list[str]:
@@ -145,7 +145,7 @@ class Codec:
             TopicError: the bytes are not such a message.
         """
         cls = type_of(name)
-        if cls is not None and name in self._store.fielddefs and not self._defined(name):
+        if cls is not None and name in self._store.fielddefs and not self._field_names_of(name):
             return cls()
         try:
             return self._deserialize(data, name)
@@ -167,7 +167,7 @@ class Codec:
 
     # -- adding types
 
-    def _learn(self, cls: type) -> None:
+    def _compile(self, cls: type) -> None:
         name = self._names[cls]
         if name not in self._store.fielddefs:
             lines = [
@@ -179,10 +179,9 @@ class Codec:
                 self._store.register(parsed(text, name))
             except TypesysError as error:
                 raise TopicError(f"{cls.__name__} cannot be a message: {error}") from error
-        if _field_names(cls) != self._defined(name):
-            raise TopicError(
-                f"{cls.__name__} has the fields {_field_names(cls)}, but {name} has {self._defined(name)}"
-            )
+        has, needs = _field_names(cls), self._field_names_of(name)
+        if has != needs:
+            raise TopicError(f"{cls.__name__} has the fields {has}, but {name} has {needs}")
         self._adopt(name)
         self._decode_into(name, cls)
 
@@ -196,14 +195,14 @@ class Codec:
     def _adopt(self, name: str) -> None:
         """Decode a type, and those in it, into our classes if these have the defined fields."""
         cls = type_of(name)
-        if cls is not None and _field_names(cls) == self._defined(name):
+        if cls is not None and _field_names(cls) == self._field_names_of(name):
             self._decode_into(name, cls)
         for _, kind in self._store.fielddefs[name][1]:
             inner = _inner_type(kind)
             if inner is not None:
                 self._adopt(inner)
 
-    def _defined(self, name: str) -> list[str]:
+    def _field_names_of(self, name: str) -> list[str]:
         return [field for field, _ in self._store.fielddefs[name][1] if field != _FILLER]
 
     # -- conversion for the library, which takes flat NumPy arrays of the right type

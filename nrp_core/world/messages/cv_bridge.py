@@ -37,7 +37,7 @@ class CvBridge:
         image = flat.reshape(img_msg.height, -1)[:, : img_msg.width * channels]
         image = image.reshape(img_msg.height, img_msg.width, channels)
         wanted = img_msg.encoding if desired_encoding == _PASS else desired_encoding
-        return _converted(image, img_msg.encoding, wanted)
+        return _convert(image, img_msg.encoding, wanted)
 
     def cv2_to_imgmsg(self, cvim: CvArray, encoding: str = _PASS) -> Image:
         """Return an array as a message; without an encoding, the channels are in OpenCV's order (BGR).
@@ -64,9 +64,7 @@ class CvBridge:
         found = cv2.imdecode(np.frombuffer(bytes(cmprs_img_msg.data), np.uint8), cv2.IMREAD_COLOR)
         if found is None:
             raise CvBridgeError(f"these bytes are not an image of the format '{cmprs_img_msg.format}'")
-        return _converted(
-            np.asarray(found), "bgr8", "bgr8" if desired_encoding == _PASS else desired_encoding
-        )
+        return _convert(np.asarray(found), "bgr8", "bgr8" if desired_encoding == _PASS else desired_encoding)
 
     def cv2_to_compressed_imgmsg(self, cvim: CvArray, dst_format: str = "jpg") -> CompressedImage:
         """Return an array in BGR order as the bytes of an image file."""
@@ -91,7 +89,7 @@ def _own_name(dtype: np.dtype[Any], channels: int) -> str:
     return f"{8 * dtype.itemsize}{'U' if dtype.kind == 'u' else 'F'}C{channels}"
 
 
-def _converted(image: CvArray, given: str, wanted: str) -> CvArray:
+def _convert(image: CvArray, given: str, wanted: str) -> CvArray:
     import cv2
 
     (_, before), (channels, after) = _format(given), _format(wanted)

@@ -44,9 +44,9 @@ class Ros1Codec(Codec):
 
     def service_md5(self, request: str, response: str) -> str:
         """Return the checksum by which ROS 1 compares services."""
-        return md5((self._hashed(request) + self._hashed(response)).encode()).hexdigest()
+        return md5((self._hash_definition(request) + self._hash_definition(response)).encode()).hexdigest()
 
-    def _hashed(self, name: str) -> str:
+    def _hash_definition(self, name: str) -> str:
         """Return the definition of a type, with the checksums of the types in it instead of their names."""
         own, _, _ = self.definition(name).partition("=" * 80)
         lines = [line.partition(" ") for line in own.strip().splitlines()]
@@ -64,9 +64,9 @@ class Ros1Codec(Codec):
     def _deserialize(self, data: bytes | memoryview, name: str) -> Any:
         return self._store.deserialize_ros1(data, name)
 
-    def _defined(self, name: str) -> list[str]:
+    def _field_names_of(self, name: str) -> list[str]:
         otherwise = _OTHERWISE.get(name, {})
-        names = [otherwise.get(field, field) for field in super()._defined(name)]
+        names = [otherwise.get(field, field) for field in super()._field_names_of(name)]
         return [*(field for field in names if (name, field) != (_HEADER, "seq")), *_LATER.get(name, ())]
 
     def _spelt(self, name: str, field: str) -> str:

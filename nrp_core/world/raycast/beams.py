@@ -38,12 +38,12 @@ class Beams:
 @cache
 def directions(beams: Beams) -> FloatArray:
     """Return unit vectors along the rays in the frame of the scanner, layer by layer, shape ``(rays, 3)``."""
-    angles = _spread(*beams.angles, beams.samples)
-    elevations = _spread(*beams.elevations, beams.layers)[:, None]
+    angles = _spread_angles(*beams.angles, beams.samples)
+    elevations = _spread_angles(*beams.elevations, beams.layers)[:, None]
     level = np.cos(elevations)
     x, y = level * np.cos(angles), level * np.sin(angles)
     return np.stack([x, y, np.broadcast_to(np.sin(elevations), x.shape)], axis=2).reshape(-1, 3)
 
 
-def _spread(first: float, last: float, count: int) -> FloatArray:
+def _spread_angles(first: float, last: float, count: int) -> FloatArray:
     return np.linspace(first, last, count) if count > 1 else np.zeros(1)

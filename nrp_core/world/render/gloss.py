@@ -78,7 +78,7 @@ def tabulate(width: float, table: FloatArray) -> None:
 
 
 @inlined
-def looked_up(table: FloatArray, part: int, cosine: float) -> float:
+def interpolate_table(table: FloatArray, part: int, cosine: float) -> float:
     """Return a value of a table by linear interpolation."""
     at = cosine * STEPS
     below = min(int(at), STEPS - 1)
@@ -200,7 +200,7 @@ def begin_gloss(
             share of light from other facets.
         light: the result.
     """
-    scale, offset = looked_up(table, 0, to_eye), looked_up(table, 1, to_eye)
+    scale, offset = interpolate_table(table, 0, to_eye), interpolate_table(table, 1, to_eye)
     caught = 1 - (scale + offset)
     leaving[3] = caught * row[14]
     for channel in range(3):
@@ -245,7 +245,7 @@ def add_gloss(
     halfway = (x * normal[0] + y * normal[1] + z * normal[2]) / length
     facet = (x * view[0] + y * view[1] + z * view[2]) / length
     glint, weight = lobe(to_light, to_eye, halfway, row[1]), schlick(facet)
-    scale, offset = looked_up(table, 0, to_light), looked_up(table, 1, to_light)
+    scale, offset = interpolate_table(table, 0, to_light), interpolate_table(table, 1, to_light)
     caught = 1 - (scale + offset)
     for channel in range(3):
         head_on, again = row[2 + channel], row[11 + channel]

@@ -109,7 +109,7 @@ class RasterCameras(Cameras):
 
     def image(self, path: CameraPath) -> ImageArray:
         if self._mesh.textures is not None:
-            return self._look(path)[0]
+            return self._draw_flat(path)[0]
         surfaces = self._draw(path)
         image = np.empty((*surfaces.shape, 3), np.uint8)
         paint(surfaces, self._mesh.palette, image)
@@ -119,7 +119,7 @@ class RasterCameras(Cameras):
         """Draw the images on surfaces into a flat image of a camera, of any renderer."""
         self._lay_images(path, image, *self._see(path))
 
-    def _look(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
+    def _draw_flat(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
         """Return a flat image with images on its surfaces, and what is seen.
 
         Returns:

@@ -67,7 +67,7 @@ class RealisticCameras(RasterCameras):
 
     def image(self, path: CameraPath) -> ImageArray:
         mesh, lamps, optics, nearness = self._mesh, self._lamps, self._optics[path], self._work[path]
-        image, seen, points, eye = self._look(path)
+        image, seen, points, eye = self._draw_flat(path)
         self._map_shadows(points)
         colors = mesh.palette[:-1] / 255
         finishes = self._gloss.of(colors), self._gloss.tables

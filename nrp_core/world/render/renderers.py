@@ -35,7 +35,7 @@ class SceneRenderers:
     def images(self) -> Cameras:
         """The cameras, drawn by the preferred renderer."""
         if self._images is None:
-            self._images = self._painted(self._preferred)
+            self._images = self._open_painted(self._preferred)
         return self._images
 
     @property
@@ -43,7 +43,7 @@ class SceneRenderers:
         """The renderer of depth and segments, the same for all: they do not depend on light or colour."""
         if self._depths is None:
             images = self.images
-            self._depths = images if images.draws_depth else self._painted(RASTER)
+            self._depths = images if images.draws_depth else self._open_painted(RASTER)
         return self._depths
 
     def close(self) -> None:
@@ -53,7 +53,7 @@ class SceneRenderers:
         self.opened.clear()
         self._images = self._depths = None
 
-    def _painted(self, renderer: str) -> Cameras:
+    def _open_painted(self, renderer: str) -> Cameras:
         """Open a renderer and set the current colours."""
         cameras = self._open(renderer)
         for visual, rgba in self.colors.items():

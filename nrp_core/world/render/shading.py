@@ -351,7 +351,7 @@ def shade(
             else:
                 table = tables[int(gloss[surface, 0])]
                 tint_gloss(gloss[surface], colors[surface], image[row, column], finish)
-                to_eye = _look(eye, place, normal, view)
+                to_eye = _view_direction(eye, place, normal, view)
                 begin_gloss(finish, table, to_eye, ambient, leaving, light)
                 for lamp in range(len(lamps)):
                     arriving.fill(0.0)
@@ -370,7 +370,7 @@ def _find_place(eye: FloatArray, x: float, y: float, depth: float, place: FloatA
 
 
 @inlined
-def _look(eye: FloatArray, place: FloatArray, normal: FloatArray, view: FloatArray) -> float:
+def _view_direction(eye: FloatArray, place: FloatArray, normal: FloatArray, view: FloatArray) -> float:
     """Write the direction from a point to the eye; return its cosine with the normal, more than 0."""
     length = cosine = 0.0
     for axis in range(3):

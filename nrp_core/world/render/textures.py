@@ -246,8 +246,8 @@ def _mix(
     x, y = u * wide - 0.5, (1.0 - v) * high - 0.5
     left, top = floor(x), floor(y)
     across, down = x - left, y - top
-    above, below = _kept(int(top), high, repeats), _kept(int(top) + 1, high, repeats)
-    before, after = _kept(int(left), wide, repeats), _kept(int(left) + 1, wide, repeats)
+    above, below = _wrap(int(top), high, repeats), _wrap(int(top) + 1, high, repeats)
+    before, after = _wrap(int(left), wide, repeats), _wrap(int(left) + 1, wide, repeats)
     upper, lower = start + above * wide, start + below * wide
     for channel in range(3):
         total = 0.5 + (1.0 - down) * (1.0 - across) * texels[upper + before, channel]
@@ -258,6 +258,6 @@ def _mix(
 
 
 @inlined
-def _kept(place: int, size: int, repeats: bool) -> int:
+def _wrap(place: int, size: int, repeats: bool) -> int:
     """Return a place within an image, which repeats or ends with its rim."""
     return place % size if repeats else min(max(place, 0), size - 1)

@@ -114,12 +114,12 @@ def build_link(
     visuals = [
         part.look.of(unique, shape)
         for part in shown
-        for unique, shape in _numbered(part.name, part.shapes or spare, seen)
+        for unique, shape in _number_shapes(part.name, part.shapes or spare, seen)
     ]
     collisions = [
         Collision(unique, shape.geometry, shape.pose, part.friction)
         for part in touched
-        for unique, shape in _numbered(part.name, part.shapes, felt)
+        for unique, shape in _number_shapes(part.name, part.shapes, felt)
     ]
     return Link(name, pose, inertial, tuple(visuals), tuple(collisions), tuple(sensors))
 
@@ -130,7 +130,7 @@ def free_name(name: str, taken: Collection[str]) -> str:
     return next(free for free in chain([name], others) if free not in taken)
 
 
-def _numbered(name: str, shapes: Sequence[Shape], taken: set[str]) -> Iterator[tuple[str, Shape]]:
+def _number_shapes(name: str, shapes: Sequence[Shape], taken: set[str]) -> Iterator[tuple[str, Shape]]:
     """Yield the shapes of one part: the first with its name, the others numbered."""
     for number, shape in enumerate(shapes):
         unique = free_name(name, taken) if number else name

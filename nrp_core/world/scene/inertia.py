@@ -110,7 +110,7 @@ LEAST_MOMENT = 1e-14
 _MARGIN = 1e-3  # margin of a repair from the limit, for rounding in engines
 
 
-def of_shape(geometry: Geometry, density: float = WATER) -> Inertial | None:
+def shape_inertia(geometry: Geometry, density: float = WATER) -> Inertial | None:
     """Return the mass properties of a homogeneous solid, in its frame; None for planes.
 
     A mesh is the solid that it bounds.
@@ -142,9 +142,11 @@ def of_shape(geometry: Geometry, density: float = WATER) -> Inertial | None:
     return Inertial(mass, Pose(), (*moments, 0.0, 0.0, 0.0))
 
 
-def of_collisions(collisions: Iterable[tuple[Collision, float]]) -> Inertial | None:
+def collision_inertia(collisions: Iterable[tuple[Collision, float]]) -> Inertial | None:
     """Return the mass properties of collision shapes with their densities; None where none is solid."""
-    solids = [(collision.pose, of_shape(collision.geometry, density)) for collision, density in collisions]
+    solids = [
+        (collision.pose, shape_inertia(collision.geometry, density)) for collision, density in collisions
+    ]
     return sum_inertials(replace(solid, pose=pose @ solid.pose) for pose, solid in solids if solid)
 
 
@@ -175,16 +177,16 @@ def repair_inertia(inertial: Inertial) -> tuple[Inertial, str]:
     listed = ", ".join(f"{moment:.3g}" for moment in moments)
     if min(moments) < LEAST_MOMENT:
         floor = max(_MARGIN * max(*moments, 1e-6 * inertial.mass), 2 * LEAST_MOMENT)
-        raised = _balanced(tuple(max(moment, floor) for moment in moments))
+        raised = _balance(tuple(max(moment, floor) for moment in moments))
         wrong = f"its moments ({listed}) are not all {'large enough' if min(moments) > 0 else 'positive'}"
         return replace(principal, inertia=(*raised, 0.0, 0.0, 0.0)), wrong
     if 2 * max(moments) > sum(moments) * (1 + 1e-9):
         wrong = f"its moments ({listed}) break the triangle inequality, so no distribution of mass has them"
-        return replace(principal, inertia=(*_balanced(moments), 0.0, 0.0, 0.0)), wrong
+        return replace(principal, inertia=(*_balance(moments), 0.0, 0.0, 0.0)), wrong
     return inertial, ""
 
 
-def _balanced(moments: tuple[float, ...]) -> Vector:
+def _balance(moments: tuple[float, ...]) -> Vector:
     """Raise the two smaller of three moments, by the same amount, until their sum exceeds the largest."""
     largest = max(range(3), key=moments.__getitem__)
     lacking = max(2 * moments[largest] * (1 + _MARGIN) - sum(moments), 0.0)

@@ -333,11 +333,11 @@ class Model:
 
     def link(self, name: str) -> Link:
         """Return a link by name."""
-        return _named(self.links, name, f"model '{self.name}' has no link")
+        return _find_named(self.links, name, f"model '{self.name}' has no link")
 
     def joint(self, name: str) -> Joint:
         """Return a joint by name."""
-        return _named(self.joints, name, f"model '{self.name}' has no joint")
+        return _find_named(self.joints, name, f"model '{self.name}' has no joint")
 
     def check(self) -> None:
         """Refuse an inconsistent model.
@@ -471,7 +471,7 @@ class Scene:
 
     def model(self, name: str) -> Model:
         """Return a model by name."""
-        return _named(self.models, name, "the scene has no model")
+        return _find_named(self.models, name, "the scene has no model")
 
     def visual(self, path: str) -> Visual:
         """Return a visual by its path ``model/link/visual``."""
@@ -498,7 +498,7 @@ class Scene:
         return digest_of(self)
 
 
-def _named(parts: Iterable[Named], name: str, lacking: str) -> Named:
+def _find_named(parts: Iterable[Named], name: str, lacking: str) -> Named:
     """Return a part by name.
 
     Raises:

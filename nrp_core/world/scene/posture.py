@@ -39,10 +39,10 @@ class Posture:
         """Return the motion of a link, or of the world."""
         if link not in self._moved:
             joint = self._holders.get(link)
-            self._moved[link] = Pose() if joint is None else self.of(joint.parent) @ self._turned(joint)
+            self._moved[link] = Pose() if joint is None else self.of(joint.parent) @ self._joint_motion(joint)
         return self._moved[link]
 
-    def _turned(self, joint: Joint) -> Pose:
+    def _joint_motion(self, joint: Joint) -> Pose:
         position = self._positions.get(joint.name, 0.0)
         return joint.pose @ _motion(joint, position) @ joint.pose.inverse() if position else Pose()
 

@@ -55,7 +55,7 @@ def lacks_shape(link: Link) -> bool:
 
 def with_sizes(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
     """Return the links of a movable model with its missing shapes replaced by boxes."""
-    return tuple(_filled(link, *_box_of(link, joints)) if lacks_shape(link) else link for link in links)
+    return tuple(_fill_missing(link, *_box_of(link, joints)) if lacks_shape(link) else link for link in links)
 
 
 def with_static_shapes(models: Sequence[Model], warn: Callable[..., None]) -> tuple[Model, ...]:
@@ -151,7 +151,7 @@ def _box(low: FloatArray, high: FloatArray, thickness: float) -> Measured:
     return Box((x, y, z)), Pose((cx, cy, cz))
 
 
-def _filled(link: Link, geometry: Geometry, pose: Pose) -> Link:
+def _fill_missing(link: Link, geometry: Geometry, pose: Pose) -> Link:
     """Return a link with each missing shape replaced by a given one."""
     visuals = (
         replace(each, geometry=geometry, pose=pose) if isinstance(each.geometry, Missing) else each
@@ -194,14 +194,14 @@ def _static(model: Model, link: Link, models: Sequence[Model], is_ground: bool) 
         return link
     known = _around(link)
     if known is not None:
-        return _filled(link, *known)
+        return _fill_missing(link, *known)
     place = model.pose @ link.pose
     upright = place.inverse() @ Pose(place.position)
     if is_ground:
-        return _filled(link, Plane(), upright)
+        return _fill_missing(link, Plane(), upright)
     edge = min([LARGEST_BOX_M, *(space / 2 for space in _spaces(model, models) if space >= _NOTICEABLE_M)])
     lift = edge / 2 if abs(place.position[2]) < edge / 2 else 0.0  # the box stands on the ground
-    return _filled(link, Box((edge, edge, edge)), upright @ Pose((0.0, 0.0, lift)))
+    return _fill_missing(link, Box((edge, edge, edge)), upright @ Pose((0.0, 0.0, lift)))
 
 
 def _spaces(model: Model, models: Iterable[Model]) -> Iterator[float]:

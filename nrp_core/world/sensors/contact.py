@@ -142,7 +142,7 @@ class ContactPart(SensorPart):
     def read(self, topic: str, now_ns: int) -> ContactsState:
         mine: dict[tuple[str, str], list[Touch]] = {}
         for touch, names in self._engine.touches():
-            for seen, pair in ((touch, names), (_reversed(touch), names[::-1])):
+            for seen, pair in ((touch, names), (_reverse(touch), names[::-1])):
                 if self._is_measured(pair[0]):
                     mine.setdefault((pair[0], pair[1]), []).append(seen)
         states = [contact_message(*names, touches) for names, touches in mine.items()]
@@ -163,7 +163,7 @@ class ContactsPart(Part):
     def read(self, topic: str, now_ns: int) -> ContactsState:
         pairs: dict[tuple[str, str], list[Touch]] = {}
         for touch, (one, other) in self._engine.touches():
-            in_order = touch if one <= other else _reversed(touch)
+            in_order = touch if one <= other else _reverse(touch)
             pairs.setdefault((min(one, other), max(one, other)), []).append(in_order)
         states = [contact_message(*names, pairs[names]) for names in sorted(pairs)]
         return ContactsState(Header(Time.from_ns(now_ns), "world"), states)
@@ -185,7 +185,7 @@ def contact_message(one: str, other: str, touches: Iterable[Touch]) -> ContactSt
     )
 
 
-def _reversed(touch: Touch) -> Touch:
+def _reverse(touch: Touch) -> Touch:
     """Return a contact as seen from the other body."""
     one, other = touch.bodies
     return Touch((other, one), touch.position, _minus(touch.normal), touch.depth, _minus(touch.force))

@@ -53,19 +53,19 @@ class BodyRequests:
     def model_state(self, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
         """Return the state of a model."""
         model = self._live.scene.model(request.model_name)
-        motion = self._seen(self._motion(model), request.relative_entity_name)
+        motion = self._relative_motion(self._motion(model), request.relative_entity_name)
         header = Header(Time.from_ns(self._live.now_ns), request.relative_entity_name)
         return srv.GetModelStateResponse(header, *state_messages(motion))
 
     def set_model_state(self, request: srv.SetModelStateRequest) -> srv.SetModelStateResponse:
         """Set the state of a model."""
         state = request.model_state
-        self._live.place(state.model_name, self._given(state))
+        self._live.place(state.model_name, self._world_motion_of(state))
         return srv.SetModelStateResponse()
 
     def link_state(self, request: srv.GetLinkStateRequest) -> srv.GetLinkStateResponse:
         """Return the state of a link."""
-        motion = self._seen(self._named(request.link_name), request.reference_frame)
+        motion = self._relative_motion(self._link_motion(request.link_name), request.reference_frame)
         state = LinkState(request.link_name, *state_messages(motion), request.reference_frame)
         return srv.GetLinkStateResponse(state)
 
@@ -78,7 +78,7 @@ class BodyRequests:
             raise SceneError(
                 f"only the base link '{base.name}' of '{model.name}' can be placed, not '{link}'"
             )
-        self._live.place(model.name, self._given(state).at(base.pose.inverse()))
+        self._live.place(model.name, self._world_motion_of(state).at(base.pose.inverse()))
         return srv.SetLinkStateResponse()
 
     def joint_properties(self, request: srv.GetJointPropertiesRequest) -> srv.GetJointPropertiesResponse:
@@ -168,7 +168,7 @@ class BodyRequests:
     def _motion(self, model: Model) -> ModelMotion:
         return ModelMotion(model.pose) if model.static else self._live.engine.model_motion(model.name)
 
-    def _named(self, link: str) -> ModelMotion:
+    def _link_motion(self, link: str) -> ModelMotion:
         model, name = self._link(link)
         if model.static:
             return ModelMotion(model.pose @ model.link(name).pose)
@@ -177,12 +177,12 @@ class BodyRequests:
     def _reference(self, name: str) -> ModelMotion:
         """Return the motion of a frame of reference: a model or a link."""
         names = [model.name for model in self._live.scene.models]
-        return self._motion(self._live.scene.model(name)) if name in names else self._named(name)
+        return self._motion(self._live.scene.model(name)) if name in names else self._link_motion(name)
 
-    def _seen(self, motion: ModelMotion, reference: str) -> ModelMotion:
+    def _relative_motion(self, motion: ModelMotion, reference: str) -> ModelMotion:
         return motion if reference in _WORLD else relative_motion(self._reference(reference), motion)
 
-    def _given(self, state: Any) -> ModelMotion:
+    def _world_motion_of(self, state: Any) -> ModelMotion:
         """Return the motion in the world for a model's or link's state."""
         twist = state.twist
         motion = ModelMotion(pose_of(state.pose), vector_of(twist.linear), vector_of(twist.angular))

@@ -130,7 +130,7 @@ class SceneRequests:
         """Set the colour of a visual."""
         path = f"{request.model_name}/{request.link_name}/{request.visual_name}"
         self._live.scene.visual(path)
-        self._live.set_material(path, *_look(request.property_name, request.property_value))
+        self._live.set_material(path, *_read_color(request.property_name, request.property_value))
         return srv.SetVisualPropertiesResponse()
 
     def light_names(self, _request: srv.GetLightsNameRequest) -> srv.GetLightsNameResponse:
@@ -199,7 +199,7 @@ def _read(name: str, text: str, pose: Pose) -> Model | Light:
         return read_model(path, name=name or None, pose=pose)
 
 
-def _look(kind: str, value: str) -> tuple[Rgba, bool | None]:
+def _read_color(kind: str, value: str) -> tuple[Rgba, bool | None]:
     """Return the colour in a property of a visual, and whether it glows; None: as before."""
     if kind in _COLORS:
         try:

@@ -32,7 +32,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, RUNNING, SCENE
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.sealing import read_sealed, sealed
+from nrp_core.recording.sealing import read_sealed, seal
 from nrp_core.world.messages.cdr import Codec
 
 RED_S, LENGTH_S, STEP_S = 0.5, 2.0, 0.02
@@ -329,7 +329,7 @@ def test_a_recording_that_does_not_say_them_is_shown_without(folder: Path, tmp_p
     path = tmp_path / "older" / RUN_NAME
     about = read_sealed(path)
     del about["brain"]["projections"], about["world"]["mounts"], about["world"]["lights"]
-    path.write_bytes(sealed(about))
+    path.write_bytes(seal(about))
     with opened(tmp_path / "older") as desk:
         experiment = desk.said("experiment")
         assert experiment["projections"] == experiment["mounts"] == experiment["lights"] == []
@@ -403,7 +403,7 @@ def test_a_cut_recording_is_played_as_far_as_it_goes_and_says_that_it_is_cut(cut
     if was_killed:
         about = read_sealed(cut / RUN_NAME)
         del about["files"][MCAP_NAME]
-        (cut / RUN_NAME).write_bytes(sealed(about | {"state": RUNNING, "result": None}))
+        (cut / RUN_NAME).write_bytes(seal(about | {"state": RUNNING, "result": None}))
     with opened(cut) as desk:
         end_ns = desk.session.end_ns
         assert end_ns == max(t_ns for _, t_ns, _ in left)

@@ -15,7 +15,7 @@ from nrp_core import read_network, save_network
 from nrp_core.brain import builder
 from nrp_core.brain.network.equations.linear import coefficients_of, linear_part
 from nrp_core.errors import NetworkError
-from nrp_core.units import NONE, described, quantity, times, unit_of, units
+from nrp_core.units import NONE, as_unit, quantity, times, unit_of, units
 
 MEMBRANE = """
 dv/dt = (v_rest - v + R*(ge + i_offset))/tau : mV (unless refractory)   # a comment
@@ -175,7 +175,7 @@ def test_an_injected_current_is_in_the_unit_of_the_parameter() -> None:
 @given(st.sampled_from(sorted(units())), st.sampled_from(sorted(units())))
 def test_a_dimension_is_described_by_a_unit_that_has_it(first: str, second: str) -> None:
     of = times(units()[first].dimension, units()[second].dimension, -1)
-    text = described(of)
+    text = as_unit(of)
     assert " " in text or "^" in text or unit_of(text).dimension == of
 
 

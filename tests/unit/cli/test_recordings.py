@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 from nrp_core.experiment.running.control import ControlServer, send_command
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.sealing import read_sealed, sealed
+from nrp_core.recording.sealing import read_sealed, seal
 
 Nrp = Callable[..., Any]
 PLAIN = Path(__file__).parents[2] / "recordings" / "plain_0.1.0"
@@ -307,7 +307,7 @@ def test_messages_that_do_not_belong_to_the_run_are_noticed(nrp: Nrp, recorded: 
     assert nrp("inspect", recorded).err == ""
     run = read_sealed(recorded / RUN_NAME)
     run["result"]["sim_time_s"] += 1.0
-    (recorded / RUN_NAME).write_bytes(sealed(run))
+    (recorded / RUN_NAME).write_bytes(seal(run))
     done = nrp("inspect", recorded)
     assert (done.code, "they may be those of another run" in done.err) == (0, True)
     (recorded / RUN_NAME).unlink()
@@ -327,7 +327,7 @@ def test_a_run_that_was_killed_is_compared_as_far_as_it_went(
     told = json.loads((killed / RUN_NAME).read_text())
     told |= {"result": None, "state": "running"}
     del told["files"][MCAP_NAME]
-    (killed / RUN_NAME).write_bytes(sealed(told))
+    (killed / RUN_NAME).write_bytes(seal(told))
     file = killed / MCAP_NAME
     file.write_bytes(file.read_bytes()[:-1])
     done = nrp("diff", killed, recorded, "--html", page)

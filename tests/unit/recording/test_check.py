@@ -16,7 +16,7 @@ from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, Verdict
-from nrp_core.recording.sealing import DAMAGED, sealed
+from nrp_core.recording.sealing import DAMAGED, seal
 from nrp_core.recording.writing import writer
 
 MOST_BYTES = 30 * 1024
@@ -40,7 +40,7 @@ def killed(folder: Path) -> Path:
     """The recording as a kill leaves it: without its last digests and without the end of its messages."""
     run = dict(Recording(folder).run)
     files = {name: digest for name, digest in run["files"].items() if name != MCAP_NAME}
-    (folder / RUN_NAME).write_bytes(sealed(run | {"state": RUNNING, "result": None, "files": files}))
+    (folder / RUN_NAME).write_bytes(seal(run | {"state": RUNNING, "result": None, "files": files}))
     data = (folder / MCAP_NAME).read_bytes()
     (folder / MCAP_NAME).write_bytes(data[: _end_of_messages(folder) - 20])  # within the index of a chunk
     return folder

@@ -12,7 +12,7 @@ from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.export import Format, export
 from nrp_core.recording.layout import RUN_NAME
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import seal
 from nrp_core.world.messages.std_msgs import ColorRGBA
 
 STEPS = 10
@@ -34,7 +34,7 @@ def recording(rig: Any) -> Recording:
         },
         "settings": {"timestep": 20_000_000, "description": "a drive"},
     }  # fmt: skip
-    (rig.folder / RUN_NAME).write_bytes(sealed(run))
+    (rig.folder / RUN_NAME).write_bytes(seal(run))
     return Recording(rig.folder)
 
 

@@ -11,7 +11,7 @@ from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.check import ChainCheck
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import seal
 
 RECORDINGS = Path(__file__).parents[2] / "recordings"
 S = 10**9
@@ -45,7 +45,7 @@ def test_a_recording_in_another_format_is_refused_with_the_version_that_made_it(
     about = json.loads((folder / "run.json").read_text())
     about["format"] = format_
     about["distributions"]["nrp-core"] = "7.2.0"
-    (folder / "run.json").write_bytes(sealed(about))
+    (folder / "run.json").write_bytes(seal(about))
     with pytest.raises(
         ExperimentError, match=rf"nrp-core 7\.2\.0 in format {format_}; this version replays formats 3 to 4"
     ):
@@ -58,7 +58,7 @@ def test_a_replay_keeps_images_as_the_recording_did_under_the_old_name_of_the_se
     about = json.loads((folder / "run.json").read_text())
     assert about["pictures"] == "exact"
     about["pictures"] = "off"
-    (folder / "run.json").write_bytes(sealed(about))
+    (folder / "run.json").write_bytes(seal(about))
     request = ReplayRequest(until_ns=S // 10, record=tmp_path / "new")
     with Replay(Recording(folder), request) as again:
         again.verify()

@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from nrp_core.dsl.testing import MockWorld
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures import check_target, plot
-from nrp_core.recording.figures.film import camera_images, moments
+from nrp_core.recording.figures.film import camera_images, image_times
 from nrp_core.recording.figures.page import draw_page
-from nrp_core.recording.figures.room import footprint, keep_apart
+from nrp_core.recording.figures.room import footprint, separate_labels
 from nrp_core.recording.figures.story import Coloured, StepSeries, Story, Track
 from nrp_core.recording.figures.style import Panel, PlotOptions, panels_of, size_inches, style
 from nrp_core.recording.figures.traces import (
@@ -32,7 +32,7 @@ from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recorded, Recording
 from nrp_core.recording.reading.shapes import RecordedScene
 from nrp_core.recording.reading.tables import numbers_in
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import seal
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
 from nrp_core.recording.writing.writer import McapFile
@@ -63,7 +63,7 @@ def recording(rig: Any) -> Recording:
         "world": {"backend": "disc"},
         "result": {"criteria": {"near": {"passed": True}, "far": {"passed": None}}},
     }  # fmt: skip
-    (rig.folder / RUN_NAME).write_bytes(sealed(told))
+    (rig.folder / RUN_NAME).write_bytes(seal(told))
     return Recording(rig.folder)
 
 
@@ -100,7 +100,7 @@ def test_times_of_another_colour_begin_and_end_with_its_changes(recording: Recor
 
 def test_the_page_names_everything_it_shows(recording: Recording) -> None:
     story = Story.of(recording)
-    shown = texts(draw_page(story, camera_images(recording, moments(story, 4)), PlotOptions()))
+    shown = texts(draw_page(story, camera_images(recording, image_times(story, 4)), PlotOptions()))
     times, dash = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
     assert shown >= {
         "driving", f"mock {times} disc   ·   0.4 s   ·   seed 3", "✓ near", "? far", "Room from above",
@@ -145,9 +145,9 @@ def test_a_brain_without_a_moving_body_is_drawn(make_rig: Any, tmp_path: Path) -
 def test_images_are_taken_at_moments_that_matter_and_the_gaps_between() -> None:
     story = Story({}, end_s=40.0)
     story.colours["a/b/c"] = [(0.0, (0, 0, 1)), (5.0, (1, 0, 0)), (7.1, (0, 0, 1))]
-    assert moments(story, 6) == pytest.approx([0.0, 6.05, 7.0, 18.0, 29.0, 40.0])
-    assert moments(Story({}, end_s=8.0), 3) == [0.0, 4.0, 8.0]
-    assert moments(Story({}), 3) == [0.0]
+    assert image_times(story, 6) == pytest.approx([0.0, 6.05, 7.0, 18.0, 29.0, 40.0])
+    assert image_times(Story({}, end_s=8.0), 3) == [0.0, 4.0, 8.0]
+    assert image_times(Story({}), 3) == [0.0]
 
 
 def test_there_are_at_most_as_many_images_as_the_camera_took(recording: Recording) -> None:
@@ -200,7 +200,7 @@ def test_names_on_the_map_stay_in_it_and_cover_no_other() -> None:
         axes.annotate(f"robot {x}", (x, 0.5), (0, 9), textcoords="offset points", ha="center")
         for x in (0.0, 0.1, 0.15, 1.0)
     ]
-    keep_apart(axes, labels)
+    separate_labels(axes, labels)
     frame, boxes = axes.get_window_extent(), [label.get_window_extent() for label in labels]
     assert all(box.x0 >= frame.x0 - 1 and box.x1 <= frame.x1 + 1 for box in boxes)
     assert not any(a.shrunk(0.9, 0.9).overlaps(b) for a, b in combinations(boxes, 2))
@@ -434,14 +434,14 @@ def test_images_are_taken_where_most_moves() -> None:
     story.activity = [
         (t_s, 1.0 if 20.0 < t_s <= 30.0 else 0.0) for t_s in np.arange(0.0, 100.0, 0.5).tolist()
     ]
-    taken = moments(story, 10)
+    taken = image_times(story, 10)
     assert sum(20.0 <= t_s <= 30.0 for t_s in taken) >= 6
     assert (taken[0], taken[-1]) == (0.0, 100.0)
 
 
 def test_images_show_the_events_of_a_run() -> None:
     story = Story({"result": {"events": {"found": 31.4, "missed": None}}}, end_s=100.0)
-    assert 31.4 in moments(story, 8)
+    assert 31.4 in image_times(story, 8)
 
 
 def test_a_figure_has_the_size_the_resolution_and_the_panels_that_are_wanted(

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 from nrp_core.recording.figures.story import Story
-from nrp_core.recording.figures.traces import chosen, draw_raster, rows_of, spread
+from nrp_core.recording.figures.traces import choose_neurons, draw_raster, rows_of, separate
 
 
 @given(st.lists(st.integers(1, 200_000), min_size=1, max_size=30))
@@ -32,13 +32,13 @@ def test_a_raster_shows_all_neurons_of_small_groups_and_some_of_large_ones(sizes
 def test_a_sample_of_a_large_group_has_the_neurons_that_fire(
     firing: set[int], number: int, shown: list[int]
 ) -> None:
-    assert chosen(range(1000), firing, number) == shown
+    assert choose_neurons(range(1000), firing, number) == shown
 
 
 def test_a_sample_at_equal_distances_would_show_a_group_as_silent_that_fires() -> None:
     firing = {3, 700, 999}
     assert not firing & set(range(1000)[:: 1000 // 6])
-    assert firing <= set(chosen(range(1000), firing, 6))
+    assert firing <= set(choose_neurons(range(1000), firing, 6))
 
 
 def test_groups_of_a_raster_up_to_its_height_are_shown_whole() -> None:
@@ -61,7 +61,7 @@ def test_a_raster_names_every_group_that_has_room_and_no_two_names_overlap(group
 
 @given(st.lists(st.floats(0, 100), min_size=1, max_size=9).map(sorted))
 def test_labels_are_moved_apart_in_their_order_and_stay_within_the_panel(places: list[float]) -> None:
-    moved = spread(places, 10.0, 100.0)
+    moved = separate(places, 10.0, 100.0)
     assert moved[0] >= 0
     assert moved[-1] <= 100
     assert all(b - a >= 10 - 1e-9 for a, b in pairwise(moved))

@@ -14,7 +14,7 @@ from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, Role, spik
 from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import seal
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ def test_a_folder_without_a_recording_is_an_error_with_its_name(tmp_path: Path) 
 
 def test_a_broken_description_of_the_run_is_an_error_with_its_name(folder: Path) -> None:
     assert Recording(folder).run == {}
-    (folder / RUN_NAME).write_bytes(sealed({"seed": 3}))
+    (folder / RUN_NAME).write_bytes(seal({"seed": 3}))
     assert Recording(folder).run["seed"] == 3
     (folder / RUN_NAME).write_text("{")
     with pytest.raises(ExperimentError, match="cannot be read as JSON"):
@@ -179,7 +179,7 @@ def test_a_broken_description_of_the_run_is_an_error_with_its_name(folder: Path)
 
 def test_a_folder_that_lost_its_messages_can_be_checked_but_not_read(folder: Path) -> None:
     (folder / RUN_NAME).write_bytes(
-        sealed({"seed": 3, "format": 4, "state": "ended", "files": {MCAP_NAME: "0"}})
+        seal({"seed": 3, "format": 4, "state": "ended", "files": {MCAP_NAME: "0"}})
     )
     (folder / MCAP_NAME).unlink()
     recording = Recording(folder)

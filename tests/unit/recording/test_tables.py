@@ -13,7 +13,7 @@ from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, spikes_topic
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.tables import units_in, values_in
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import seal
 from nrp_core.world.messages.geometry_msgs import WrenchStamped
 from nrp_core.world.messages.sensor_msgs import Imu, JointState
 
@@ -31,7 +31,7 @@ def recording(rig: Any) -> Recording:
     for number in range(STEPS):
         rig.step(forward=0.1 * number, turn=0.2)
     rig.recorder.close()
-    (rig.folder / RUN_NAME).write_bytes(sealed(RUN))
+    (rig.folder / RUN_NAME).write_bytes(seal(RUN))
     return Recording(rig.folder)
 
 
@@ -110,7 +110,7 @@ def test_events_are_a_frame_in_the_order_of_time(recording: Recording) -> None:
 
 
 def test_events_of_a_run_that_was_killed_are_refused(recording: Recording) -> None:
-    (recording.folder / RUN_NAME).write_bytes(sealed({**RUN, "result": None}))
+    (recording.folder / RUN_NAME).write_bytes(seal({**RUN, "result": None}))
     with pytest.raises(ExperimentError, match="this run was killed or continues"):
         Recording(recording.folder).events()
 

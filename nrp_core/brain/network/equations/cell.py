@@ -56,7 +56,7 @@ from nrp_core.brain.network.equations.model import (
     value_of,
 )
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.units import AMPERE, NONE, SECOND, Unit, described, quantity, times
+from nrp_core.units import AMPERE, NONE, SECOND, Unit, as_unit, quantity, times
 
 _ALWAYS: Final = "(also refractory)"
 """After the effect of a spike: it is not lost while the cell is refractory."""
@@ -122,7 +122,7 @@ def _refractory(text: str, names: Names) -> tuple[ast.expr, bool]:
             require_dimension(node, names.dimensions, place, SECOND, "a refractory time")
         return node, found != TRUTH
     if unit.dimension != SECOND and number != 0.0:
-        place.refuse(f"a refractory period is a time, e.g. '2 ms', not in {described(unit.dimension)}")
+        place.refuse(f"a refractory period is a time, e.g. '2 ms', not in {as_unit(unit.dimension)}")
     if number < 0.0:
         place.refuse("a refractory period is 0 or more")
     return ast.Constant(number * unit.scale), True
@@ -157,14 +157,14 @@ def _effect(text: str, place: TextOrigin, variables: Mapping[str, Variable], nam
     unit = variables[name].unit
     if of not in (NONE, ANY):
         own = times(unit.dimension, of, -1)
-        unit = Unit(described(own), 1.0, own)
+        unit = Unit(as_unit(own), 1.0, own)
     return Effect(name, factor, unit)
 
 
 def _method(text: str, model: Model) -> str:
     if text not in ("", *METHODS):
         TextOrigin("method", text).refuse(f"there is no method '{text}'{did_you_mean(text, METHODS)}")
-    curved = linear.first_curved(model)
+    curved = linear.first_nonlinear(model)
     if text == EXACT and curved is not None:
         curved.place.refuse(
             f"d{curved.name}/dt is not linear in the state variables, so there is no exact method; leave out "

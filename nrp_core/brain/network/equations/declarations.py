@@ -30,7 +30,7 @@ from nrp_core.units import (
     SECOND,
     Dimension,
     Unit,
-    described,
+    as_unit,
     times,
     unit_of,
     units,
@@ -182,8 +182,8 @@ def parameters_of(given: Mapping[str, str], lines: list[Line], kind: str) -> dic
             )
         if line.expression is None and found[line.name].dimension != line.unit.dimension:
             line.place.refuse(
-                f"parameter '{line.name}' is declared in {described(line.unit.dimension)}, but its value in "
-                f"`parameters` is in {described(found[line.name].dimension)}"
+                f"parameter '{line.name}' is declared in {as_unit(line.unit.dimension)}, but its value in "
+                f"`parameters` is in {as_unit(found[line.name].dimension)}"
             )
     return found
 

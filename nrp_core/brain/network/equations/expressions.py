@@ -12,7 +12,7 @@ from math import e, inf, pi
 from typing import Final, NoReturn
 
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.units import NONE, Dimension, described, times, units
+from nrp_core.units import NONE, Dimension, as_unit, times, units
 
 FUNCTIONS: Final = {
     "exp": 1, "expm1": 1, "exprel": 1, "log": 1, "log10": 1, "log1p": 1, "sin": 1, "cos": 1, "tan": 1,
@@ -243,9 +243,9 @@ def dimension_of(node: ast.expr, names: Mapping[str, Dimension], place: TextOrig
             _alike([left, *others], names, place, "compares")
             return TRUTH
         case ast.BinOp():
-            return _of_operation(node, names, place)
+            return _dimension_of_operation(node, names, place)
         case ast.Call(func=ast.Name(id=function), args=arguments):
-            return _of_function(function, arguments, names, place)
+            return _dimension_of_call(function, arguments, names, place)
     raise AssertionError(ast.dump(node))
 
 
@@ -272,7 +272,7 @@ def require_dimension(
 def _is(of: Dimension) -> str:
     if of == TRUTH:
         return "is a condition"
-    return "is a number without a unit" if of in (NONE, ANY) else f"is in {described(of)}"
+    return "is a number without a unit" if of in (NONE, ANY) else f"is in {as_unit(of)}"
 
 
 def _number(node: ast.expr, names: Mapping[str, Dimension], place: TextOrigin) -> Dimension:
@@ -300,7 +300,7 @@ def _alike(nodes: list[ast.expr], names: Mapping[str, Dimension], place: TextOri
     return known[0][1] if known else ANY
 
 
-def _of_operation(node: ast.BinOp, names: Mapping[str, Dimension], place: TextOrigin) -> Dimension:
+def _dimension_of_operation(node: ast.BinOp, names: Mapping[str, Dimension], place: TextOrigin) -> Dimension:
     if isinstance(node.op, (ast.Add, ast.Sub, ast.Mod)):
         verb = {ast.Add: "adds", ast.Sub: "subtracts", ast.Mod: "divides"}[type(node.op)]
         return _alike([node.left, node.right], names, place, verb)
@@ -328,7 +328,7 @@ def _power(base: Dimension, node: ast.BinOp, names: Mapping[str, Dimension], pla
     return tuple(power * one for one in base)
 
 
-def _of_function(
+def _dimension_of_call(
     name: str, arguments: list[ast.expr], names: Mapping[str, Dimension], place: TextOrigin
 ) -> Dimension:
     if name == "int":

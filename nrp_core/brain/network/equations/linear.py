@@ -48,7 +48,7 @@ def linear_part(model: Model) -> Model:
     return replace(model, variables=found)
 
 
-def first_curved(model: Model) -> Variable | None:
+def first_nonlinear(model: Model) -> Variable | None:
     """Return the first variable whose derivative is not linear in the state."""
     for variable in model.variables.values():
         found = coefficients_of(variable.rate, {*model.variables, INPUT, TIME}, model.definitions)
@@ -79,11 +79,11 @@ def coefficients_of(
             return None if inner is None else {key: ast.UnaryOp(ast.USub(), c) for key, c in inner.items()}
         case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() as op, right=right):
             a, b = (coefficients_of(part, names, definitions) for part in (left, right))
-            return None if a is None or b is None else _combined(a, op, b)
+            return None if a is None or b is None else _combine(a, op, b)
     return {ONE: node} if _is_constant(node, names, definitions) else None
 
 
-def _combined(a: Coefficients, op: ast.operator, b: Coefficients) -> Coefficients | None:
+def _combine(a: Coefficients, op: ast.operator, b: Coefficients) -> Coefficients | None:
     if isinstance(op, (ast.Add, ast.Sub)):
         total = dict(a)
         for key, coefficient in b.items():

@@ -46,7 +46,7 @@ def value_of(node: ast.expr, known: Mapping[str, Any], definitions: Mapping[str,
                 assert isinstance(value, (int, float))
                 return value if isinstance(value, bool) else float(value)
             case ast.Name(id=name):
-                return _named(name, known, definitions)
+                return _look_up(name, known, definitions)
             case ast.UnaryOp(op=op, operand=operand):
                 return _OPERATIONS[type(op)](of(operand))
             case ast.BinOp(left=left, op=op, right=right):
@@ -65,7 +65,7 @@ def value_of(node: ast.expr, known: Mapping[str, Any], definitions: Mapping[str,
     raise AssertionError(ast.dump(node))
 
 
-def _named(name: str, known: Mapping[str, Any], definitions: Mapping[str, ast.expr]) -> Any:
+def _look_up(name: str, known: Mapping[str, Any], definitions: Mapping[str, ast.expr]) -> Any:
     if name in known:
         return known[name]
     if name in definitions:

@@ -28,7 +28,7 @@ from nrp_core.brain.network.equations.expressions import TIME, WEIGHT, TextOrigi
 from nrp_core.brain.network.equations.linear import ONE, Coefficients, coefficients_of
 from nrp_core.brain.network.equations.model import Variable, value_of
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.units import NONE, Dimension, Unit, described, quantity, unit_of
+from nrp_core.units import NONE, Dimension, Unit, as_unit, quantity, unit_of
 
 _VALID = (
     "between spikes a variable has a closed form if it is linear in itself, e.g. 'dx/dt = (1 - x)/tau : 1', "
@@ -240,7 +240,7 @@ def _initial(texts: Mapping[str, str], variables: Mapping[str, Variable]) -> dic
 
 def _require_unit(unit: Unit, dimension: Dimension, name: str, number: float, place: TextOrigin) -> None:
     if unit.dimension != dimension and number != 0.0:
-        place.refuse(f"'{name}' is in {described(dimension)}, not in {described(unit.dimension)}")
+        place.refuse(f"'{name}' is in {as_unit(dimension)}, not in {as_unit(unit.dimension)}")
 
 
 @dataclass(frozen=True)
@@ -302,7 +302,7 @@ class SynapseEquations(Plain, SynapseTexts):
         own = self.model.weight_unit.dimension
         if own not in (NONE, unit.dimension):
             raise NetworkError(
-                f"{owner}: 'weight' is in {described(own)} in the equations of its synapses (weight_unit), "
+                f"{owner}: 'weight' is in {as_unit(own)} in the equations of its synapses (weight_unit), "
                 f"and weights onto its target are in {unit.text}"
             )
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from nrp_core._support.files import kept_folder
+from nrp_core._support.files import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
 from nrp_core.world.scene.meshes.stl import write_coordinates, write_stl
@@ -71,7 +71,7 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
     try:
         while True:
             fill = partial(_fill, key, data, suffix, path.parent, wanted)
-            folder = kept_folder("meshes", key, fill, _is_whole)
+            folder = cached_folder("meshes", key, fill, _is_whole)
             listing = json.loads((folder / _LISTING).read_text())
             beside = {name: digest(_beside(path.parent, name)) for name in listing["beside"]}
             if beside == listing["beside"]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.files import kept_folder
+from nrp_core._support.files import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Profile, Triangles, arc, revolve
@@ -217,7 +217,7 @@ def cached_meshes(key: str, make: Callable[[], Sequence[Triangles]]) -> list[Pat
         for number, triangles in enumerate(make()):
             write_stl(folder / f"{key}-{number:04}.stl", triangles)
 
-    folder = kept_folder("meshes", key, fill, lambda folder: any(folder.glob("*.stl")))
+    folder = cached_folder("meshes", key, fill, lambda folder: any(folder.glob("*.stl")))
     return sorted(folder.glob("*.stl"))
 
 

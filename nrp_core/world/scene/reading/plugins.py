@@ -11,7 +11,7 @@ from math import isfinite
 from posixpath import join
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
-from nrp_core.errors import BackendError, did_you_mean, slip_of
+from nrp_core.errors import BackendError, did_you_mean, hint_if_close
 from nrp_core.findings import Code
 from nrp_core.registry import Registry
 from nrp_core.world.rigid import Vector
@@ -92,7 +92,7 @@ def wrong_file(plugin: Element) -> str:
         return ""
     dashed = re.sub(r"(?<!^)(?=[A-Z])", "-", system).lower()
     files = [f"{simulator}-{dashed}-system" for simulator in ("gz-sim", "ignition-gazebo")]
-    slip = slip_of(file.removeprefix("lib").removesuffix(".so"), files)
+    slip = hint_if_close(file.removeprefix("lib").removesuffix(".so"), files)
     return f"Gazebo has no file '{file}' for the plugin '{system}'{slip}" if slip else ""
 
 

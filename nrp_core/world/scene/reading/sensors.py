@@ -9,7 +9,7 @@ from math import dist, hypot, pi
 from posixpath import join
 from typing import Final, NamedTuple, Protocol
 
-from nrp_core.errors import slip_of
+from nrp_core.errors import hint_if_close
 from nrp_core.findings import Code
 from nrp_core.registry import Registry
 from nrp_core.world.rigid import Pose, rotation_vector
@@ -69,7 +69,7 @@ def noise_of(section: Element, reading: Reading) -> Noise:
         return Noise()
     kind = noise.attributes.get("type") or noise.word("type", "none")
     if kind not in _NOISES:
-        message = f"noise of type '{kind}' is not simulated{slip_of(kind, _NOISES)}"
+        message = f"noise of type '{kind}' is not simulated{hint_if_close(kind, _NOISES)}"
         reading.notes.warn(noise, Code.NRP262, message, subject=kind)
         return Noise()
     if kind == "gaussian_quantized":
@@ -365,5 +365,5 @@ def _warn_of_holder(sensor: Element, holder: str, reading: Reading) -> None:
 def _warn_of_type(sensor: Element, reading: Reading) -> None:
     kind = sensor.attribute("type")
     types = [name for name in SENSORS.names() if not name.startswith("plugin.")]
-    message = f"sensors of type '{kind}' are not simulated{slip_of(kind, types)}"
+    message = f"sensors of type '{kind}' are not simulated{hint_if_close(kind, types)}"
     reading.notes.warn(sensor, Code.NRP262, message, subject=kind)

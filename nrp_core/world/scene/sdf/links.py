@@ -10,7 +10,7 @@ from typing import Final
 
 from nrp_core.findings import Code
 from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link, free_name
-from nrp_core.world.scene.inertia import WATER, of_collisions
+from nrp_core.world.scene.inertia import WATER, collision_inertia
 from nrp_core.world.scene.meshes.convert import Form
 from nrp_core.world.scene.model import Inertial, Link
 from nrp_core.world.scene.reading.context import Element, Reading
@@ -106,7 +106,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
         return [replace(shape, pose=place(element) @ shape.pose) for shape in found]
 
     shown = []
-    for unique, visual in _named(link, "visual", reading):
+    for unique, visual in _with_unique_names(link, "visual", reading):
         look = replace(read_look(visual, reading), label=label_of(visual))
         seen = shapes(visual, "colored") if look.tints or not look.rgba else []
         if look.rgba and not any(shape.texture for shape in seen):
@@ -117,7 +117,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
             Touched(unique, shapes(collision, "convex"), read_friction(collision, reading, static=static)),
             collision,
         )
-        for unique, collision in _named(link, "collision", reading)
+        for unique, collision in _with_unique_names(link, "collision", reading)
     ]
     inertial = None if static else _inertial(link, frames, solid, reading)
     sensors = link_sensors(link.all("sensor"), Mount(name, place), reading)
@@ -141,7 +141,7 @@ def _decay(link: Element) -> tuple[float, float]:
     return -log1p(-shares["linear"]) / _STEP_S, -log1p(-shares["angular"]) / _STEP_S
 
 
-def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:
+def _with_unique_names(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:
     """Yield the visuals or collisions with a shape, each with a unique name; others cause a warning."""
     seen: set[str] = set()
     for element in link.all(tag):
@@ -171,7 +171,7 @@ def _inertial(
 ) -> Inertial | None:
     name, element = link.attribute("name"), link.find("inertial")
     density = link.section("inertial").positive("density", WATER)
-    of_shapes = of_collisions(
+    of_shapes = collision_inertia(
         (shape, collision.positive("density", density))
         for part, collision in touched
         for shape in part.collisions()

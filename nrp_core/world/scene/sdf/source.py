@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from nrp_core.archives import unpacked
+from nrp_core.archives import unpack
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import (
@@ -286,7 +286,7 @@ class Source:
 
 def _in_archive(archive: Path) -> Path:
     """Return the file of the model in an archive."""
-    found = main_file(unpacked(archive, SceneError))
+    found = main_file(unpack(archive, SceneError))
     if found is None:
         raise SceneError("the archive holds no SDF or URDF file", path=archive)
     return found

@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from math import isnan
 from typing import Final
 
-from nrp_core.errors import SceneError, did_you_mean, slip_of
+from nrp_core.errors import SceneError, did_you_mean, hint_if_close
 from nrp_core.findings import Code
 from nrp_core.world.rigid import ROUNDED_TURN_RAD
 from nrp_core.world.scene.bodies import TINTS
@@ -316,7 +316,7 @@ def _attributes(element: Element, rule: Rule) -> Iterator[str]:
         if name not in rule.attributes:
             hint = did_you_mean(name, rule.attributes) if rule.attributes else ""
             yield f"<{element.tag}> has no attribute '{name}': ignored{hint}"
-        elif (words := rule.attributes[name]) and text not in words and (slip := slip_of(text, words)):
+        elif (words := rule.attributes[name]) and text not in words and (slip := hint_if_close(text, words)):
             yield f"the {name} of <{element.tag}> is '{text}'{slip}"
 
 

@@ -29,9 +29,9 @@ from nrp_core.world.scene.urdf.elements import (
 from nrp_core.world.scene.urdf.transmissions import (
     START,
     give_parameters,
-    led,
     read_ros2_control,
     read_transmission,
+    trajectory_plugins,
 )
 from nrp_core.world.scene.urdf.vocabulary import check_vocabulary
 
@@ -182,7 +182,7 @@ class _Robot:
         held_by = {joint.require("child").attribute("link"): joint for joint in robot.all("joint")}
         materials = {material.attribute("name"): material for material in robot.all("material")}
         joints = {joint.attribute("name") for joint in robot.all("joint")}
-        return cls(links, joints, held_by, materials, set(_carried(robot)), notes)
+        return cls(links, joints, held_by, materials, set(_massless_links(robot)), notes)
 
     def joint_name(self, joint: Element) -> str:
         """Return the name of a joint in SDF, where it must differ from those of links."""
@@ -224,7 +224,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     for block in element.all("gazebo"):
         apply_block(block, model, notes)
     if not any(plugin.word("parameters") for plugin in model.all("plugin")):
-        model.children += led(model)
+        model.children += trajectory_plugins(model)
     for plugin in model.all("plugin"):
         _name_joints(plugin, robot)
     return new("sdf", element, model, version="1.11")
@@ -270,7 +270,7 @@ def _name_joints(element: Element, robot: _Robot) -> None:
 # -- links
 
 
-def _carried(robot: Element) -> Iterator[str]:
+def _massless_links(robot: Element) -> Iterator[str]:
     """Yield the links without mass that are fixed to one with mass, which in URDF is the whole mass."""
     heavy = {link.attribute("name") for link in robot.all("link") if _has_mass(link)}
     fixed = [

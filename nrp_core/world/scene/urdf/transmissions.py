@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from nrp_core.errors import did_you_mean, slip_of
+from nrp_core.errors import did_you_mean, hint_if_close
 from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Element, Notes
 from nrp_core.world.scene.urdf.elements import new
@@ -56,7 +56,9 @@ def read_transmission(transmission: Element, joints: Collection[str], notes: Not
             package, _, name = interface.text.rpartition("/")
             kind = _KINDS.get(name) if package in ("", _PACKAGE) else None
             if kind is None:
-                slip = slip_of(interface.text, [f"{_PACKAGE}/{one}" for one in _KINDS] if package else _KINDS)
+                slip = hint_if_close(
+                    interface.text, [f"{_PACKAGE}/{one}" for one in _KINDS] if package else _KINDS
+                )
                 message = f"joints cannot be commanded by '{interface.text}'{slip}"
                 notes.warn(interface, Code.NRP265, message, subject=interface.text)
             else:
@@ -83,18 +85,18 @@ def give_parameters(robot: Element) -> Mapping[str, Element]:
     for told in (each for system in robot.all("ros2_control") for each in system.all("joint")):
         joint = joints.get(told.attribute("name"))
         if joint is not None:
-            joint.children += [*_mimicked(told, joint), *_started(told)]
+            joint.children += [*_mimic_elements(told, joint), *_start_elements(told)]
     return joints
 
 
-def _mimicked(told: Element, joint: Element) -> Iterator[Element]:
+def _mimic_elements(told: Element, joint: Element) -> Iterator[Element]:
     given = _parameters(told)
     if "mimic" in given and not joint.all("mimic"):
         factor = given["multiplier"].text if "multiplier" in given else "1"
         yield new("mimic", given["mimic"], joint=given["mimic"].text, multiplier=factor)
 
 
-def _started(told: Element) -> Iterator[Element]:
+def _start_elements(told: Element) -> Iterator[Element]:
     for state in told.all("state_interface"):
         given = _parameters(state)
         if state.attribute("name") == "position" and "initial_value" in given:
@@ -105,7 +107,7 @@ def _parameters(element: Element) -> Mapping[str, Element]:
     return {param.attribute("name"): param for param in element.all("param")}
 
 
-def led(model: Element) -> Iterator[Element]:
+def trajectory_plugins(model: Element) -> Iterator[Element]:
     """Yield a plugin with a trajectory controller of the joints for which controllers were created."""
     plugins = [each for each in model.all("plugin") if each.attributes.get("name") == _NAME]
     controllers = [each for plugin in plugins for each in plugin.all("controller")]

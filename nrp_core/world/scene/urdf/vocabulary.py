@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Final
 
-from nrp_core.errors import SceneError, did_you_mean, slip_of
+from nrp_core.errors import SceneError, did_you_mean, hint_if_close
 from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Element, Notes
 
@@ -150,7 +150,7 @@ def _values(element: Element, attributes: frozenset[str]) -> Iterator[tuple[str,
             yield f"{name} of <{element.tag}> must hold {wanted}, not '{text}': ignored", name
     if "rgba" in attributes and not _is_colour(text := element.attributes.get("rgba", "0 0 0")):
         yield f"rgba of <{element.tag}> must hold 4 numbers, not '{text}': ignored", "rgba"
-    if element.tag == "param" and (slip := slip_of(element.attributes.get("name", ""), _PARAMETERS)):
+    if element.tag == "param" and (slip := hint_if_close(element.attributes.get("name", ""), _PARAMETERS)):
         name = element.attributes["name"]
         if name not in _PARAMETERS:
             yield f"<param> '{name}' is ignored{slip}", name

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 
-from nrp_core.archives import unpacked
+from nrp_core.archives import unpack
 from nrp_core.world.scene.reading.context import main_file
 from nrp_legacy.documents import FileNamed
 
@@ -95,7 +95,7 @@ class Library:
         """Return the first file that exists; for an archive or a folder, its main file."""
         path = self._first(names, model)
         if path is not None:
-            return path if path.suffix.lower() != ".zip" else main(unpacked(path), path.stem)
+            return path if path.suffix.lower() != ".zip" else main(unpack(path), path.stem)
         places = (place for name in names for place in self._candidates(_plain(name), model))
         folders = (place for place in places if place.is_dir() and place.resolve() not in self._tops)
         return next((file for folder in folders if (file := main(folder, folder.name))), None)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.inertia import equivalent_box, of_collisions, of_shape, repair_inertia
+from nrp_core.world.scene.inertia import collision_inertia, equivalent_box, repair_inertia, shape_inertia
 from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Plane, Sphere
 
 lengths = st.floats(0.01, 3)
@@ -40,21 +40,21 @@ def test_the_moments_of_a_solid_are_those_of_the_points_in_it(geometry: Geometry
     points = grid[contains(geometry, grid)]
     mass = len(points) * (1.2 / 64) ** 3 * 1000
     squares = (points**2).mean(axis=0) * mass
-    solid = of_shape(geometry)
+    solid = shape_inertia(geometry)
     assert solid is not None
     assert solid.mass == pytest.approx(mass, rel=0.03)
     assert solid.inertia[:3] == pytest.approx(squares.sum() - squares, rel=0.04)
 
 
 def test_planes_weigh_nothing() -> None:
-    assert of_shape(Plane()) is None
-    assert of_collisions([(Collision("floor", Plane()), 1000.0)]) is None
+    assert shape_inertia(Plane()) is None
+    assert collision_inertia([(Collision("floor", Plane()), 1000.0)]) is None
 
 
 def test_two_half_boxes_weigh_what_the_whole_one_does() -> None:
     half = Box((1.0, 0.5, 0.2))
     halves = [(Collision(side, half, Pose((x, 0.3, 0))), 500.0) for side, x in (("l", -0.5), ("r", 0.5))]
-    both, whole = of_collisions(halves), of_shape(Box((2.0, 0.5, 0.2)), 500.0)
+    both, whole = collision_inertia(halves), shape_inertia(Box((2.0, 0.5, 0.2)), 500.0)
     assert both is not None
     assert whole is not None
     assert both.mass == pytest.approx(whole.mass)
@@ -63,14 +63,14 @@ def test_two_half_boxes_weigh_what_the_whole_one_does() -> None:
 
 
 def test_a_hollow_ball_weighs_less_by_its_density() -> None:
-    light = of_collisions([(Collision("ball", Sphere(0.1)), 10.0)])
+    light = collision_inertia([(Collision("ball", Sphere(0.1)), 10.0)])
     assert light is not None
     assert light.mass == pytest.approx(10 * 4 / 3 * pi * 0.001)
 
 
 @given(boxes, angles, angles)
 def test_the_box_with_the_inertia_of_a_box_is_that_box(box: Box, roll: float, yaw: float) -> None:
-    solid = of_shape(box)
+    solid = shape_inertia(box)
     assert solid is not None
     placed = Inertial(solid.mass, Pose.from_rpy((1, 2, 3), roll, 0, yaw), solid.inertia)
     found, pose = equivalent_box(placed)
@@ -85,7 +85,7 @@ def test_the_box_with_the_inertia_of_a_box_is_that_box(box: Box, roll: float, ya
 
 @given(boxes)
 def test_the_inertia_of_a_solid_needs_no_repair(box: Box) -> None:
-    solid = of_shape(box)
+    solid = shape_inertia(box)
     assert solid is not None
     assert repair_inertia(solid) == (solid, "")
 

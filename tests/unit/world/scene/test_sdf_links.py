@@ -10,7 +10,7 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.inertia import of_shape
+from nrp_core.world.scene.inertia import shape_inertia
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import (
@@ -381,7 +381,7 @@ def test_cones_and_ellipsoids_are_meshes_of_their_size(link: LinkReader) -> None
         assert isinstance(collided, Mesh)
         corners = read_stl(collided.path).reshape(-1, 3) * collided.scale
         sizes.append(np.ptp(corners, axis=0).tolist())
-        solid = of_shape(collided, 1.0)
+        solid = shape_inertia(collided, 1.0)
         assert solid is not None
         assert solid.mass == pytest.approx(exact, rel=0.03)
     assert np.array(sizes) == pytest.approx(np.array([[2, 2, 2], [2, 4, 6]]), rel=0.01)
