@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -101,6 +104,23 @@ def test_a_mistake_is_one_error(name: str, tmp_path: Path) -> None:
     with pytest.raises(NestmlError, match=message) as caught:
         cell_of(written(tmp_path, MODEL.replace(right, wrong, 1)))
     assert "\n" not in str(caught.value)
+
+
+def test_units_that_are_factors_by_themselves_are_numbers(tmp_path: Path) -> None:
+    """NESTML 8 and files of its repository have them; NESTML 9 refuses them."""
+    lone = MODEL.replace("refr_t' = -1", "refr_t' = -1e3 * ms/s")
+    assert cell_of(written(tmp_path, lone)) == cell_of(written(tmp_path, MODEL))
+    wrong = written(tmp_path, MODEL.replace("refr_t' = -1", "refr_t' = -2e3 * ms/s"))
+    with pytest.raises(NestmlError, match="so its equation is refr_t' = -1"):
+        cell_of(wrong)
+
+
+def test_the_program_ends_with_an_exit_code(tmp_path: Path) -> None:
+    program = [sys.executable, "-m", "nrp_nestml"]
+    wrong = written(tmp_path, MODEL.replace("refr_t' = -1", "refr_t' = 1"))
+    done = subprocess.run([*program, wrong], capture_output=True, text=True, check=False)
+    assert (done.returncode, list(json.loads(done.stdout))) == (1, ["error"])
+    assert "so its equation is refr_t' = -1" in done.stderr
 
 
 def test_a_file_without_a_mistake_is_a_cell(tmp_path: Path) -> None:

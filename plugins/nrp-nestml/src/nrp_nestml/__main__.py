@@ -11,7 +11,7 @@ from nrp_nestml.errors import NestmlError
 
 
 def main() -> int:
-    """Print the cell, or ``{"error": ...}``."""
+    """Print the cell, or ``{"error": ...}`` and end with an exit code of 1."""
     if len(sys.argv) != 2:
         print("usage: nrp-nestml FILE.nestml", file=sys.stderr)
         return 2
@@ -19,6 +19,7 @@ def main() -> int:
         found = cell_of(Path(sys.argv[1]))
     except NestmlError as error:
         print(json.dumps({"error": str(error)}))
+        print(f"error: {sys.argv[1]}: {error}", file=sys.stderr)
         return 1
     print(json.dumps(found, indent=1))
     return 0

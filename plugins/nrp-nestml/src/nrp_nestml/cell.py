@@ -10,7 +10,7 @@ from typing import Any, Final
 from nrp_nestml.declarations import Declarations
 from nrp_nestml.dynamics import Dynamics
 from nrp_nestml.errors import NestmlError, at
-from nrp_nestml.expressions import plain, substituted
+from nrp_nestml.expressions import number_of, plain, substituted
 from nrp_nestml.reading import read
 from nrp_nestml.statements import Behaviour, Reader
 
@@ -90,8 +90,7 @@ class _Cell:
             return
         if timer not in self._does.waits_with | self._does.runs:
             raise NestmlError(f"no integrate_odes() integrates '{timer}', so its period would not end")
-        rate = re.sub(r"[() ]", "", self._dynamics.rates.get(timer, ""))
-        if not self._does.is_counted and rate not in ("-1", "-1.0"):
+        if not self._does.is_counted and number_of(self._dynamics.rates.get(timer, "0")) != -1.0:
             raise NestmlError(f"'{timer}' counts a refractory period down, so its equation is {timer}' = -1")
         if self._given.number(timer) != 0.0:
             begins = f"'{timer}' is {self._given.number(timer):g} at the start"

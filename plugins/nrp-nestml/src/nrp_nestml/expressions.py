@@ -126,3 +126,11 @@ def substituted(text: str, values: dict[str, str]) -> str:
         return text
     pattern = re.compile(rf"\b({'|'.join(map(re.escape, values))})\b(?!\s*\()")
     return pattern.sub(lambda match: f"({values[match[1]]})", text)
+
+
+def number_of(text: str) -> float | None:
+    """Return the value of an expression of numbers alone; None for others."""
+    import sympy
+
+    value = sympy.nsimplify(sympy.sympify(text), rational=True)
+    return float(value) if value.is_number else None
