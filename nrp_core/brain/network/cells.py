@@ -202,7 +202,8 @@ EIF_COND_ALPHA: Final = CellType(
 
 HH_COND_EXP: Final = CellType(
     "HH_cond_exp",
-    "A Hodgkin-Huxley cell of one compartment with exponentially decaying synaptic conductances.",
+    "A Hodgkin-Huxley cell of one compartment with exponentially decaying synaptic conductances; it fires as "
+    "its voltage passes -20 mV.",
     {
         "gbar_Na": Parameter(20.0, "uS", NOT_NEGATIVE),
         "gbar_K": Parameter(6.0, "uS", NOT_NEGATIVE),

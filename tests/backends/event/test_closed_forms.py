@@ -43,6 +43,39 @@ def test_a_constant_current_makes_equal_intervals(
     np.testing.assert_allclose(times_ms, expected, rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("cell_type", "values", "count", "first_ms", "last_ms"),
+    [
+        (
+            "Izhikevich",
+            {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0, "i_offset": 0.01},
+            23,
+            3.45162492,
+            961.74033864,
+        ),
+        (
+            "Izhikevich",
+            {"a": 0.1, "b": 0.2, "c": -65.0, "d": 2.0, "i_offset": 0.01},
+            137,
+            3.49440292,
+            996.14488844,
+        ),
+        ("HH_cond_exp", {"i_offset": 0.7}, 99, 3.552293, 993.43613584),
+    ],
+)
+def test_cells_without_a_closed_form_fire_at_the_times_of_their_equations(
+    cell_type: str, values: dict[str, float], count: int, first_ms: float, last_ms: float,
+    cells: Cells, open_brain: Open, spikes_of: Run,
+) -> None:  # fmt: skip
+    """The times are those of SciPy's DOP853 with tolerances of 1e-11."""
+    initial = (
+        {"v": -70.0, "u": -14.0} if cell_type == "Izhikevich" else {"v": -65.0, "m": 0.0, "h": 1.0, "n": 0.0}
+    )
+    times_ms = spikes_of(open_brain(cells("a", cell_type, initial=initial, **values)), 1000.0).times_ms
+    assert len(times_ms) == count
+    assert (times_ms[0], times_ms[-1]) == pytest.approx((first_ms, last_ms), rel=0, abs=2e-6)
+
+
 def test_a_cell_whose_threshold_lies_below_its_rest_fires_at_once_and_again_and_again(
     cells: Cells, open_brain: Open, spikes_of: Run
 ) -> None:
