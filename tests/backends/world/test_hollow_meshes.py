@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
+from nrp_core.findings import Code
 from nrp_core.world.scene.meshes.cells import cells
 from nrp_core.world.scene.meshes.concave import concave_parts
 from nrp_core.world.scene.meshes.ground import ground_of
@@ -27,11 +29,6 @@ WORLD = """<sdf version="1.9"><world name="room">
     <samples>4</samples><min_angle>-1.5707963</min_angle><max_angle>3.1415927</max_angle></horizontal></scan>
     <range><min>0.1</min><max>30</max></range></ray></sensor></link></model>
 </world></sdf>"""
-
-
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
 
 
 def quads(corners: np.ndarray) -> np.ndarray:
@@ -100,6 +97,16 @@ def test_convex_meshes_stay_hulls_and_moving_ones_do_not_become_surfaces(tmp_pat
     assert not any(isinstance(each.geometry, ConcaveMesh) for each in shapes)
 
 
+def test_an_object_that_moves_is_reported_with_the_volume_of_its_hull(tmp_path):
+    room(tmp_path, ring(), "0 0 1")
+    for static, expected in (("0", ["1176"]), ("1", [])):
+        text = WORLD.format(place="0 0 1").replace("<static>1</static>", f"<static>{static}</static>", 1)
+        (tmp_path / "room.sdf").write_text(text)
+        found = [each for each in read_scene(tmp_path / "room.sdf").warnings if each.code == Code.NRP258]
+        # the hull has 10 m x 10 m x 2 m, the walls 7.84 m^2 x 2 m
+        assert [re.search(r"(\d+) %", each.message).group(1) for each in found] == expected
+
+
 def hull_of_cube() -> np.ndarray:
     x, y = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]).T / 2
     low, high = (np.column_stack([x, y, np.full(4, z)]) for z in (-0.5, 0.5))
@@ -122,6 +129,51 @@ def _area(corners: np.ndarray) -> float:
     """Return the area of a convex quadrilateral."""
     a, b, c, d = corners
     return float(np.linalg.norm(np.cross(c - a, d - b))) / 2
+
+
+def shell(half: float = 2.0, height: float = 2.0) -> np.ndarray:
+    """Return four walls without thickness that face the origin, and a floor."""
+    x, y = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]).T * half
+    low, high = (np.column_stack([x, y, np.full(4, z)]) for z in (0.2, height))
+    sides = [(low[j], low[i], high[i], high[j]) for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))]
+    return quads(np.array([*sides, low]))
+
+
+@pytest.mark.parametrize("kind", ["inside", "outside", "both"])
+def test_surfaces_without_thickness_keep_their_room_whichever_way_they_face(
+    open_world, advance, tmp_path, kind
+):
+    walls = shell()
+    faces = {"inside": walls, "outside": walls[:, ::-1], "both": np.concatenate([walls, walls[:, ::-1]])}
+    world = open_world(room(tmp_path, faces[kind], "1.88 1 0.5"))  # 2 cm from a wall
+    scans = world.subscribe("/ball/scan")
+    advance(world, 0.02)
+    assert scans.latest.message.ranges == pytest.approx([3.0, 0.12, 1.0, 3.88], abs=1e-3)
+    advance(world, 1.0)
+    lying = 0.01 if kind == "outside" else 0.0  # MuJoCo has a plate of 1 cm behind each face
+    x, y, z = world.model_motion("ball").pose.position
+    assert (x, y) == pytest.approx((1.88, 1.0), abs=2e-3)
+    assert 0.2 + RADIUS - 2e-3 < z < 0.2 + RADIUS + lying + 2e-3
+
+
+def test_a_wall_without_thickness_has_its_door_and_a_lidless_box_its_inside(open_world, advance, tmp_path):
+    x = np.array([(-2, -1), (-1, 1), (1, 2)])
+    posts = [[(a, 1, 0), (b, 1, 0), (b, 1, 2), (a, 1, 2)] for a, b in x[[0, 2]]]
+    lintel = [[(a, 1, 2), (b, 1, 2), (b, 1, 3), (a, 1, 3)] for a, b in x]
+    world = open_world(room(tmp_path, quads(np.array(posts + lintel, float)), "0 1 0.5"))
+    advance(world, 1.0)
+    assert world.model_motion("ball").pose.position == pytest.approx((0, 1, RADIUS), abs=2e-3)
+
+
+def test_an_inverted_terrain_carries_as_any_other(open_world, advance, tmp_path):
+    for count in (9, 33):
+        heights = []
+        for surface in (hills(count), hills(count)[:, ::-1]):
+            world = open_world(room(tmp_path, surface, "1 0 2"))
+            advance(world, 1.0)
+            heights.append(world.model_motion("ball").pose.position[2])
+        assert heights[0] == pytest.approx(0.75 + RADIUS, abs=0.03)
+        assert heights[1] == pytest.approx(heights[0], abs=0.015)
 
 
 def tube(count: int) -> np.ndarray:

@@ -20,9 +20,10 @@ from urllib.parse import unquote
 
 from nrp_core._support.files import cached_folder
 from nrp_core.errors import SceneError
+from nrp_core.world.scene.meshes.concave import hull_excess
 from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
 from nrp_core.world.scene.meshes.stl import write_coordinates, write_stl
-from nrp_core.world.scene.meshes.triangles import Surface
+from nrp_core.world.scene.meshes.triangles import Surface, concatenate
 from nrp_core.world.scene.model import Rgba
 
 MAX_BYTES = 200_000_000
@@ -31,7 +32,7 @@ MAX_BYTES_BESIDE = 50_000_000
 SETTLED_NS = 2_000_000_000
 """A file changed less than this before may change again without another time of change."""
 
-_VERSION = 3  # of the cache; increased with each change of a conversion
+_VERSION = 4  # of the cache; increased with each change of a conversion
 _LISTING = "pieces.json"
 LFS = b"version https://git-lfs"
 """How a pointer of Git LFS begins, which is in the place of a file that was not fetched."""
@@ -47,6 +48,7 @@ class Piece:
         image: the image on it; None for none.
         left_out: number of triangles of the whole mesh that were left out, because a corner is not a number.
         depth: thickness of what is behind a concave surface, m; None for others.
+        excess: the volume of the convex pieces of the whole mesh beyond its own, as a share of it.
     """
 
     path: Path
@@ -54,6 +56,7 @@ class Piece:
     image: Path | None = None
     left_out: int = 0
     depth: float | None = None
+    excess: float = 0.0
 
 
 def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
@@ -87,6 +90,7 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
             _found(image, listing["files"], folder, path.parent),
             listing.get("left_out", 0),
             listing.get("depths", {}).get(name),
+            listing.get("excess", 0.0),
         )
         for name, rgba, image in listing["pieces"]
     ]
@@ -103,7 +107,8 @@ def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder
     """Write the pieces of a mesh and a list of them with all source files."""
     surfaces, left_out, beside = _parsed(data, suffix, home)
     pieces, depths = [], {}
-    for number, piece in enumerate(pieces_of(surfaces, wanted)):
+    found = pieces_of(surfaces, wanted)
+    for number, piece in enumerate(found):
         image = piece.image if piece.held is None else f"{key}-{number}.image"
         pieces.append((f"{key}-{number}.stl", piece.rgba, image))
         if image is not None and piece.held is not None:
@@ -116,6 +121,8 @@ def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder
     files = sorted(file.name for file in folder.iterdir())
     listing = {"pieces": pieces, "files": files, "beside": beside, "left_out": left_out}
     listing |= {"depths": depths} if depths else {}
+    if wanted.form == "convex":
+        listing["excess"] = hull_excess(concatenate(surfaces), [piece.triangles for piece in found])
     (folder / _LISTING).write_text(json.dumps(listing))
 
 

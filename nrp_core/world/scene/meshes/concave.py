@@ -9,20 +9,26 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
-from nrp_core.world.scene.meshes.convex import MAX_PIECES
+from nrp_core.world.scene.meshes.convex import MAX_CORNERS, MAX_PIECES, simple_hull
 from nrp_core.world.scene.meshes.triangles import Points, Surface, Triangles, weld_vertices
 
 MAX_DEPTH = 0.05
 """Maximum depth of a cell behind the surface, m; deeper cells only help against objects above 25 m/s."""
+SHEET = 0.01
+"""Depth of the cells of an open surface that does not face upwards, m."""
 MIN_DEPTH = 1e-3
 """Minimum depth of a cell, m; behind thinner sheets it stands out by less than this."""
 LARGE = 512
 """Minimum number of triangles of a piece that is a part of its own."""
 TOLERANCE = 0.02
-"""Maximum share of the volume of a convex hull that its mesh may lack to count as convex."""
+"""Maximum difference between a convex mesh and its hull, as a share of its volume or area."""
 
 _ON_HULL = 1e-3  # distance from the hull, as a share of the largest extent
+_BALANCED = 1e-3  # maximum length of the sum of area vectors of a closed surface, as a share of its area
+_OPEN_SHARE = 0.05  # maximum share of its edges that are edges of one triangle
+_UPWARD = 0.5  # minimum mean of the vertical components of a ground's normals
 _THIN_SHARE = 0.02  # of a surface, behind which the solid may be thinner than the cells
 _TESTS = 5_000_000  # maximum number of crossings that are computed for the thickness of a solid
 
@@ -34,10 +40,9 @@ def concave_parts(triangles: Triangles) -> list[Surface] | None:
         None if the connected pieces of the mesh are convex and few, so that their hulls are as exact.
     """
     pieces = list(_connected(triangles))
-    hulls = [_hull_volume(piece) for piece in pieces]
-    if len(pieces) <= MAX_PIECES and not any(map(_is_concave, pieces, hulls)):
+    if len(pieces) <= MAX_PIECES and not any(map(_is_concave, pieces)):
         return None
-    outward = [_outward(piece, volume) for piece, volume in zip(pieces, hulls, strict=True)]
+    outward = [_outward(piece) for piece in pieces]
     depths = np.array([_depth(piece) for piece in outward])
     classes = np.floor(np.log2(depths)).astype(int)
     large = np.array([len(piece) >= LARGE for piece in outward])
@@ -66,40 +71,70 @@ def _connected(triangles: Triangles) -> Iterator[Triangles]:
     yield from np.split(triangles[order], np.cumsum(np.bincount(owners, minlength=count))[:-1])
 
 
-def _hull_volume(piece: Triangles) -> float:
-    """Return the volume of the convex hull; 0 for a flat piece."""
+def hull_excess(triangles: Triangles, hulls: Sequence[Triangles]) -> float:
+    """Return the volume that hulls have in addition to their mesh, as a share of its volume.
+
+    It is 0 for a mesh with open pieces, which have no volume.
+    """
+    pieces = list(_connected(triangles))
+    volume = sum(abs(_volume(piece)) for piece in pieces)
+    if not volume or not all(map(_is_closed, pieces)):
+        return 0.0
+    return max(0.0, sum(map(_volume, hulls)) / volume - 1)
+
+
+def _is_concave(piece: Triangles) -> bool:
+    """Return whether a hull differs from a piece: in volume, or in area if the piece is open or flat."""
     from scipy.spatial import ConvexHull, QhullError
 
+    points = piece.reshape(-1, 3)
+    middle = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
+    along = (points - middle) @ axes.T
+    extents = np.ptp(along, axis=0)
+    if extents[2] <= _ON_HULL * extents[0]:
+        flat = along[:, :2] if extents[1] > _ON_HULL * extents[0] else None
+        sides = 2 if _is_closed(piece) else 1
+        return flat is not None and ConvexHull(flat).volume > (1 + TOLERANCE) * _area(piece) / sides
     try:
-        return float(ConvexHull(piece.reshape(-1, 3)).volume)
+        hull = ConvexHull(points)
     except QhullError:
-        return 0.0
-
-
-def _is_concave(piece: Triangles, hull_volume: float) -> bool:
-    """Return whether a piece has triangles within its hull, and lacks some of its volume if it is closed."""
-    from scipy.spatial import ConvexHull
-
-    extent = float(np.ptp(piece.reshape(-1, 3), axis=0).max())
-    if hull_volume <= (_ON_HULL * extent) ** 3 or np.ptp(piece.reshape(-1, 3), axis=0).min() < 1e-9:
         return False
-    planes = np.unique(np.round(ConvexHull(piece.reshape(-1, 3)).equations, 9), axis=0)
-    centres = piece.mean(axis=1)
-    heights = np.full(len(piece), -np.inf)
-    for normal_and_offset in planes:
-        np.maximum(heights, centres @ normal_and_offset[:3] + normal_and_offset[3], out=heights)
-    if (heights > -_ON_HULL * extent).all():
-        return False
-    return not _is_closed(piece) or hull_volume > (1 + TOLERANCE) * abs(_volume(piece))
+    if not _is_closed(piece):
+        inside = _heights(hull.equations, piece.mean(axis=1)) < -_ON_HULL * extents[0]
+        return bool(inside.any()) or hull.area > (1 + TOLERANCE) * _area(piece)
+    volume = abs(_volume(piece))
+    kept = simple_hull(np.unique(points, axis=0)).volume if len(hull.vertices) > MAX_CORNERS else hull.volume
+    return bool(hull.volume > (1 + TOLERANCE) * volume or kept < (1 - TOLERANCE) * volume)
+
+
+def _heights(equations: Points, points: Points) -> npt.NDArray[np.float64]:
+    """Return the greatest height of each point above the planes of a hull, shape ``(n,)``."""
+    heights = np.full(len(points), -np.inf)
+    for plane in np.unique(np.round(equations, 9), axis=0):
+        np.maximum(heights, points @ plane[:3] + plane[3], out=heights)
+    return heights
+
+
+def _area(piece: Triangles) -> float:
+    a, b, c = piece.swapaxes(0, 1)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
 
 
 def _is_closed(piece: Triangles) -> bool:
-    """Return whether each edge of a triangle is the reverse of one of another."""
+    """Return whether nearly each edge is the reverse of another, and area vectors cancel as around a solid.
+
+    Many files of solids have a seam whose corners differ by rounding.
+    """
+    a, b, c = piece.swapaxes(0, 1)
+    vectors = np.cross(b - a, c - a)
+    if np.linalg.norm(vectors.sum(axis=0)) > _BALANCED * np.linalg.norm(vectors, axis=1).sum():
+        return False
     _, faces = weld_vertices(piece)
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
     size = faces.max() + 1
     ahead, back = edges[:, 0] * size + edges[:, 1], edges[:, 1] * size + edges[:, 0]
-    return np.array_equal(np.sort(ahead), np.sort(back))
+    return bool(np.isin(ahead, back, invert=True).mean() <= _OPEN_SHARE)
 
 
 def _volume(piece: Triangles) -> float:
@@ -108,24 +143,28 @@ def _volume(piece: Triangles) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
 
 
-def _outward(piece: Triangles, hull_volume: float) -> Triangles:
-    """Return triangles that face outwards; an open surface without an inside stays as it is."""
-    return piece[:, ::-1] if _volume(piece) < -0.01 * hull_volume else piece
+def _outward(piece: Triangles) -> Triangles:
+    """Return triangles that face outwards; those of an open surface face whoever sees it."""
+    return piece[:, ::-1] if _is_closed(piece) and _volume(piece) < 0 else piece
 
 
 def _depth(piece: Triangles) -> float:
-    """Return the depth of cells that stay in the solid behind nearly all of its surface, m."""
-    if not _is_closed(piece):
-        return MAX_DEPTH
-    count = int(np.clip(_TESTS // len(piece), 32, 256))
+    """Return the depth of cells that stay in the solid behind nearly all of its surface, m.
+
+    An open surface has no inside: a ground is met from above, others from either side.
+    """
     a, b, c = piece.swapaxes(0, 1)
+    most = MAX_DEPTH
+    if not _is_closed(piece) and np.cross(b - a, c - a)[:, 2].sum() / 2 < _UPWARD * _area(piece):
+        most = SHEET
+    count = int(np.clip(_TESTS // len(piece), 32, 256))
     normals = np.cross(b - a, c - a)
     areas = np.linalg.norm(normals, axis=1)
     shares = np.cumsum(areas) / areas.sum()
     sample, places = np.unique(np.searchsorted(shares, (np.arange(count) + 0.5) / count), return_inverse=True)
     thickness = np.array([_thickness(piece, i, -normals[i] / areas[i]) for i in sample])
     thin = float(np.quantile(thickness[places], _THIN_SHARE, method="lower"))
-    return float(np.clip(thin, MIN_DEPTH, MAX_DEPTH))
+    return float(np.clip(thin, MIN_DEPTH, most))
 
 
 def _thickness(piece: Triangles, number: int, ray: Points) -> float:
@@ -137,5 +176,6 @@ def _thickness(piece: Triangles, number: int, ray: Points) -> float:
         scale = 1 / np.einsum("ij,ij->i", u_edge, p)
         u, v = np.einsum("ij,ij->i", start, p) * scale, q @ ray * scale
         t = np.einsum("ij,ij->i", v_edge, q) * scale
-        met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-6)
+        met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > -1e-9)
+    met[number] = False
     return float(t[met].min()) if met.any() else MAX_DEPTH

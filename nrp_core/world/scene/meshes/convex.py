@@ -34,7 +34,7 @@ def convex_pieces(triangles: Triangles) -> list[Triangles]:
     for cloud in clouds:
         if any((_along(planes[:, :3], cloud) <= _INSIDE - planes[:, 3:]).all() for planes in kept):
             continue
-        hull = _hull(_thick(cloud))
+        hull = simple_hull(_thick(cloud))
         kept.append(hull.equations)
         pieces.append(_outward(hull))
         if len(pieces) == MAX_PIECES:
@@ -63,7 +63,7 @@ def _connected(triangles: Triangles) -> Iterator[Points]:
     yield from np.split(points[order], np.cumsum(np.bincount(labels, minlength=count))[:-1])
 
 
-def _hull(points: Points) -> ConvexHull:
+def simple_hull(points: Points) -> ConvexHull:
     """Return the hull of points, or if it has too many corners, of the outermost ones."""
     from scipy.spatial import ConvexHull
 

@@ -72,6 +72,8 @@ def ground_of(vertices: Points, faces: Faces) -> Ground | None:
         return None
     a, b, c = vertices[faces].swapaxes(0, 1)
     normals = np.cross(b - a, c - a)
+    if normals[:, 2].sum() < -_UPRIGHT * np.abs(normals[:, 2]).sum():  # a closed surface has a sum of 0
+        faces, normals = faces[:, ::-1], -normals
     up = normals[:, 2] > _UPRIGHT * np.linalg.norm(normals, axis=1)
     low, high = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
     covered = float(normals[up, 2].sum()) / 2

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from math import inf
 from pathlib import Path
 from typing import Any, Final
 
@@ -110,6 +111,8 @@ _SHAPES = (
     "empty",
 )  # fmt: skip
 _NOT_READ = ("image",)
+MAX_EXCESS = 0.02
+"""Maximum volume of convex hulls beyond that of a mesh, as a share of it, without a warning."""
 DEFAULT_SIZES = {
     "box": {"size": "1 1 1"},
     "sphere": {"radius": "1"},
@@ -121,7 +124,9 @@ DEFAULT_SIZES = {
 """The sizes of shapes that do not state them, from the specification (``sdf/1.11/*_shape.sdf``)."""
 
 
-def read_geometry(element: Element, form: Form, reading: Reading, *, static: bool) -> list[Shape]:
+def read_geometry(
+    element: Element, form: Form, reading: Reading, *, static: bool, alone: bool = False
+) -> list[Shape]:
     """Read a ``<geometry>``.
 
     Args:
@@ -129,6 +134,7 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
         form: the form of meshes.
         reading: the context of the reading.
         static: whether it belongs to a static model.
+        alone: whether its link is the only one of its model; other things may be in or under it then.
 
     Returns:
         The shapes in the element's frame (a plane's normal need not be z): several if a mesh has several
@@ -146,7 +152,8 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
     if shape.tag == "plane":
         return [_plane(shape)]
     if shape.tag == "mesh":
-        return _mesh(shape, "solid" if static and form == "convex" else form, reading)
+        form = "solid" if static and form == "convex" else form
+        return _mesh(shape, form, reading, MAX_EXCESS if alone and form == "convex" else inf)
     if shape.tag == "polyline":
         return _polyline(element.all("polyline"), form, reading)
     if shape.tag == "heightmap":
@@ -224,8 +231,8 @@ def _plane(shape: Element) -> Shape:
     return Shape(Plane((width, depth)), Pose.pointing(shape.direction("normal", (0.0, 0.0, 1.0))))
 
 
-def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
-    """Return the pieces of a mesh, or none with a warning."""
+def _mesh(shape: Element, form: Form, reading: Reading, max_excess: float) -> list[Shape]:
+    """Return the pieces of a mesh, or none with a warning; another volume causes one, too."""
     uri = shape.require("uri")
     scale = shape.find("scale")
     x, y, z = scale.numbers(3) if scale else (1.0, 1.0, 1.0)
@@ -244,6 +251,10 @@ def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
     if pieces[0].left_out:
         left_out = f"{pieces[0].left_out} triangles of the mesh '{uri.text}' are left out"
         message = f"{left_out}: a corner is not a number below 1e9"
+        reading.notes.warn(uri, Code.NRP258, message, subject=uri.text)
+    if pieces[0].excess > max_excess:
+        more = f"{100 * pieces[0].excess:.0f} % more volume, because it moves"
+        message = f"the mesh '{uri.text}' collides as convex hulls with {more}"
         reading.notes.warn(uri, Code.NRP258, message, subject=uri.text)
     return [
         Shape(_geometry(piece, (x, y, z)), Pose(), piece.rgba, texture_of(piece.image)) for piece in pieces

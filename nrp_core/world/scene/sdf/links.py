@@ -89,7 +89,7 @@ def _bits(contact: Element, tag: str) -> int:
 _STEP_S = 0.001  # of Gazebo
 
 
-def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) -> Link:
+def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, alone: bool) -> Link:
     """Read a ``<link>``.
 
     Args:
@@ -97,12 +97,13 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
         frames: the frames of its model.
         reading: the context of the reading.
         static: whether it never moves, so that its mass is not needed.
+        alone: whether it is the only link of its model.
     """
     name = link.attribute("name")
     place = partial(frames.place_in, frame=name)
 
     def shapes(element: Element, form: Form) -> list[Shape]:
-        found = read_geometry(element.require("geometry"), form, reading, static=static)
+        found = read_geometry(element.require("geometry"), form, reading, static=static, alone=alone)
         return [replace(shape, pose=place(element) @ shape.pose) for shape in found]
 
     shown = []

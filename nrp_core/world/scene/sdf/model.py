@@ -174,7 +174,9 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
             )
             reading.notes.warn(inner.user, Code.NRP264, message, subject=inner.name)
     frames = _frames(model, nested, source.version)
-    links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
+    own = model.all("link")
+    alone = len(own) == 1 and not nested
+    links = [read_link(link, frames, reading, static=static, alone=alone) for link in own]
     rows = list(read_joints(model, frames, source.version, reading))
     for joint in model.all("joint"):
         name = joint.attribute("name")
