@@ -33,7 +33,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             return self._load_overload(sig, target_context)
 
 
-class Kernel(CPUDispatcher):  # type: ignore[misc]
+class CachedKernel(CPUDispatcher):  # type: ignore[misc]
     """A compiled function.
 
     Attributes:

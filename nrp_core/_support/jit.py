@@ -31,7 +31,7 @@ try:
     from numba.core.types.containers import BaseTuple
     from numba.extending import intrinsic
 
-    from nrp_core._support.dispatcher import Kernel
+    from nrp_core._support.dispatcher import CachedKernel
 
     COMPILED = not numba.config.DISABLE_JIT
 except ImportError:
@@ -64,7 +64,7 @@ def _compile(function: F, *, inline: bool) -> F:
         "forceinline": inline,
         "no_cfunc_wrapper": True,  # C code calls none of them, and it is a tenth of the time of compiling
     }
-    compiled = Kernel(py_func=function, locals={}, targetoptions=options)
+    compiled = CachedKernel(py_func=function, locals={}, targetoptions=options)
     compiled.cached = lambda: _cached(function)
     return cast("F", compiled)
 

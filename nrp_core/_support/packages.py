@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache, lru_cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES, ModuleSpec
-from importlib.metadata import Distribution, EntryPoint, EntryPoints
+from importlib.metadata import Distribution, EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -89,17 +89,23 @@ def entries(group: str) -> list[EntryPoint]:
     """Return the entry points of a group; of two distributions of one name the first on the path counts."""
     found: dict[str, list[EntryPoint]] = {}
     for folder, changed_ns in installed():
-        for distribution, every in _read(folder, changed_ns):
-            if of_group := list(every.select(group=group)):
-                found.setdefault(_normalized_name(distribution), of_group)
+        for distribution, groups in _read(folder, changed_ns):
+            if group in groups:
+                found.setdefault(_normalized_name(distribution), groups[group])
     return [entry for some in found.values() for entry in some]
 
 
 @lru_cache(maxsize=64)
-def _read(folder: str, _changed_ns: int) -> list[tuple[Distribution, EntryPoints]]:
-    """Return the distributions in a folder that have entry points."""
-    every = ((one, one.entry_points) for one in importlib.metadata.distributions(path=[folder]))
-    return [(distribution, entries) for distribution, entries in every if entries]
+def _read(folder: str, _changed_ns: int) -> list[tuple[Distribution, dict[str, list[EntryPoint]]]]:
+    """Return the distributions in a folder that have entry points, and these by their groups."""
+    found = []
+    for distribution in importlib.metadata.distributions(path=[folder]):
+        groups: dict[str, list[EntryPoint]] = {}
+        for entry in distribution.entry_points:
+            groups.setdefault(entry.group, []).append(entry)
+        if groups:
+            found.append((distribution, groups))
+    return found
 
 
 @lru_cache(maxsize=64)

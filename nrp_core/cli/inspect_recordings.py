@@ -15,7 +15,7 @@ from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.result import recorded_judgement
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
-from nrp_core.recording.reading.check import Check
+from nrp_core.recording.reading.check import IntegrityCheck
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.reading.recording import Recording
 
@@ -34,7 +34,7 @@ def check_recording(path: Path, *, as_json: bool) -> None:
     raise typer.Exit(NO if check.flaws else 0)
 
 
-def _verdict(path: Path, check: Check) -> str:
+def _verdict(path: Path, check: IntegrityCheck) -> str:
     files = f"{check.files} files of {size_text(check.size)} match their digests"
     if check.flaws:
         return f"{path}: {typer.style('not intact', fg='red', bold=True)}"

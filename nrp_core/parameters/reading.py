@@ -20,7 +20,7 @@ _LOOKING = frozenset({"globals", "locals", "vars", "exec", "eval"})
 
 
 @dataclass(frozen=True, slots=True)
-class Dialect:
+class DeclarationStyle:
     """How a kind of script names the object whose ``parameter`` declares one.
 
     Args:
@@ -41,13 +41,13 @@ class Dialect:
         return module.partition(".")[0] in self.packages | {name.partition(".")[0] for name in added}
 
 
-BRAIN = Dialect(
+BRAIN = DeclarationStyle(
     "sim",
     frozenset({"nrp_core", "pyNN"}),
     frozenset({"get_simulator"}),
     "nrp_core.pynn_dialects",
 )
-FUNCTIONS = Dialect("nrp", frozenset({"nrp_core", "hbp_nrp_client"}))
+FUNCTIONS = DeclarationStyle("nrp", frozenset({"nrp_core", "hbp_nrp_client"}))
 
 
 @dataclass(slots=True)
@@ -112,7 +112,7 @@ def parse_script(path: Path) -> ast.Module:
 
 def read_parameters(
     path: Path,
-    dialect: Dialect,
+    dialect: DeclarationStyle,
     tree_of: Callable[[Path], ast.Module] = parse_script,
     into: Declared | None = None,
 ) -> Declared:
@@ -180,7 +180,7 @@ def _parameter(call: ast.Call, path: Path) -> Parameter:
     return Parameter(**values, path=path, line=call.lineno)
 
 
-def _calls(nodes: Collection[ast.AST], dialect: Dialect) -> Iterator[ast.Call]:
+def _calls(nodes: Collection[ast.AST], dialect: DeclarationStyle) -> Iterator[ast.Call]:
     """Yield the calls that declare parameters."""
     objects, functions = {dialect.name}, set[str]()
     for node in nodes:

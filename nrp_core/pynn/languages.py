@@ -45,7 +45,7 @@ LANGUAGES: Registry[type[Language]] = Registry("nrp_core.script_languages", "lan
 
 
 @dataclass(frozen=True)
-class Reading:
+class ScriptReading:
     """How one script is read.
 
     Args:
@@ -71,7 +71,7 @@ class Reading:
         return nullcontext() if self.language is None else self.language.running()
 
 
-def reading_of(script: Path) -> Reading:
+def reading_of(script: Path) -> ScriptReading:
     """Return how a script is read: as Python 3 if it is that, or is in none of the installed languages."""
     text = decoded_python(script.read_bytes())
     code = "" if isinstance(text, Misfit) else text
@@ -79,7 +79,7 @@ def reading_of(script: Path) -> Reading:
         tree = ast.parse(code)
         compile(code, str(script), "exec", dont_inherit=True)
         if not unbound_names(tree) - vars(builtins).keys():
-            return Reading()
+            return ScriptReading()
         is_python_3 = True
     except (SyntaxError, ValueError):
         is_python_3 = False
@@ -91,5 +91,5 @@ def reading_of(script: Path) -> Reading:
             language.compiled(script)
         except NrpError:
             continue
-        return Reading(language, language.modules())
-    return Reading()
+        return ScriptReading(language, language.modules())
+    return ScriptReading()

@@ -14,7 +14,7 @@ from urllib.parse import parse_qs, urlsplit
 import pytest
 
 from nrp_core import Recording
-from nrp_core.recording.video import VideoOptions, View, video
+from nrp_core.recording.video import VideoOptions, ViewKind, video
 
 PAGE = """<script>
 for (const name of {names}) {{
@@ -86,7 +86,9 @@ def played(folder: Path, *names: str) -> dict[str, dict[str, list[str]]]:
 def test_chromium_plays_videos_to_their_ends_and_no_other_file(recording: Recording, tmp_path: Path) -> None:
     videos = "walk.mp4", "walk.webm"
     for name in videos:
-        assert video(recording, tmp_path / name, VideoOptions(view=View.FOLLOW, width=320, height=240)) == 26
+        assert (
+            video(recording, tmp_path / name, VideoOptions(view=ViewKind.FOLLOW, width=320, height=240)) == 26
+        )
     (tmp_path / "wrong.mp4").write_bytes(bytes(1000))
     said = played(tmp_path, *videos, "wrong.mp4")
     assert "error" in said["wrong.mp4"]

@@ -13,7 +13,7 @@ from nrp_core.recording.figures.room import RoomView
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.replay.replay import Replay, ReplayRequest, Verdict
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 from nrp_core.running import run
 
 SMALL = "brain.parameters.cells=2500"
@@ -41,7 +41,7 @@ def test_the_fly_walks_to_the_sugar_stops_and_feeds(recorded: tuple[Result, Path
 def test_its_recording_is_repeated_bit_for_bit(recorded: tuple[Result, Path]) -> None:
     request = ReplayRequest(until_ns=S // 2)
     with FilesRead() as files, Replay(Recording(recorded[1]), request, files=files) as again:
-        assert again.verify().verdict is Verdict.SAME
+        assert again.verify().verdict is ReplayVerdict.SAME
 
 
 def test_its_map_is_as_small_as_its_way(recorded: tuple[Result, Path]) -> None:

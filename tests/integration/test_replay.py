@@ -28,7 +28,7 @@ from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
-from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, Verdict
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, ReplayVerdict
 from nrp_core.recording.sealing import seal
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.model_states import MODEL_STATES
@@ -90,7 +90,7 @@ def test_a_run_is_the_same_again(made: Made) -> None:
 def test_runs_of_other_engines_are_the_same_again_too(tmp_path: Path) -> None:
     made = recorded(*OTHER, tmp_path / "recording")
     assert made.replay().identical
-    assert made.replay(ReplayRequest(from_ns=round(1.24 * S))).verdict is Verdict.SAME
+    assert made.replay(ReplayRequest(from_ns=round(1.24 * S))).verdict is ReplayVerdict.SAME
     for side in ("world", "brain"):
         assert made.replay(ReplayRequest(recorded=frozenset({side}))).difference is None  # type: ignore[arg-type]
 
@@ -125,7 +125,7 @@ def test_a_future_that_nobody_edited_is_the_same_where_both_have_steps(made: Mad
 @pytest.mark.parametrize("from_s", [1.0, 1.24, 2.98])
 def test_it_goes_on_from_within_as_it_went_on(made: Made, from_s: float) -> None:
     outcome = made.replay(ReplayRequest(from_ns=round(from_s * S)))
-    assert outcome.verdict is Verdict.SAME
+    assert outcome.verdict is ReplayVerdict.SAME
     assert (outcome.from_ns, outcome.until_ns) == (int(from_s) * S, 3 * S)
 
 
@@ -191,7 +191,7 @@ def test_an_edited_future_begins_where_it_was_edited_and_can_be_verified(made: M
 
 def test_the_same_functions_edited_in_change_nothing(made: Made, tmp_path: Path) -> None:
     same = made.edited(tmp_path, "100 * (", "100.0 * (")
-    assert made.replay(ReplayRequest(from_ns=round(1.6 * S), functions=[same])).verdict is Verdict.SAME
+    assert made.replay(ReplayRequest(from_ns=round(1.6 * S), functions=[same])).verdict is ReplayVerdict.SAME
 
 
 def test_a_changed_message_or_a_changed_file_is_found(made: Made, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, Verdict
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, ReplayVerdict
 from nrp_core.recording.sealing import seal
 
 MS = 10**6
@@ -82,7 +82,7 @@ def test_a_recording_names_the_code_that_made_it(recording: Path) -> None:
 
 def test_snapshots_that_fit_are_used_silently(recording: Path) -> None:
     outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
-    assert (outcome.verdict, outcome.from_ns, outcome.warnings) == (Verdict.SAME, 400 * MS, [])
+    assert (outcome.verdict, outcome.from_ns, outcome.warnings) == (ReplayVerdict.SAME, 400 * MS, [])
 
 
 @pytest.mark.parametrize(

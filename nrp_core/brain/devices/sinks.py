@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.filters import Kernel, LeakyMembrane
+from nrp_core.brain.network.filters import LeakyMembrane, MembraneKernel
 from nrp_core.brain.spikes import NO_SPIKES, Spikes
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError
@@ -115,15 +115,17 @@ class LeakyIntegrator(SinkSpec):
         if self.v_thresh != inf:
             raise CapabilityError(f"a leaky integrator never fires: v_thresh is inf, not {self.v_thresh}")
 
-    def _open(self, kernel: Kernel, neurons: IntArray, n_neurons: int, name: str) -> LeakyIntegratorPort:
+    def _open(
+        self, kernel: MembraneKernel, neurons: IntArray, n_neurons: int, name: str
+    ) -> LeakyIntegratorPort:
         port = LeakyIntegratorPort(kernel, self._weight(), self.delay, neurons, n_neurons, name)
         if self.synapse_type is not None:
             port.tire(self.synapse_type)
         return port
 
-    def _kernel(self, alpha: bool) -> Kernel:
+    def _kernel(self, alpha: bool) -> MembraneKernel:
         tau_syn = self.tau_syn_E if self.receptor_type == "excitatory" else self.tau_syn_I
-        return Kernel(alpha, self.tau_m, tau_syn, self.cm, self.v_rest, self.i_offset)
+        return MembraneKernel(alpha, self.tau_m, tau_syn, self.cm, self.v_rest, self.i_offset)
 
     def _weight(self) -> float:
         if self.weight is not None:
@@ -170,7 +172,7 @@ class PopulationRate(SinkSpec):
 
     def open(self, neurons: IntArray, n_neurons: int, name: str) -> PopulationRatePort:
         slow, fast = max(self.tau_fall, self.tau_rise), min(self.tau_fall, self.tau_rise)
-        kernel = Kernel(alpha=False, tau_m_ms=slow, tau_syn_ms=fast)
+        kernel = MembraneKernel(alpha=False, tau_m_ms=slow, tau_syn_ms=fast)
         return PopulationRatePort(kernel, 1000.0 / kernel.area, 0.0, neurons, n_neurons, name)
 
 
@@ -192,7 +194,13 @@ class _FilterPort(SinkPort):
     """A linear filter of the spikes of all chosen neurons together."""
 
     def __init__(
-        self, kernel: Kernel, weight: float, delay_ms: float, neurons: IntArray, n_neurons: int, name: str
+        self,
+        kernel: MembraneKernel,
+        weight: float,
+        delay_ms: float,
+        neurons: IntArray,
+        n_neurons: int,
+        name: str,
     ) -> None:
         super().__init__(neurons, n_neurons, name)
         self._kernel, self._delay_ms = kernel, delay_ms

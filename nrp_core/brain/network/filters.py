@@ -15,7 +15,7 @@ from math import e, exp, inf
 
 
 @dataclass(frozen=True, slots=True)
-class Kernel:
+class MembraneKernel:
     """A leaky membrane with one synaptic current.
 
     ``dV/dt = -(V - v_rest)/tau_m + (I + i_offset)/cm``, and a spike of weight ``w`` adds
@@ -75,13 +75,13 @@ def driven(dt: float, leak: float, fade: float, gap: float, current: float, slop
 
 
 class LeakyMembrane:
-    """The state of a :class:`Kernel` under a train of weighted spikes.
+    """The state of a :class:`MembraneKernel` under a train of weighted spikes.
 
     Spikes are pushed with their arrival times, in any order not before the last read; a read at ``t``
     sees those that arrived at or before ``t``.
     """
 
-    def __init__(self, kernel: Kernel) -> None:
+    def __init__(self, kernel: MembraneKernel) -> None:
         self._alpha, self._cm_nf, self._settled_mv = kernel.alpha, kernel.cm_nf, kernel.settled_mv
         self._tau_m_ms, self._tau_syn_ms = kernel.tau_m_ms, kernel.tau_syn_ms
         self._gap = 1.0 / kernel.tau_syn_ms - 1.0 / kernel.tau_m_ms

@@ -15,7 +15,7 @@ _KILO = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class NestParameter:
     """The source of a parameter.
 
     Args:
@@ -43,10 +43,10 @@ class CellModel:
     """
 
     cell_type: str
-    parameters: Mapping[str, Parameter]
+    parameters: Mapping[str, NestParameter]
     weight_scale: float = 1.0
     rests: bool = False
-    initial: Mapping[str, Parameter] = field(default_factory=dict)
+    initial: Mapping[str, NestParameter] = field(default_factory=dict)
     fixed: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -56,49 +56,49 @@ class CellModel:
         return given | self.fixed.keys() | (CELLS[self.cell_type].parameters.keys() - self.parameters.keys())
 
 
-def _lif(e_l: float = -70.0, v_reset: float = -70.0) -> dict[str, Parameter]:
+def _lif(e_l: float = -70.0, v_reset: float = -70.0) -> dict[str, NestParameter]:
     return {
-        "cm": Parameter("C_m", _KILO, 250.0),
-        "tau_m": Parameter("tau_m", 1.0, 10.0),
-        "tau_refrac": Parameter("t_ref", 1.0, 2.0),
-        "v_rest": Parameter("E_L", 1.0, e_l),
-        "v_reset": Parameter("V_reset", 1.0, v_reset),
-        "v_thresh": Parameter("V_th", 1.0, -55.0),
-        "i_offset": Parameter("I_e", _KILO, 0.0),
+        "cm": NestParameter("C_m", _KILO, 250.0),
+        "tau_m": NestParameter("tau_m", 1.0, 10.0),
+        "tau_refrac": NestParameter("t_ref", 1.0, 2.0),
+        "v_rest": NestParameter("E_L", 1.0, e_l),
+        "v_reset": NestParameter("V_reset", 1.0, v_reset),
+        "v_thresh": NestParameter("V_th", 1.0, -55.0),
+        "i_offset": NestParameter("I_e", _KILO, 0.0),
     }
 
 
-def _synapses(excitatory: float, inhibitory: float) -> dict[str, Parameter]:
+def _synapses(excitatory: float, inhibitory: float) -> dict[str, NestParameter]:
     return {
-        "tau_syn_E": Parameter("tau_syn_ex", 1.0, excitatory),
-        "tau_syn_I": Parameter("tau_syn_in", 1.0, inhibitory),
+        "tau_syn_E": NestParameter("tau_syn_ex", 1.0, excitatory),
+        "tau_syn_I": NestParameter("tau_syn_in", 1.0, inhibitory),
     }
 
 
-_REVERSAL = {"e_rev_E": Parameter("E_ex", 1.0, 0.0), "e_rev_I": Parameter("E_in", 1.0, -85.0)}
+_REVERSAL = {"e_rev_E": NestParameter("E_ex", 1.0, 0.0), "e_rev_I": NestParameter("E_in", 1.0, -85.0)}
 _CONDUCTANCE = {**_lif(v_reset=-60.0), **_synapses(0.2, 2.0), **_REVERSAL}
 _ADAPTIVE = {
     **_CONDUCTANCE,
-    "cm": Parameter("C_m", _KILO, 281.0),
-    "tau_refrac": Parameter("t_ref", 1.0, 0.0),
-    "v_rest": Parameter("E_L", 1.0, -70.6),
-    "v_thresh": Parameter("V_th", 1.0, -50.4),
-    "a": Parameter("a", 1.0, 4.0),
-    "b": Parameter("b", _KILO, 80.5),
-    "delta_T": Parameter("Delta_T", 1.0, 2.0),
-    "tau_w": Parameter("tau_w", 1.0, 144.0),
-    "v_spike": Parameter("V_peak", 1.0, 0.0),
+    "cm": NestParameter("C_m", _KILO, 281.0),
+    "tau_refrac": NestParameter("t_ref", 1.0, 0.0),
+    "v_rest": NestParameter("E_L", 1.0, -70.6),
+    "v_thresh": NestParameter("V_th", 1.0, -50.4),
+    "a": NestParameter("a", 1.0, 4.0),
+    "b": NestParameter("b", _KILO, 80.5),
+    "delta_T": NestParameter("Delta_T", 1.0, 2.0),
+    "tau_w": NestParameter("tau_w", 1.0, 144.0),
+    "v_spike": NestParameter("V_peak", 1.0, 0.0),
 }
 _IZHIKEVICH = CellModel(
     "Izhikevich",
     {
-        "i_offset": Parameter("I_e", _KILO, 0.0),
+        "i_offset": NestParameter("I_e", _KILO, 0.0),
         **{
-            name: Parameter(name, 1.0, value)
+            name: NestParameter(name, 1.0, value)
             for name, value in zip("abcd", (0.02, 0.2, -65.0, 8.0), strict=True)
         },
     },
-    initial={"v": Parameter("V_m", 1.0, -65.0), "u": Parameter("U_m", 1.0, -13.0)},
+    initial={"v": NestParameter("V_m", 1.0, -65.0), "u": NestParameter("U_m", 1.0, -13.0)},
     fixed={"V_th": PEAK_MV},
 )
 LEAK_NS = {"iaf_cond_exp": 16.6667, "iaf_cond_alpha": 16.6667, "aeif_cond_exp": 30.0, "aeif_cond_alpha": 30.0}

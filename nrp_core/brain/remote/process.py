@@ -93,7 +93,7 @@ _STANDARD_ERROR: Final = 2
 _MICROSECONDS: Final = 1_000_000
 
 
-class Kind(NamedTuple):
+class ProcessSettings(NamedTuple):
     """What a process cannot change once it has started.
 
     Args:
@@ -136,7 +136,7 @@ class BrainProcess:
         kind: as given.
     """
 
-    def __init__(self, kind: Kind) -> None:
+    def __init__(self, kind: ProcessSettings) -> None:
         self.kind = kind
         self.columns = SharedColumns()
         ours, theirs = socket.socketpair()
@@ -291,7 +291,7 @@ def borrow(python: str, module: str, time_limit_s: float) -> BrainProcess:
     Raises:
         BackendLoadError: the interpreter is not a program that can be run.
     """
-    kind = Kind.of(python, module, time_limit_s)
+    kind = ProcessSettings.of(python, module, time_limit_s)
     while (process := _take(kind)) is not None:
         if process.lives:
             return process
@@ -299,7 +299,7 @@ def borrow(python: str, module: str, time_limit_s: float) -> BrainProcess:
     return BrainProcess(kind)
 
 
-def _take(kind: Kind) -> BrainProcess | None:
+def _take(kind: ProcessSettings) -> BrainProcess | None:
     """Remove an idle process of a kind, if there is one; runs in several threads may ask at once."""
     with _taking:
         found = next((process for process in _idle if process.kind == kind), None)

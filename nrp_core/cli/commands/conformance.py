@@ -21,7 +21,7 @@ from nrp_core.cli.output import NO, document
 NEEDED = ("pytest", "hypothesis")
 
 
-class Kind(StrEnum):
+class TestedSide(StrEnum):
     """The side of the loop under test."""
 
     BRAIN = "brain"
@@ -38,7 +38,7 @@ class KitLevel(StrEnum):
 
 def conformance(
     kind: Annotated[
-        Kind, typer.Argument(metavar="SIDE", help="The simulated side of the loop: brain or world.")
+        TestedSide, typer.Argument(metavar="SIDE", help="The simulated side of the loop: brain or world.")
     ],
     name: Annotated[str, typer.Argument(metavar="NAME", help="The name of an installed backend.")],
     options: Annotated[
@@ -79,11 +79,11 @@ def _require_packages() -> None:
         raise NrpError(f"nrp conformance needs {' and '.join(missing)}; try: pip install {' '.join(missing)}")
 
 
-def _require_backend(kind: Kind, name: str) -> None:
+def _require_backend(kind: TestedSide, name: str) -> None:
     from nrp_core.brain.backends import brains
     from nrp_core.world.backends import worlds
 
-    (brains() if kind is Kind.BRAIN else worlds()).provider(name)
+    (brains() if kind is TestedSide.BRAIN else worlds()).provider(name)
 
 
 def _parse_options(options: list[str]) -> dict[str, str]:
@@ -95,7 +95,7 @@ def _parse_options(options: list[str]) -> dict[str, str]:
     return {key: value for key, _, value in pairs}
 
 
-def _run(kind: Kind, name: str, options: dict[str, str], level: KitLevel) -> Any:
+def _run(kind: TestedSide, name: str, options: dict[str, str], level: KitLevel) -> Any:
     """Run the tests in a separate process; the output of pytest goes to standard error."""
     from nrp_core.conformance.run import ALONE
     from nrp_core.errors import ExperimentError, NrpError

@@ -64,7 +64,7 @@ def replay(
     from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.recording.layout import check_folder
     from nrp_core.recording.reading.recording import Recording
-    from nrp_core.recording.replay.replay import Replay, ReplayRequest, Verdict
+    from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 
     if verify and record is not None:
         raise typer.BadParameter(
@@ -111,7 +111,7 @@ def replay(
             print_problems(result.judgement, details=False)
         if record is not None:
             typer.echo(f"recorded in {record}")
-    proved = outcome.verdict in (Verdict.IDENTICAL, Verdict.SAME)
+    proved = outcome.verdict in (ReplayVerdict.IDENTICAL, ReplayVerdict.SAME)
     raise typer.Exit(NO if verify and not proved else 0)
 
 

@@ -70,7 +70,7 @@ def video(
     from nrp_core.cli.progress import display
     from nrp_core.errors import did_you_mean
     from nrp_core.recording.reading.recording import Recording
-    from nrp_core.recording.video import VideoOptions, View, check_target
+    from nrp_core.recording.video import VideoOptions, ViewKind, check_target
     from nrp_core.recording.video import video as write
 
     with usage_errors("DIR"):
@@ -78,7 +78,7 @@ def video(
     with usage_errors("--output"):
         check_target(output)
     with usage_errors("--view"):
-        if view not in (known := [each.value for each in View]):
+        if view not in (known := [each.value for each in ViewKind]):
             raise ValueError(f"unknown view '{view}'{did_you_mean(view, known)}")
     begin_s = time_s(begin, "--from")
     end_s = inf if until is None else time_s(until, "--until")
@@ -97,7 +97,16 @@ def video(
         view, {"--camera": camera, "--robot": robot, "--eye": eye, "--target": target, "--size": size}
     )
     options = VideoOptions(
-        camera, View(view), speed, begin_s, end_s, width, height, robot=robot, eye=from_where, target=to_where
+        camera,
+        ViewKind(view),
+        speed,
+        begin_s,
+        end_s,
+        width,
+        height,
+        robot=robot,
+        eye=from_where,
+        target=to_where,
     )
     if not source.complete:
         message = "the recording is truncated or damaged: only its intact part is shown"

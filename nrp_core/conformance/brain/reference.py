@@ -28,7 +28,7 @@ class Arrival:
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class ReferenceTrace:
     """The response of a cell.
 
     Args:
@@ -55,7 +55,7 @@ class Trace:
 def simulate(
     sample: Sample, arrivals: Sequence[Arrival] = (), *, until_ms: float, current_na: float = 0.0,
     stop_at: float = inf, **parameters: float,
-) -> Trace:  # fmt: skip
+) -> ReferenceTrace:  # fmt: skip
     """Integrate a cell from rest.
 
     Args:
@@ -74,7 +74,7 @@ def simulate(
 def _simulate(
     sample: Sample, arrivals: tuple[Arrival, ...], until_ms: float, current_na: float, stop_at: float,
     changes: tuple[tuple[str, float], ...],
-) -> Trace:  # fmt: skip
+) -> ReferenceTrace:  # fmt: skip
     cell = _cell(sample, {**sample.all_parameters, **dict(changes)}, current_na)
     due: dict[int, list[Arrival]] = {}
     for arrival in arrivals:
@@ -95,7 +95,7 @@ def _simulate(
             if len(spikes) >= stop_at:
                 break
             free_at = t + crossed + cell.refractory_ms
-    return Trace(tuple(voltages), tuple(spikes), tuple(recoveries))
+    return ReferenceTrace(tuple(voltages), tuple(spikes), tuple(recoveries))
 
 
 def first_spike_ms(sample: Sample, arrivals: Sequence[Arrival], *, current_na: float = 0.0) -> float:

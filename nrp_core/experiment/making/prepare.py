@@ -76,7 +76,7 @@ Review = Callable[[Side[BrainBackend], Network], Findings]
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class PlanParts:
     """The parts of an experiment, as far as they could be made; a part that could not be made is None.
 
     Args:
@@ -172,7 +172,7 @@ def make_parts(
     progress: ProgressCallback = no_progress,
     build: Build | None = None,
     review: Review | None = None,
-) -> Parts:
+) -> PlanParts:
     """Make the parts of an experiment except its transfer functions; mistakes become findings.
 
     Args:
@@ -198,7 +198,7 @@ def make_parts(
     network = build_network(experiment, collector, build)
     is_accepted = _is_accepted(experiment, brain, network, review or _review, collector)
     stage = None if scene is None else _make_stage(experiment, world, scene, collector)
-    return Parts(experiment, brain, world, network, scene, stage, parameters, is_accepted, collector)
+    return PlanParts(experiment, brain, world, network, scene, stage, parameters, is_accepted, collector)
 
 
 # -- backends
@@ -430,7 +430,7 @@ def _own_topics(
     return None
 
 
-def load_functions(parts: Parts) -> tuple[TransferFunction, ...]:
+def load_functions(parts: PlanParts) -> tuple[TransferFunction, ...]:
     """Return the transfer functions of an experiment, without those that cannot be bound; add findings."""
     experiment, collector = parts.experiment, parts.collector
     functions = tuple(maker_of(experiment).functions(experiment, collector))
@@ -443,7 +443,7 @@ def load_functions(parts: Parts) -> tuple[TransferFunction, ...]:
     return functions
 
 
-def mock_brain(parts: Parts) -> MockBrain:
+def mock_brain(parts: PlanParts) -> MockBrain:
     """Return a brain without a simulator that refuses what the backend refuses.
 
     Raises:

@@ -121,7 +121,7 @@ class LostMessages(RunObserver[object]):
         ]
 
 
-class UnheardCommands:
+class CommandsWithoutReceiver:
     """Finds messages on topics without a subscriber: part of the world, function, event or criterion.
 
     A topic that the experiment declares may be for people and recordings; it is reported only if a

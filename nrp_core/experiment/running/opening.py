@@ -29,7 +29,7 @@ from nrp_core.experiment.making.prepare import (
 from nrp_core.experiment.making.watch import declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
-from nrp_core.experiment.running.lost_messages import LostMessages, SilentTopics, UnheardCommands
+from nrp_core.experiment.running.lost_messages import CommandsWithoutReceiver, LostMessages, SilentTopics
 from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.observers import Participant, RunObserver
 from nrp_core.experiment.running.problems import (
@@ -130,7 +130,7 @@ class OpenExperiment(Closing):
 
     def _report_problems(self) -> None:
         """Register what reports findings while the experiment runs."""
-        unheard = UnheardCommands(self.world, self.experiment.topics, lambda: self.loop.functions)
+        unheard = CommandsWithoutReceiver(self.world, self.experiment.topics, lambda: self.loop.functions)
         self._silent = SilentTopics(self.experiment, self.world, lambda: self.loop.functions)
         outside = LostMessages(self.loop)
         self.observers.append(outside)

@@ -20,7 +20,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.story import Coloured, Rgb, Story, Track
 from nrp_core.recording.figures.style import FAINT, INK, PAPER, points, time_colours
 from nrp_core.recording.layout import WORLD_FRAME
-from nrp_core.recording.reading.shapes import Shape, ShapeKind
+from nrp_core.recording.reading.shapes import RecordedShape, ShapeKind
 from nrp_core.world.rigid import Pose, rotation_matrix
 from nrp_core.world.scene.meshes.stl import parse_stl
 
@@ -45,7 +45,7 @@ class GroundOutline:
     outline: FloatArray
     bottom: float
     top: float
-    shape: Shape
+    shape: RecordedShape
 
     @property
     def is_ground(self) -> bool:
@@ -58,7 +58,7 @@ class GroundOutline:
         return self.bottom > _OVERHEAD_M
 
 
-def footprint(shape: Shape, frame: Pose) -> GroundOutline:
+def footprint(shape: RecordedShape, frame: Pose) -> GroundOutline:
     """Return the outline of a shape whose frame has this pose in the world."""
     pose = frame @ shape.pose
     corners = _corners(shape) @ rotation_matrix(pose.orientation).T + pose.position
@@ -67,7 +67,7 @@ def footprint(shape: Shape, frame: Pose) -> GroundOutline:
     return GroundOutline(np.asarray(hull, float), float(heights.min()), float(heights.max()), shape)
 
 
-def _corners(shape: Shape) -> FloatArray:
+def _corners(shape: RecordedShape) -> FloatArray:
     """Return points of a shape's hull in its own frame, shape ``(n, 3)``."""
     if shape.kind is ShapeKind.MESH:
         triangles = np.zeros((1, 3)) if shape.mesh is None else parse_stl(shape.mesh.tobytes())
@@ -180,7 +180,7 @@ def _bounds(outlines: Sequence[FloatArray], margin_m: float) -> Bounds:
     return Bounds(float(left), float(right), float(bottom), float(top))
 
 
-def _outlines(seen: Iterable[Shape], model: str, poses: Mapping[str, Pose]) -> list[FloatArray]:
+def _outlines(seen: Iterable[RecordedShape], model: str, poses: Mapping[str, Pose]) -> list[FloatArray]:
     return [
         footprint(shape, poses[shape.frame]).outline
         for shape in seen

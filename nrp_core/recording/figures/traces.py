@@ -47,7 +47,7 @@ def draw_timeline(axes: Axes, story: Story, coloured: Sequence[Coloured]) -> Non
 
 
 @dataclass(frozen=True)
-class Group:
+class RasterGroup:
     """Neurons that belong together in the raster: a label and, by population, their ids."""
 
     label: str
@@ -55,7 +55,7 @@ class Group:
     ids: tuple[int, ...]
 
 
-def groups(story: Story) -> list[Group]:
+def groups(story: Story) -> list[RasterGroup]:
     """Return the named groups of neurons, then the rest of each population.
 
     A neuron is shown once: in the smallest group that it belongs to.
@@ -67,14 +67,14 @@ def groups(story: Story) -> list[Group]:
         for name, populations in dict(brain.get("views") or {}).items()
         for label, ranges in populations.items()
     ]
-    named: list[Group] = []
+    named: list[RasterGroup] = []
     for name, label, ids in sorted(members, key=lambda member: len(member[2])):
         own = [i for i in ids if i in free[label]]
         free[label].difference_update(own)
         rest = name if len(own) == len(ids) else f"{name} (other)"
-        named += [Group(rest, label, tuple(own))] if own else []
+        named += [RasterGroup(rest, label, tuple(own))] if own else []
     named.sort(key=lambda group: (group.population, group.ids))
-    return named + [Group(label, label, tuple(sorted(ids))) for label, ids in free.items() if ids]
+    return named + [RasterGroup(label, label, tuple(sorted(ids))) for label, ids in free.items() if ids]
 
 
 def _sizes(story: Story, brain: Mapping[str, Any]) -> dict[str, int]:

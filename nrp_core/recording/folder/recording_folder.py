@@ -46,7 +46,7 @@ from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.sealing import file_digest, seal
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.hashes import Chain
-from nrp_core.recording.writing.recorder import Recorder
+from nrp_core.recording.writing.recorder import McapRecorder
 from nrp_core.world.messages.nrp_msgs import Called
 from nrp_core.world.scene.devices import View
 from nrp_core.world.scene.model import Mesh, Scene
@@ -233,7 +233,7 @@ class RecordingFolder(RunObserver[Run]):
         images: Images = Images.EXACT,
         files: FilesRead | None = None,
         snapshots_ns: int | None = SNAPSHOTS_NS,
-        origin: Origin | None = None,
+        origin: ContinuedRecording | None = None,
         calls: Iterable[Called] = (),
     ) -> None:
         self._run, self._folder, self._files = run, folder, files
@@ -241,7 +241,7 @@ class RecordingFolder(RunObserver[Run]):
         _make(folder)
         try:
             self._begin(images, origin)
-            self._recorder = Recorder(
+            self._recorder = McapRecorder(
                 run.brain, run.world, folder, period_ns=run.experiment.timestep, images=images,
                 chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
                 calls=calls,
@@ -256,7 +256,7 @@ class RecordingFolder(RunObserver[Run]):
         run.loop.hooks.from_outside.append(self._recorder.collector.note_from_outside)
         self._calls = CallNoter(run, self._recorder.collector.note_call, self._warnings)
 
-    def _begin(self, images: Images, origin: Origin | None) -> None:
+    def _begin(self, images: Images, origin: ContinuedRecording | None) -> None:
         """Write everything that is known before the first message."""
         with self._on_disk("begun"):
             self._root = _copy_files(self._used_files(), self._folder)
@@ -363,7 +363,7 @@ class RecordingFolder(RunObserver[Run]):
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class ContinuedRecording:
     """The start of a continued run: the name of a recording, the time, and its chain of hashes there."""
 
     recording: str

@@ -132,7 +132,7 @@ class Flaw:
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class IntegrityCheck:
     """The result of a check.
 
     Args:
@@ -174,13 +174,13 @@ class Check:
         return f": it has {seconds(until_ns):g} s, which match the hashes of their steps"
 
 
-def check_messages(file: Path) -> Check:
+def check_messages(file: Path) -> IntegrityCheck:
     """Check a file of messages by itself."""
     chain, problems = _check_chain(file, None, finished=False)
-    return Check(tuple(problems), finished=False, undigested=(file.name,), chain=chain)
+    return IntegrityCheck(tuple(problems), finished=False, undigested=(file.name,), chain=chain)
 
 
-def check_folder_of(folder: Path) -> Check:
+def check_folder_of(folder: Path) -> IntegrityCheck:
     """Compare every file of a recording with its digest, and messages without one with their hashes.
 
     Without an intact ``run.json`` they cannot be compared.
@@ -189,7 +189,7 @@ def check_folder_of(folder: Path) -> Check:
         run = read_sealed(folder / RUN_NAME)
     except ExperimentError as error:
         problem = error.message if (folder / RUN_NAME).exists() else MISSING
-        return Check(
+        return IntegrityCheck(
             (Flaw(RUN_NAME, problem, "the description of the run, and the digests of all other files"),),
             finished=False,
         )
@@ -202,7 +202,7 @@ def check_folder_of(folder: Path) -> Check:
         flaws += problems
     own = [name for name in (MCAP_NAME, EXPERIMENT_NAME) if (folder / name).is_file()]
     present = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-    return Check(
+    return IntegrityCheck(
         tuple(flaws),
         finished,
         undigested=tuple(name for name in own if name not in digests),

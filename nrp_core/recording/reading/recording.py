@@ -17,7 +17,7 @@ from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.paths import path_of
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role
-from nrp_core.recording.reading.check import Check, check_folder_of, check_messages
+from nrp_core.recording.reading.check import IntegrityCheck, check_folder_of, check_messages
 from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic, is_mcap
 from nrp_core.recording.reading.tables import events_of, frame_of, segment_of
 from nrp_core.recording.sealing import read_sealed
@@ -83,7 +83,7 @@ class Recording:
             pass
         return messages.whole
 
-    def check(self) -> Check:
+    def check(self) -> IntegrityCheck:
         """Compare every byte of the recording with the digests that were taken when it was written.
 
         Unfinished recordings and those of version 0.1 have no digest of their messages: these

@@ -45,7 +45,7 @@ class ShapeImage:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shape:
+class RecordedShape:
     """A shape in a frame.
 
     Args:
@@ -81,10 +81,10 @@ class RecordedScene:
     """
 
     def __init__(self) -> None:
-        self._shapes: dict[str, list[Shape]] = {}
+        self._shapes: dict[str, list[RecordedShape]] = {}
 
     @property
-    def shapes(self) -> list[Shape]:
+    def shapes(self) -> list[RecordedShape]:
         """All shapes."""
         return [shape for shapes in self._shapes.values() for shape in shapes]
 
@@ -100,7 +100,7 @@ class RecordedScene:
         return [entity.id for entity in message.entities]
 
 
-def _entity_shapes(entity: SceneEntity) -> Iterator[Shape]:
+def _entity_shapes(entity: SceneEntity) -> Iterator[RecordedShape]:
     for kind, primitives in (
         (ShapeKind.BOX, entity.cubes),
         (ShapeKind.ELLIPSOID, entity.spheres),
@@ -108,11 +108,11 @@ def _entity_shapes(entity: SceneEntity) -> Iterator[Shape]:
     ):
         for each in primitives:
             size, color = vector_of(each.size), _rgba(each.color)
-            yield Shape(entity.id, entity.frame_id, kind, pose_of(each.pose), size, color)
+            yield RecordedShape(entity.id, entity.frame_id, kind, pose_of(each.pose), size, color)
     for model in entity.models:
         scale, color = vector_of(model.scale), _rgba(model.color)
         pose = pose_of(model.pose)
-        yield Shape(entity.id, entity.frame_id, ShapeKind.MESH, pose, scale, color, *_mesh(model))
+        yield RecordedShape(entity.id, entity.frame_id, ShapeKind.MESH, pose, scale, color, *_mesh(model))
 
 
 def _mesh(model: ModelPrimitive) -> tuple[npt.NDArray[np.uint8], ShapeImage | None]:
@@ -123,10 +123,12 @@ def _mesh(model: ModelPrimitive) -> tuple[npt.NDArray[np.uint8], ShapeImage | No
     return np.frombuffer(stl_bytes(triangles), np.uint8), ShapeImage(data, tint, coordinates)
 
 
-def _marker_shape(marker: Any) -> Shape:
+def _marker_shape(marker: Any) -> RecordedShape:
     kinds = {SPHERE: ShapeKind.ELLIPSOID, CYLINDER: ShapeKind.CYLINDER, MESH_RESOURCE: ShapeKind.MESH}
     kind, size = kinds.get(marker.type, ShapeKind.BOX), vector_of(marker.scale)
-    return Shape(marker.ns, marker.header.frame_id, kind, pose_of(marker.pose), size, _rgba(marker.color))
+    return RecordedShape(
+        marker.ns, marker.header.frame_id, kind, pose_of(marker.pose), size, _rgba(marker.color)
+    )
 
 
 def _rgba(color: Any) -> tuple[float, float, float, float]:

@@ -24,13 +24,13 @@ from nrp_core.recording.folder.calls import LOST, changes_functions, lost_call, 
 from nrp_core.recording.folder.recording_folder import (
     FORMAT,
     OLDEST_FORMAT,
-    Origin,
+    ContinuedRecording,
     RecordingFolder,
     recorded_experiment,
 )
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS, Images
-from nrp_core.recording.reading.check import Check, Flaw
+from nrp_core.recording.reading.check import Flaw, IntegrityCheck
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
 from nrp_core.recording.replay.recorded_world import (
@@ -62,7 +62,7 @@ def require_format(recording: Recording) -> None:
         )
 
 
-def explanations(recording: Recording, check: Check) -> Iterator[Finding]:
+def explanations(recording: Recording, check: IntegrityCheck) -> Iterator[Finding]:
     """Yield findings about a recording itself: files that were changed or are missing, and others."""
     if not recording.run:
         yield _differs(f"it has no {RUN_NAME}, so the versions and files of its run are unknown", RUN_NAME)
@@ -117,7 +117,7 @@ def _join_names(names: list[str]) -> str:
     return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more with other versions" if more > 0 else "")
 
 
-class Verdict(StrEnum):
+class ReplayVerdict(StrEnum):
     """Whether a replay equals its recording."""
 
     IDENTICAL = "identical"
@@ -154,18 +154,18 @@ class ReplayResult:
     warnings: Findings = field(default_factory=Findings)
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> ReplayVerdict:
         """Whether everything is equal."""
         if self.difference is not None:
-            return Verdict.DIFFERENT
+            return ReplayVerdict.DIFFERENT
         if self.flaws or not self.steps:
-            return Verdict.UNPROVED
-        return Verdict.SAME if self.not_compared else Verdict.IDENTICAL
+            return ReplayVerdict.UNPROVED
+        return ReplayVerdict.SAME if self.not_compared else ReplayVerdict.IDENTICAL
 
     @property
     def identical(self) -> bool:
         """Whether everything that was recorded was compared, and is equal."""
-        return self.verdict is Verdict.IDENTICAL
+        return self.verdict is ReplayVerdict.IDENTICAL
 
 
 Recorded = Literal["brain", "world"]
@@ -211,7 +211,7 @@ class Replay(Closing):
         progress: ProgressCallback = no_progress,
         *,
         files: FilesRead | None = None,
-        check: Check | None = None,
+        check: IntegrityCheck | None = None,
     ) -> None:
         require_format(recording)
         self._recording, self._request, self._progress, self._files = recording, request, progress, files
@@ -462,7 +462,9 @@ class Replay(Closing):
         if self._edited is not None:
             self._take_up(self._edited)
         if self._request.record is not None:
-            origin = Origin(str(self._recording.folder.name), now_ns, self._chain) if now_ns else None
+            origin = (
+                ContinuedRecording(str(self._recording.folder.name), now_ns, self._chain) if now_ns else None
+            )
             recording_folder = RecordingFolder(
                 self.run, self._request.record, images=_images(self._recording), files=self._files,
                 origin=origin, calls=self._changes,

@@ -17,7 +17,7 @@ Progress = Callable[[int, int], None]
 """Called with the number of images written, and the total."""
 
 
-class View(StrEnum):
+class ViewKind(StrEnum):
     """The place of the camera in a drawn video."""
 
     ABOVE = "above"
@@ -44,7 +44,7 @@ class VideoOptions:
     """
 
     camera: str | None = None
-    view: View = View.FOLLOW
+    view: ViewKind = ViewKind.FOLLOW
     speed: float = 1.0
     begin_s: float = 0.0
     end_s: float = inf

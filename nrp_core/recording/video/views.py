@@ -20,8 +20,8 @@ from nrp_core.recording.images import Pixels, pixels_of
 from nrp_core.recording.layout import WORLD_FRAME, Role
 from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.reading.shapes import RecordedScene, Shape, ShapeKind
-from nrp_core.recording.video import Vector, VideoOptions, View
+from nrp_core.recording.reading.shapes import RecordedScene, RecordedShape, ShapeKind
+from nrp_core.recording.video import Vector, VideoOptions, ViewKind
 from nrp_core.world.model_states import pose_of, transform_pose
 from nrp_core.world.render.portrait import ShadedView
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
@@ -95,7 +95,7 @@ class Stage:
         mesh: the triangles.
     """
 
-    def __init__(self, shapes: Sequence[Shape], kept: ExitStack) -> None:
+    def __init__(self, shapes: Sequence[RecordedShape], kept: ExitStack) -> None:
         folder = Path(kept.enter_context(TemporaryDirectory()))
         names = dict.fromkeys(shape.frame for shape in shapes)
         models = [_model(name, [shape for shape in shapes if shape.frame == name], folder) for name in names]
@@ -113,7 +113,7 @@ class Stage:
         return self.mesh.in_world(self._frames)
 
 
-def _model(frame: str, shapes: Sequence[Shape], folder: Path) -> Model:
+def _model(frame: str, shapes: Sequence[RecordedShape], folder: Path) -> Model:
     visuals = tuple(
         Visual(f"{number}", _geometry(shape, folder), shape.pose, shape.rgba, texture=_texture(shape, folder))
         for number, shape in enumerate(shapes)
@@ -123,7 +123,7 @@ def _model(frame: str, shapes: Sequence[Shape], folder: Path) -> Model:
     return Model(frame, (link,), static=frame == WORLD_FRAME)
 
 
-def _geometry(shape: Shape, folder: Path) -> Geometry:
+def _geometry(shape: RecordedShape, folder: Path) -> Geometry:
     x, y, z = shape.size
     match shape.kind:
         case ShapeKind.BOX:
@@ -144,7 +144,7 @@ def _geometry(shape: Shape, folder: Path) -> Geometry:
             return Mesh(path, shape.size)
 
 
-def _texture(shape: Shape, folder: Path) -> Texture | None:
+def _texture(shape: RecordedShape, folder: Path) -> Texture | None:
     if shape.image is None:
         return None
     path = folder / f"{abs(hash(shape.image.data))}.image"
@@ -306,10 +306,10 @@ def _follow(playback: Playback, t_ns: int, scene: RecordedScene, poses: dict[str
     return changed
 
 
-def _visible_shapes(scene: RecordedScene, view: View) -> list[Shape]:
+def _visible_shapes(scene: RecordedScene, view: ViewKind) -> list[RecordedShape]:
     """Return the shapes to draw, without overhead ones, which would hide the scene from above."""
     seen = [shape for shape in scene.shapes if shape.rgba[3] > 0]
-    if view is not View.ABOVE:
+    if view is not ViewKind.ABOVE:
         return seen
     return [s for s in seen if s.frame != WORLD_FRAME or not footprint(s, Pose()).is_overhead]
 
@@ -320,11 +320,11 @@ def _viewpoint(recording: Recording, options: VideoOptions) -> Viewpoint:
         raise ExperimentError("the recording has no scene", path=recording.file)
     bounds = RoomView.of(story).focus(story.coloured())
     match options.view:
-        case View.ABOVE:
+        case ViewKind.ABOVE:
             return from_above(bounds, options.width / options.height)
-        case View.FREE:
+        case ViewKind.FREE:
             return free(bounds, options.eye, options.target)
-        case View.FOLLOW:
+        case ViewKind.FOLLOW:
             return _follower(story, options.robot, recording)
 
 

@@ -30,8 +30,8 @@ from nrp_core.recording.writing.signals import (
     PopulationSpikes,
     RecordEntry,
     Scenery,
-    Sensor,
     Signal,
+    TopicMessages,
     about_role,
 )
 from nrp_core.recording.writing.writer import McapFile
@@ -140,7 +140,7 @@ class StepCollector:
         if topic.direction is not Direction.OUT:
             return
         if topic.type is not Image:
-            self._signals.append(Sensor(self._world, topic, self._period_ns))
+            self._signals.append(TopicMessages(self._world, topic, self._period_ns))
         elif self._images is Images.HASH:
             self._signals.append(CameraHashes(self._world, topic, self._period_ns))
         elif self._images is not Images.OFF:
@@ -213,7 +213,7 @@ LATE_S, LOOK_S = 0.07, 0.02
 checks, s: together less than the tenth of a second of data that a kill may lose."""
 
 
-class Recorder:
+class McapRecorder:
     """Writes the data of a brain and a world into an MCAP file during a run.
 
     Memory does not grow with the recording. The data of a step are written a tenth of a second after its end,

@@ -44,7 +44,7 @@ _PLANE_THICKNESS_M = 0.002
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class PlacedVisual:
     """A visual and its place.
 
     Args:
@@ -62,7 +62,7 @@ class Shown:
     texture: Texture | None = None
 
 
-def shown_visuals(scene: Scene, frames: Frames, colors: Mapping[str, Rgba]) -> dict[str, Shown]:
+def shown_visuals(scene: Scene, frames: Frames, colors: Mapping[str, Rgba]) -> dict[str, PlacedVisual]:
     """Return every visual of a scene by its path, ``model/link/visual``.
 
     Args:
@@ -77,11 +77,13 @@ def shown_visuals(scene: Scene, frames: Frames, colors: Mapping[str, Rgba]) -> d
             path = f"{model.name}/{link.name}/{visual.name}"
             rgba = colors.get(path, visual.rgba)
             texture = visual.texture if rgba == visual.rgba else None
-            shown[path] = Shown(frame, place @ visual.pose, visual.geometry, rgba, texture)
+            shown[path] = PlacedVisual(frame, place @ visual.pose, visual.geometry, rgba, texture)
     return shown
 
 
-def scene_update(before: Mapping[str, Shown], now: Mapping[str, Shown], now_ns: int) -> SceneUpdate:
+def scene_update(
+    before: Mapping[str, PlacedVisual], now: Mapping[str, PlacedVisual], now_ns: int
+) -> SceneUpdate:
     """Return the entities to remove and to add, so that a viewer changes from ``before`` to ``now``."""
     stamp = Time.from_ns(now_ns)
     gone = [SceneEntityDeletion(stamp, id=path) for path in before if path not in now]
@@ -89,7 +91,7 @@ def scene_update(before: Mapping[str, Shown], now: Mapping[str, Shown], now_ns: 
     return SceneUpdate(gone, new)
 
 
-def _entity(stamp: Time, path: str, shown: Shown) -> SceneEntity:
+def _entity(stamp: Time, path: str, shown: PlacedVisual) -> SceneEntity:
     entity = SceneEntity(stamp, shown.frame, path, frame_locked=True)
     pose, color = pose_message(shown.pose), Color(*shown.rgba)
     textured = _with_texture(shown, color) if shown.texture else None
@@ -123,7 +125,7 @@ def _cylinder(pose: Pose, radius: float, length: float, color: Color) -> Cylinde
     return CylinderPrimitive(pose_message(pose), Vector3(2 * radius, 2 * radius, length), color=color)
 
 
-def _with_texture(shown: Shown, color: Color) -> ModelPrimitive | None:
+def _with_texture(shown: PlacedVisual, color: Color) -> ModelPrimitive | None:
     """Return a shape with its image; None if it has no texture coordinates or its image cannot be read."""
     geometry, texture = shown.geometry, shown.texture
     assert texture is not None

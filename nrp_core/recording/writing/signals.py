@@ -32,7 +32,7 @@ from nrp_core.recording.layout import (
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.encoding import Parts, TransformsEncoder
 from nrp_core.recording.writing.frames import Frames, SceneFrames
-from nrp_core.recording.writing.scenery import Shown, scene_update, shown_visuals
+from nrp_core.recording.writing.scenery import PlacedVisual, scene_update, shown_visuals
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.foxglove_msgs import SceneUpdate
 from nrp_core.world.messages.gazebo_msgs import ModelStates
@@ -97,7 +97,7 @@ class Scenery(Signal):
         self._world, self._frames = world, frames
         self._scene: Scene | None = None
         self._colors: dict[str, Rgba] = {}
-        self._shown: dict[str, Shown] = {}
+        self._shown: dict[str, PlacedVisual] = {}
 
     def take(self, now_ns: int, add: Add) -> None:
         scene, colors = self._world.scene, self._world.engine.visual_colors
@@ -132,7 +132,7 @@ class MovingModels(Signal):
             add(RecordEntry(now_ns, MODEL_STATES, ModelStates, self._about, self._encode(motions)))
 
 
-class Sensor(Signal):
+class TopicMessages(Signal):
     """The messages of one outgoing topic; a value without a rate is recorded once per step.
 
     Args:
@@ -162,7 +162,7 @@ class Sensor(Signal):
         self._world.unsubscribe(self._subscription)
 
 
-class CameraImages(Sensor):
+class CameraImages(TopicMessages):
     """The images of one camera, compressed if requested and possible."""
 
     _about = about_role(Role.CAMERA)
@@ -181,7 +181,7 @@ class CameraImages(Sensor):
         return RecordEntry(stamped.t_ns, topic, Image, self._about, encoding.image(image))
 
 
-class CameraHashes(Sensor):
+class CameraHashes(TopicMessages):
     """A hash of each image of one camera."""
 
     def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:

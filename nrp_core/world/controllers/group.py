@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isfinite
 from operator import le
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -15,12 +15,14 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.world.part import Part
 from nrp_core.world.rigid import JointTargets
-from nrp_core.world.scene.devices import GroupController, PairController
+from nrp_core.world.scene.devices import GroupController, PairController, TrajectoryController
 from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
 
+C = TypeVar("C", GroupController, PairController, TrajectoryController)
 
-class LedTogether:
+
+class JointGroup:
     """Leads joints of a model, firm ones with one call of the engine.
 
     Args:
@@ -85,8 +87,8 @@ class LedTogether:
         return True
 
 
-class GroupPart(Part):
-    """Leads the joints of one :class:`~nrp_core.world.scene.devices.GroupController`.
+class JointsPart(Part, Generic[C]):
+    """Leads the joints of one controller of several joints.
 
     Args:
         controller: the data of the controller.
@@ -96,47 +98,43 @@ class GroupPart(Part):
     """
 
     def __init__(
-        self,
-        controller: GroupController,
-        parts: Mapping[str, ControllerPart],
-        model: Model,
-        engine: Engine,
+        self, controller: C, parts: Mapping[str, ControllerPart], model: Model, engine: Engine
     ) -> None:
-        self._name, self._joints = controller.name, controller.joints
-        own = {joint: parts[joint] for joint in controller.joints}
-        self._led = LedTogether(controller.topic, own, model.name, engine)
-        what = f"{controller.kind} of {', '.join(controller.joints)} of {model.name}"
+        self._controller: C = controller
+        self._model, self._engine = model, engine
+        self._parts = {joint: parts[joint] for joint in controller.joints}
+        self._open()
+
+    def _open(self) -> None:
+        """Set the topics, and what else the part needs."""
+        raise NotImplementedError
+
+
+class GroupPart(JointsPart[GroupController]):
+    """Leads the joints of one :class:`~nrp_core.world.scene.devices.GroupController`."""
+
+    def _open(self) -> None:
+        controller, model = self._controller, self._model.name
+        self._led = JointGroup(controller.topic, self._parts, model, self._engine)
+        what = f"{controller.kind} of {', '.join(controller.joints)} of {model}"
         self.topics = (TopicInfo(controller.topic, Float64MultiArray, Direction.IN, what=what),)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        if len(message.data) != len(self._joints):
-            count = len(self._joints)
-            raise TopicError(f"{topic}: '{self._name}' has {count} joints; {len(message.data)} numbers came")
+        joints = self._controller.joints
+        if (count := len(message.data)) != len(joints):
+            name = self._controller.name
+            raise TopicError(f"{topic}: '{name}' has {len(joints)} joints; {count} numbers came")
         values = np.asarray(message.data, dtype=float).tolist()
         if not isfinite(sum(values)) and not all(map(isfinite, values)):  # of a sum first: it is faster
             raise TopicError(f"{topic}: every number must be finite, not {values}")
-        self._led.lead(JointTargets(self._joints, values, (), smooth=True), now_ns)
+        self._led.lead(JointTargets(joints, values, (), smooth=True), now_ns)
 
 
-class PairPart(Part):
-    """Leads the joints of one :class:`~nrp_core.world.scene.devices.PairController`.
+class PairPart(JointsPart[PairController]):
+    """Leads the joints of one :class:`~nrp_core.world.scene.devices.PairController`."""
 
-    Args:
-        controller: the data of the controller.
-        parts: the controller part of each joint.
-        model: the model of the joints.
-        engine: the engine that moves it.
-    """
-
-    def __init__(
-        self,
-        controller: PairController,
-        parts: Mapping[str, ControllerPart],
-        model: Model,
-        engine: Engine,
-    ) -> None:
-        self._controller = controller
-        self._parts = [parts[joint] for joint in controller.joints]
+    def _open(self) -> None:
+        controller, model = self._controller, self._model
         first, second = controller.joints
         unit = unit_of(model, first, controller.kind)
         what = f"{controller.kind} of {model.name}/{controller.name}, {unit}: "
@@ -145,7 +143,7 @@ class PairPart(Part):
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         controller = self._controller
-        first, second = (part.target_now(controller.kind) for part in self._parts)
+        first, second = (part.target_now(controller.kind) for part in self._parts.values())
         values = controller.apart(float(message.data), first, second)
-        for part, value in zip(self._parts, values, strict=True):
+        for part, value in zip(self._parts.values(), values, strict=True):
             part.lead(topic, Target(value), now_ns)

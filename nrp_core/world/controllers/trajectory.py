@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -12,17 +12,13 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.errors import TopicError, did_you_mean
-from nrp_core.world.controllers.group import LedTogether
-from nrp_core.world.controllers.joint import ControllerPart
-from nrp_core.world.engine import Engine
+from nrp_core.world.controllers.group import JointGroup, JointsPart
 from nrp_core.world.messages.base import Time, invalid_field, ns_of, type_name
 from nrp_core.world.messages.control_msgs import JointTrajectoryControllerState
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
-from nrp_core.world.part import Part
 from nrp_core.world.rigid import JointTargets
 from nrp_core.world.scene.devices import TrajectoryController
-from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
 
 
@@ -115,29 +111,16 @@ _LATEST_NS = 2**62
 """Times beyond this, 146 years, are mistakes."""
 
 
-class TrajectoryPart(Part):
+class TrajectoryPart(JointsPart[TrajectoryController]):
     """Moves the joints of one :class:`~nrp_core.world.scene.devices.TrajectoryController`.
 
     A trajectory replaces the previous one from its start on, for the joints that it names; one without points
     stops them at their present targets. A joint that gets another command leaves the trajectory.
-
-    Args:
-        controller: the data of the controller.
-        parts: the controller part of each joint.
-        model: the model of the joints.
-        engine: the engine that moves it.
     """
 
-    def __init__(
-        self,
-        controller: TrajectoryController,
-        parts: Mapping[str, ControllerPart],
-        model: Model,
-        engine: Engine,
-    ) -> None:
-        self._controller, self._model, self._engine = controller, model.name, engine
-        self._parts = {joint: parts[joint] for joint in controller.joints}
-        self._led = LedTogether(controller.command_topic, self._parts, model.name, engine)
+    def _open(self) -> None:
+        controller, model = self._controller, self._model
+        self._led = JointGroup(controller.command_topic, self._parts, model.name, self._engine)
         self._turning = {joint.name for joint in model.joints if joint.kind == "continuous"}
         self._paths: dict[str, JointPath] = {}
         what = f"trajectory of {', '.join(controller.joints)} of {model.name}"
@@ -167,7 +150,7 @@ class TrajectoryPart(Part):
         self._follow_trajectory(now_ns)
 
     def read(self, topic: str, now_ns: int) -> JointTrajectoryControllerState:
-        joints, states = self._controller.joints, self._engine.joint_states(self._model)
+        joints, states = self._controller.joints, self._engine.joint_states(self._model.name)
         rows = [states.names.index(joint) for joint in joints]
         position, velocity = states.positions[rows], states.velocities[rows]
         aims = [self._target_at(joint, now_ns, now_ns) for joint in joints]
@@ -232,7 +215,7 @@ class TrajectoryPart(Part):
         self._paths[joint] = JointPath((*first, *(ahead or knots[-1:])), before)
 
     def _here(self, joint: str, t_ns: int) -> Knot:
-        states = self._engine.joint_states(self._model)
+        states = self._engine.joint_states(self._model.name)
         row = states.names.index(joint)
         return Knot(t_ns, float(states.positions[row]), float(states.velocities[row]), 0.0)
 

@@ -77,7 +77,7 @@ class Look:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class VisualInFile:
     """A visual in a file; a mesh may have several shapes, and none if it is missing."""
 
     name: str
@@ -102,7 +102,7 @@ def build_link(
     name: str,
     pose: Pose,
     inertial: Inertial | None,
-    shown: Sequence[Shown],
+    shown: Sequence[VisualInFile],
     touched: Sequence[Touched],
     sensors: Iterable[MountedSensor],
 ) -> Link:

@@ -169,7 +169,7 @@ class EventCamera(ImageSensor):
         return EventCameraPart(self, model.name, link, engine)
 
 
-class Events(NamedTuple):
+class PixelEvents(NamedTuple):
     """Events in the order of their times: columns and rows of pixels, times (ns), and whether brighter."""
 
     x: IntArray
@@ -189,7 +189,7 @@ class Pixels:
         self._thresholds = thresholds
         self._before: tuple[int, FloatArray, FloatArray] | None = None
 
-    def see(self, brightness: FloatArray, now_ns: int) -> Events:
+    def see(self, brightness: FloatArray, now_ns: int) -> PixelEvents:
         """Return the events since the last image; the first image gives none.
 
         Args:
@@ -216,7 +216,7 @@ class Pixels:
         t_ns = then_ns + np.rint(share.clip(0, 1) * (now_ns - then_ns)).astype(np.int64)
         order = np.argsort(t_ns, kind="stable")
         brighter = (signs[y, x] > 0).astype(np.int64)
-        return Events(x[order], y[order], t_ns[order], brighter[order])
+        return PixelEvents(x[order], y[order], t_ns[order], brighter[order])
 
     def reset(self) -> None:
         """Forget the images."""
@@ -243,7 +243,7 @@ class EventCameraPart(SensorPart):
             self._served(camera.packets_topic, EventPacket, f"events of {size}, compact"),
         )
         self._made: Pixels | None = None
-        self._last: tuple[int, int, Events] | None = None
+        self._last: tuple[int, int, PixelEvents] | None = None
         self._sequence = 0
 
     @property
@@ -272,7 +272,7 @@ class EventCameraPart(SensorPart):
         self._sequence += 1
         return EventPacket(header, height, width, self._sequence, since_ns, "mono", False, data)
 
-    def _events(self, now_ns: int) -> tuple[int, Events]:
+    def _events(self, now_ns: int) -> tuple[int, PixelEvents]:
         """Return the events since the last image with its time, the same for both forms."""
         if self._last is None or self._last[1] != now_ns:
             since_ns = now_ns if self._last is None else self._last[1]

@@ -8,14 +8,14 @@ import pytest
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
 from nrp_core.conformance.brain.kit import SAMPLES, cells, connect, spikes
-from nrp_core.conformance.brain.reference import Arrival, Trace, simulate
+from nrp_core.conformance.brain.reference import Arrival, ReferenceTrace, simulate
 
 SAMPLE = SAMPLES["IF_curr_exp_frozen"]
 EMITTED = [5.0, 8.0, 11.0, 14.5, 19.0, 22.0, 22.5, 24.0, 31.0, 38.0, 40.0, 45.0, 60.0]
 STRONG, DELAY_MS, UNTIL_MS = 130.0, 1.0, 70.0
 
 
-def reference(kind: str) -> Trace:
+def reference(kind: str) -> ReferenceTrace:
     """Return the response of the cell, or of one that is like it except for its synapses."""
     arrivals = [Arrival(t + DELAY_MS, STRONG) for t in EMITTED]
     if kind == SAMPLE.cell_type:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network.filters import Kernel, LeakyMembrane, driven
+from nrp_core.brain.network.filters import LeakyMembrane, MembraneKernel, driven
 
 taus = st.floats(0.05, 200.0)
 trains = st.lists(st.tuples(st.floats(0.0, 50.0), st.floats(-2.0, 2.0)), max_size=8)
@@ -18,7 +18,7 @@ def integral(values: np.ndarray, step: float) -> float:
     return float((values[:-2:2] + 4 * values[1:-1:2] + values[2::2]).sum() * step / 3.0)
 
 
-def membrane(kernel: Kernel, train: list[tuple[float, float]]) -> LeakyMembrane:
+def membrane(kernel: MembraneKernel, train: list[tuple[float, float]]) -> LeakyMembrane:
     new = LeakyMembrane(kernel)
     for spike in train:
         new.push([spike])
@@ -42,23 +42,23 @@ def test_a_decaying_current_contributes_its_integral_against_the_leak(
 @pytest.mark.parametrize("alpha", [False, True])
 @pytest.mark.parametrize(("tau_m", "tau_syn"), [(10.0, 2.0), (2.0, 10.0), (5.0, 5.0), (20.0, 0.5)])
 def test_the_area_under_one_spike_is_the_kernels(alpha: bool, tau_m: float, tau_syn: float) -> None:
-    kernel = Kernel(alpha, tau_m, tau_syn, cm_nf=0.5)
+    kernel = MembraneKernel(alpha, tau_m, tau_syn, cm_nf=0.5)
     one = membrane(kernel, [(0.0, 1.0)])
     t = np.linspace(0.0, 400.0, 20_001)
     assert integral(np.array([one.voltage_mv(x) for x in t]), 0.02) == pytest.approx(kernel.area, rel=1e-6)
 
 
 def test_the_alpha_integrator_of_the_platform_peaks_where_it_should() -> None:
-    one = membrane(Kernel(alpha=True, tau_m_ms=10.0, tau_syn_ms=2.0), [(0.0, 0.01)])
+    one = membrane(MembraneKernel(alpha=True, tau_m_ms=10.0, tau_syn_ms=2.0), [(0.0, 0.01)])
     t = np.arange(6.0, 7.5, 0.001)
     voltages = [one.voltage_mv(x) for x in t]
     assert max(voltages) == pytest.approx(0.032502, abs=5e-7)
     assert t[int(np.argmax(voltages))] == pytest.approx(6.651, abs=1e-3)
-    assert 0.01 * Kernel(True, 10.0, 2.0).area == pytest.approx(0.543656, abs=1e-6)
+    assert 0.01 * MembraneKernel(True, 10.0, 2.0).area == pytest.approx(0.543656, abs=1e-6)
 
 
 def test_without_spikes_it_settles_under_its_constant_current() -> None:
-    kernel = Kernel(False, 10.0, 2.0, cm_nf=0.5, v_rest_mv=-65.0, i_offset_na=0.25)
+    kernel = MembraneKernel(False, 10.0, 2.0, cm_nf=0.5, v_rest_mv=-65.0, i_offset_na=0.25)
     quiet = LeakyMembrane(kernel)
     assert kernel.settled_mv == -60.0
     assert quiet.voltage_mv(0.0) == -65.0
@@ -70,7 +70,7 @@ def test_without_spikes_it_settles_under_its_constant_current() -> None:
 def test_reading_leaves_no_trace(
     train: list[tuple[float, float]], alpha: bool, tau_m: float, tau_syn: float, reads: list[float]
 ) -> None:
-    kernel = Kernel(alpha, tau_m, tau_syn, v_rest_mv=3.0)
+    kernel = MembraneKernel(alpha, tau_m, tau_syn, v_rest_mv=3.0)
     read_often, read_once = membrane(kernel, train), membrane(kernel, train)
     for t_ms in sorted(reads):
         read_often.voltage_mv(t_ms)
@@ -81,7 +81,7 @@ def test_reading_leaves_no_trace(
 def test_the_order_in_which_spikes_are_announced_does_not_matter(
     train: list[tuple[float, float]], data: st.DataObject
 ) -> None:
-    kernel = Kernel(True, 7.0, 3.0)
+    kernel = MembraneKernel(True, 7.0, 3.0)
     shuffled = data.draw(st.permutations(train))
     assert membrane(kernel, train).voltage_mv(55.0) == membrane(kernel, shuffled).voltage_mv(55.0)
 
@@ -90,7 +90,7 @@ def test_the_order_in_which_spikes_are_announced_does_not_matter(
 def test_a_restored_membrane_continues_with_its_spikes_in_transit(
     train: list[tuple[float, float]], cut: float
 ) -> None:
-    kernel = Kernel(False, 7.0, 3.0)
+    kernel = MembraneKernel(False, 7.0, 3.0)
     original, other = membrane(kernel, train), LeakyMembrane(kernel)
     original.voltage_mv(cut)
     other.restore(original.state())

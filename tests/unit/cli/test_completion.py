@@ -15,7 +15,7 @@ from nrp_core.findings import Code
 from nrp_core.recording.export import Format
 from nrp_core.recording.figures import What
 from nrp_core.recording.figures.style import Panel
-from nrp_core.recording.video import View
+from nrp_core.recording.video import ViewKind
 
 
 def completed(*words: str) -> list[str]:
@@ -56,7 +56,7 @@ def test_completion_offers_exactly_the_valid_values() -> None:
     assert set(FORMATS) == {str(one) for one in Format}
     assert set(FIGURES) == {str(one) for one in What}
     assert set(PANELS) == {str(one) for one in Panel}
-    assert set(VIEWS) == {str(one) for one in View}
+    assert set(VIEWS) == {str(one) for one in ViewKind}
     assert len(Code) > 80
 
 

@@ -11,7 +11,7 @@ import pytest
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
 from nrp_core.dsl.testing import MockBrain
 from nrp_core.recording.layout import Images
-from nrp_core.recording.writing.recorder import Recorder
+from nrp_core.recording.writing.recorder import McapRecorder
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid import Pose
@@ -48,7 +48,7 @@ class Rig:
     brain: MockBrain
     world: World
     folder: Path
-    recorder: Recorder
+    recorder: McapRecorder
 
     def step(self, *, forward: float = 0.5, turn: float = 0.2) -> None:
         """Take a step of 20 ms with a command and two spikes, and record it."""
@@ -83,7 +83,7 @@ def make_rig(brain: MockBrain, world: World, tmp_path: Path) -> Iterator[Any]:
 
         def make(images: Images = Images.JPEG) -> Rig:
             world.subscribe("/husky/camera")
-            recorder = Recorder(brain, world, tmp_path, period_ns=PERIOD_NS, images=images)
+            recorder = McapRecorder(brain, world, tmp_path, period_ns=PERIOD_NS, images=images)
             stack.callback(recorder.close)
             return Rig(brain, world, tmp_path, recorder)
 

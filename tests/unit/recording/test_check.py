@@ -15,7 +15,7 @@ from nrp_core.recording.reading.check import MISSING
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
-from nrp_core.recording.replay.replay import Replay, ReplayRequest, Verdict
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 from nrp_core.recording.sealing import DAMAGED, seal
 from nrp_core.recording.writing import writer
 
@@ -139,18 +139,18 @@ def test_a_file_that_the_recording_does_not_list_is_reported_and_is_not_a_failur
     assert check.notes == ["experiment/notes.txt is not part of the recording"]
 
 
-def verdict(folder: Path, request: ReplayRequest | None = None) -> Verdict:
+def verdict(folder: Path, request: ReplayRequest | None = None) -> ReplayVerdict:
     with Replay(Recording(folder), request or ReplayRequest()) as again:
         return again.verify().verdict
 
 
 @pytest.mark.parametrize("places", [8, pytest.param(60, marks=pytest.mark.heavy)])
 def test_a_recording_with_a_flaw_is_never_identical(folder: Path, places: int) -> None:
-    assert verdict(folder) is Verdict.IDENTICAL
+    assert verdict(folder) is ReplayVerdict.IDENTICAL
     path, refused = folder / MCAP_NAME, 0
     for _ in flips(path, every=path.stat().st_size // places):
         try:
-            assert verdict(folder) is Verdict.UNPROVED
+            assert verdict(folder) is ReplayVerdict.UNPROVED
         except ExperimentError as error:
             assert "without an intact step" in error.message  # noqa: PT017  which is as clear
             refused += 1
@@ -158,10 +158,10 @@ def test_a_recording_with_a_flaw_is_never_identical(folder: Path, places: int) -
 
 
 def test_less_than_was_recorded_is_never_identical(folder: Path) -> None:
-    assert verdict(folder, ReplayRequest(until_ns=40_000_000)) is Verdict.SAME
-    assert verdict(folder, ReplayRequest(until_ns=END_NS)) is Verdict.IDENTICAL
-    assert verdict(folder, ReplayRequest(frozenset({"brain"}))) is Verdict.SAME
-    assert verdict(folder, ReplayRequest(until_ns=0)) is Verdict.UNPROVED
+    assert verdict(folder, ReplayRequest(until_ns=40_000_000)) is ReplayVerdict.SAME
+    assert verdict(folder, ReplayRequest(until_ns=END_NS)) is ReplayVerdict.IDENTICAL
+    assert verdict(folder, ReplayRequest(frozenset({"brain"}))) is ReplayVerdict.SAME
+    assert verdict(folder, ReplayRequest(until_ns=0)) is ReplayVerdict.UNPROVED
 
 
 def test_the_recording_of_a_killed_run_is_unfinished_and_checked_as_far_as_it_goes(killed: Path) -> None:
@@ -172,7 +172,7 @@ def test_the_recording_of_a_killed_run_is_unfinished_and_checked_as_far_as_it_go
     assert check.notes[0].startswith("the recording is unfinished")
     with Replay(Recording(killed), ReplayRequest()) as again:
         outcome = again.verify()
-    assert (outcome.verdict, outcome.steps) == (Verdict.IDENTICAL, STEPS)
+    assert (outcome.verdict, outcome.steps) == (ReplayVerdict.IDENTICAL, STEPS)
     assert outcome.warnings[0].message.startswith("the recording is unfinished")
 
 

@@ -177,7 +177,7 @@ def test_an_interrupt_before_the_first_message_leaves_no_recording(
 
     run, folder = open_run(), tmp_path / "recording"
     with monkeypatch.context() as patch:
-        patch.setattr(recording_folder, "Recorder", interrupted)
+        patch.setattr(recording_folder, "McapRecorder", interrupted)
         with pytest.raises(KeyboardInterrupt):
             RecordingFolder(run, folder)
     assert not folder.exists()

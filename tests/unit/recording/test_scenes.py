@@ -17,7 +17,7 @@ from nrp_core.recording.layout import MCAP_NAME, SCENE, TRANSFORMS
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.shapes import RecordedScene, ShapeKind
 from nrp_core.recording.writing.frames import SceneFrames, to_poses
-from nrp_core.recording.writing.recorder import Recorder
+from nrp_core.recording.writing.recorder import McapRecorder
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
 from nrp_core.world.model_states import transform_pose
 from nrp_core.world.rigid import Pose, matrix_of
@@ -49,7 +49,7 @@ def walked(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path
     folder = tmp_path_factory.mktemp("walk")
     experiment = load_experiment("walking_hexapod", [f"world.backend={request.param}"])
     with Run(experiment) as run:
-        recorder = Recorder(run.brain, run.world, folder, period_ns=experiment.timestep)
+        recorder = McapRecorder(run.brain, run.world, folder, period_ns=experiment.timestep)
         for _ in range(30):
             run.step()
             recorder.step()

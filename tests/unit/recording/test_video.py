@@ -19,7 +19,7 @@ from nrp_core.recording.figures.room import Bounds
 from nrp_core.recording.figures.story import Story, Track
 from nrp_core.recording.layout import Images, Role
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.video import VideoOptions, View, check_target, video
+from nrp_core.recording.video import VideoOptions, ViewKind, check_target, video
 from nrp_core.recording.video.file import times_of
 from nrp_core.recording.video.views import (
     FIELD_OF_VIEW,
@@ -29,7 +29,7 @@ from nrp_core.recording.video.views import (
     from_above,
     look_at,
 )
-from nrp_core.recording.writing.recorder import Recorder
+from nrp_core.recording.writing.recorder import McapRecorder
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Link, Model, Scene, Texture, Visual
@@ -73,7 +73,9 @@ def test_a_video_has_the_size_the_length_and_the_codec_that_browsers_play(
 
 
 def test_a_visual_that_turns_green_is_green_in_the_video(recording: Recording) -> None:
-    options = VideoOptions(view=View.FREE, eye=(0.0, 0.0, 1.0), target=(3.0, 0.0, 1.0), width=64, height=64)
+    options = VideoOptions(
+        view=ViewKind.FREE, eye=(0.0, 0.0, 1.0), target=(3.0, 0.0, 1.0), width=64, height=64
+    )
     images = list(drawn_frames(recording, np.array([0.1, 0.4]), options))
     before, after = (image[32, 32].astype(int) for image in images)
     assert before[2] > 100 > before[1]
@@ -92,12 +94,14 @@ def test_an_image_on_a_wall_is_seen_upright_and_not_mirrored_in_the_video(
     picture = Visual("picture", Box((0.1, 2.0, 2.0)), texture=Texture(tmp_path / "q.png", content="q"))
     scene = Scene((Model("wall", (Link("body", visuals=(picture,)),), static=True),))
     with DiscBackend().open(scene, seed=1, options=DiscOptions()) as world:
-        recorder = Recorder(brain, world, tmp_path, period_ns=20_000_000)
+        recorder = McapRecorder(brain, world, tmp_path, period_ns=20_000_000)
         brain.run_until(20_000_000)
         world.run_until(20_000_000)
         recorder.step()
         recorder.close()
-    options = VideoOptions(view=View.FREE, eye=(-3.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), width=64, height=64)
+    options = VideoOptions(
+        view=ViewKind.FREE, eye=(-3.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), width=64, height=64
+    )
     (image,) = drawn_frames(Recording(tmp_path), np.array([0.0]), options)
     expected = {(24, 24): {0}, (24, 40): {1}, (40, 24): {2}, (40, 40): {0, 1, 2}}
     for (row, column), brightest in expected.items():  # red, green and blue
@@ -105,7 +109,7 @@ def test_an_image_on_a_wall_is_seen_upright_and_not_mirrored_in_the_video(
 
 
 def test_a_robot_moves_through_the_view_from_above(recording: Recording) -> None:
-    options = VideoOptions(view=View.ABOVE, width=120, height=60)
+    options = VideoOptions(view=ViewKind.ABOVE, width=120, height=60)
     first, last = drawn_frames(recording, np.array([0.0, 0.5]), options)
     changed = np.argwhere(np.any(first != last, axis=2))
     assert np.ptp(changed[:, 1]) > 10

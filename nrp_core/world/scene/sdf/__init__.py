@@ -25,7 +25,7 @@ from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.context import Element, Notes, Places, Reading, Resources
 from nrp_core.world.scene.sdf.frames import read_placed, without_surroundings
 from nrp_core.world.scene.sdf.model import build_model, read_parts
-from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.sdf.source import SdfFile
 from nrp_core.world.scene.sdf.world import read_world
 from nrp_core.world.scene.stand_in import with_static_shapes
 
@@ -61,7 +61,7 @@ def read_model(
         SceneError: the file cannot be used; the message names file and line.
     """
     reading = Reading(Resources(search_path), Notes(), without=without, args=args)
-    source = Source.open(path_of(path, SceneError), reading)
+    source = SdfFile.open(path_of(path, SceneError), reading)
     holder = source.root.find("world") or source.root
     _warn_of_gravity(holder, reading)
     models = without_surroundings(read_placed(holder, source, reading, "model"), reading)
@@ -110,7 +110,7 @@ def read_scene(
         SceneError: the file cannot be used; the message names file and line.
     """
     reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient, args=args)
-    source = Source.open(path_of(path, SceneError), reading)
+    source = SdfFile.open(path_of(path, SceneError), reading)
     worlds = source.root.all("world")
     if len(worlds) > 1:
         raise worlds[1].error(f"a room's file must hold one <world>; this one holds {len(worlds)}")

@@ -19,7 +19,7 @@ from nrp_core.findings import Code
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.sdf.source import SdfFile
 
 _FORMATS = {"euler_rpy": 6, "quat_xyzw": 7}
 
@@ -203,7 +203,7 @@ class Placed:
     """
 
     element: Element
-    source: Source
+    source: SdfFile
     user: Element
     merged: bool = False
     other_name: str = ""
@@ -241,7 +241,7 @@ class Placed:
         return pose, relative_to
 
 
-def read_placed(parent: Element, source: Source, reading: Reading, *tags: str) -> list[Placed]:
+def read_placed(parent: Element, source: SdfFile, reading: Reading, *tags: str) -> list[Placed]:
     """Return the models and lights in an element, in the order of the file.
 
     Args:

@@ -9,7 +9,7 @@ from math import log1p
 from typing import Final
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link, free_name
+from nrp_core.world.scene.bodies import Shape, Touched, VisualInFile, build_link, free_name
 from nrp_core.world.scene.inertia import WATER, collision_inertia
 from nrp_core.world.scene.meshes.convert import Form
 from nrp_core.world.scene.model import Inertial, Link
@@ -112,7 +112,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
         seen = shapes(visual, "colored") if look.tints or not look.rgba else []
         if look.rgba and not any(shape.texture for shape in seen):
             seen = shapes(visual, "whole")
-        shown.append(Shown(unique, seen, look))
+        shown.append(VisualInFile(unique, seen, look))
     solid = [
         (
             Touched(unique, shapes(collision, "convex"), read_friction(collision, reading, static=static)),

@@ -105,7 +105,7 @@ _JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class SdfParts:
     """The parts of a model, including those of nested models; poses are in the frame of the model.
 
     ``static`` is true if none of them ever moves.
@@ -117,7 +117,7 @@ class Parts:
     actuators: Actuators
     static: bool = False
 
-    def moved(self, prefix: str, pose: Pose) -> Parts:
+    def moved(self, prefix: str, pose: Pose) -> SdfParts:
         """Return the parts in the frame of another model, in which this one has the pose ``pose``."""
 
         def named(link: str) -> str:
@@ -146,10 +146,10 @@ class Parts:
             )
             for row in self.rows
         ]
-        return Parts(self.frames, tuple(links), tuple(rows), self.actuators.renamed(named), self.static)
+        return SdfParts(self.frames, tuple(links), tuple(rows), self.actuators.renamed(named), self.static)
 
 
-def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
+def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
     """Read the parts of a model.
 
     Args:
@@ -199,7 +199,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     links, misplaced = with_frames(links, joints)
     for each in misplaced:
         _warn_of_frame(each, model, reading)
-    return Parts(frames, tuple(_odometry_once(links, acting.drives)), tuple(rows), acting, static)
+    return SdfParts(frames, tuple(_odometry_once(links, acting.drives)), tuple(rows), acting, static)
 
 
 def _warn_of_frame(misplaced: Misplaced, model: Element, reading: Reading) -> None:
@@ -209,7 +209,7 @@ def _warn_of_frame(misplaced: Misplaced, model: Element, reading: Reading) -> No
     reading.notes.warn(where, Code.NRP266, misplaced.message, subject=misplaced.sensor)
 
 
-def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]], version: tuple[int, int]) -> Frames:
+def _frames(model: Element, nested: Iterable[tuple[Placed, SdfParts]], version: tuple[int, int]) -> Frames:
     shared = version <= _NAMES_SHARED
     frames = Frames(model, MODEL, _canonical_link(model, nested))
     for link in model.all("link"):
@@ -228,7 +228,7 @@ def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]], version: tup
     return frames
 
 
-def _canonical_link(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> str:
+def _canonical_link(model: Element, nested: Iterable[tuple[Placed, SdfParts]]) -> str:
     links = [link.attribute("name") for link in model.all("link")]
     links += [model_scope(inner.name, inner.merged)[0] + parts.frames.base for inner, parts in nested]
     if not links:
@@ -274,7 +274,7 @@ def _read_plugin(
     return actuators._replace(controllers=heard), links
 
 
-def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Reading) -> Model:
+def build_model(placed: Placed, parts: SdfParts, name: str, pose: Pose, reading: Reading) -> Model:
     """Return a model at a pose in the world; its canonical link comes first.
 
     Raises:

@@ -219,7 +219,7 @@ _SCOPES_RESERVED = (1, 8)
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class SdfFile:
     """A file.
 
     Args:
@@ -233,7 +233,7 @@ class Source:
     trail: tuple[Path, ...]
 
     @classmethod
-    def open(cls, path: Path, reading: Reading, trail: tuple[Path, ...] = ()) -> Source:
+    def open(cls, path: Path, reading: Reading, trail: tuple[Path, ...] = ()) -> SdfFile:
         """Read a file, also one in an archive or written in xacro.
 
         Raises:
@@ -265,7 +265,7 @@ class Source:
             check_names(root)
         return cls(root, version, (*trail, path.resolve()))
 
-    def include(self, include: Element, reading: Reading) -> Source | None:
+    def include(self, include: Element, reading: Reading) -> SdfFile | None:
         """Open the file that an ``<include>`` refers to; None if it is missing and the reading is lenient.
 
         Raises:
@@ -279,7 +279,7 @@ class Source:
         if path.resolve() in self.trail:
             circle = " -> ".join(file.name for file in (*self.trail, path))
             raise include.error(f"files include each other in a cycle: {circle}")
-        source = Source.open(path, reading, self.trail)
+        source = SdfFile.open(path, reading, self.trail)
         change_included(source.root.find("world") or source.root, include)
         return source
 

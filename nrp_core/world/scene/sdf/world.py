@@ -18,8 +18,8 @@ from nrp_core.world.scene.reading.plugins import warn_of_plugin
 from nrp_core.world.scene.sdf.appearance import read_light
 from nrp_core.world.scene.sdf.frames import Frames, Placed, read_placed, read_pose
 from nrp_core.world.scene.sdf.joints import add_joint_frames, in_model, read_world_joints, tie_of
-from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
-from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.sdf.model import SdfParts, build_model, read_parts
+from nrp_core.world.scene.sdf.source import SdfFile
 from nrp_core.world.scene.stand_in import with_static_shapes
 from nrp_core.world.scene.surroundings import Surroundings
 
@@ -70,7 +70,7 @@ _AXES = {"axis_state": "", "axis2_state": "_axis2"}
 
 
 @dataclass(slots=True)
-class State:
+class StateChanges:
     """The changes in the states of a world: poses, positions, and added and removed elements.
 
     Args:
@@ -90,7 +90,7 @@ class State:
     named: dict[str, Element] = field(default_factory=dict)
 
     @classmethod
-    def read(cls, states: Iterable[Element], notes: Notes) -> State:
+    def read(cls, states: Iterable[Element], notes: Notes) -> StateChanges:
         """Read the states of a world; SDF 1.12 has ``<model_state>`` where earlier versions have ``<model>``.
 
         Raises:
@@ -193,7 +193,7 @@ def _along(vector: Iterable[float], axis: Vector) -> float:
 _GRAVITY: Vector = (0.0, 0.0, -9.8)
 
 
-def read_world(world: Element, source: Source, reading: Reading) -> Scene:
+def read_world(world: Element, source: SdfFile, reading: Reading) -> Scene:
     """Read a ``<world>``, or the models and lights of an ``<sdf>`` without one.
 
     Raises:
@@ -201,7 +201,7 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
     """
     for plugin in world.all("plugin"):
         warn_of_plugin(plugin, reading)
-    state = State.read(world.all("state"), reading.notes)
+    state = StateChanges.read(world.all("state"), reading.notes)
     placed = [
         thing
         for part in (world, *state.inserted)
@@ -232,7 +232,7 @@ def _models(
     for frame in world.all("frame"):
         attached_to = frame.attributes.get("attached_to") or WORLD
         frames.add(frame, attached_to, attached_to=attached_to)
-    read: list[tuple[Placed, Parts, Reading]] = []
+    read: list[tuple[Placed, SdfParts, Reading]] = []
     for model in placed:
         if world.tag == "world" and not model.element.all("link", "model", "include"):
             if not model.static:  # libsdformat accepts static models without links, and nothing is lost

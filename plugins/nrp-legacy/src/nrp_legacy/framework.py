@@ -158,57 +158,22 @@ class _Forgiving(SettableAttribute):
         super().__set__(device, taken.item() if taken.size == 1 else taken)
 
 
-class Spikes(SpikeGenerator):
-    """Spikes at a rate."""
-
-    __slots__ = ()
-    rate = _Forgiving("rate", lowest=0.0)
-
-
-class Current(CurrentGenerator):
-    """A constant current."""
-
-    __slots__ = ()
-    amplitude = _Forgiving("amplitude")
+_CURRENTS: tuple[tuple[str, type[Device], dict[str, float]], ...] = (
+    ("dc_source", CurrentGenerator, {"amplitude": -inf}),
+    ("ac_source", SineCurrentGenerator, {"amplitude": -inf, "offset": -inf}),
+    ("nc_source", NoiseCurrentGenerator, {"mean": -inf, "stdev": 0.0}),
+)
+"""Sources of currents: the kind, its class of devices, and the lowest valid value of each attribute."""
 
 
-class Sine(SineCurrentGenerator):
-    """A sinusoidal current."""
-
-    __slots__ = ()
-    amplitude = _Forgiving("amplitude")
-    offset = _Forgiving("offset")
-
-
-class Noise(NoiseCurrentGenerator):
-    """A noisy current whose standard deviation has both names."""
-
-    __slots__ = ()
-    mean = _Forgiving("mean")
-    stdev = std = _Forgiving("stdev", lowest=0.0)
-
-
-class NestCurrent(CurrentGenerator):
-    """A constant current in pA."""
-
-    __slots__ = ()
-    amplitude = _Forgiving("amplitude", _KILO)
-
-
-class NestSine(SineCurrentGenerator):
-    """A sinusoidal current in pA."""
-
-    __slots__ = ()
-    amplitude = _Forgiving("amplitude", _KILO)
-    offset = _Forgiving("offset", _KILO)
-
-
-class NestNoise(NoiseCurrentGenerator):
-    """A noisy current in pA."""
-
-    __slots__ = ()
-    mean = _Forgiving("mean", _KILO)
-    stdev = std = _Forgiving("stdev", _KILO, lowest=0.0)
+def _lenient(
+    device: type[Device], lowest: Mapping[str, float], notes: Notes, scale: float = 1.0
+) -> type[Device]:
+    """Return a class of devices with attributes of another unit, which accept any value."""
+    attributes: dict[str, Any] = {name: _Forgiving(name, scale, least) for name, least in lowest.items()}
+    if "stdev" in lowest:  # NEST's name of it
+        attributes["std"] = _Forgiving("stdev", scale, lowest["stdev"])
+    return type(device.__name__, (device,), {"__slots__": (), "notes": staticmethod(notes), **attributes})
 
 
 def device_kinds(notes: Notes, *, nest_units: bool) -> dict[str, DeviceKind]:
@@ -218,14 +183,10 @@ def device_kinds(notes: Notes, *, nest_units: bool) -> dict[str, DeviceKind]:
         notes: receives a note about each value that no device can have.
         nest_units: whether currents are in pA.
     """
-    currents = (NestCurrent, NestSine, NestNoise) if nest_units else (Current, Sine, Noise)
-    kinds = {"dc_source": currents[0], "ac_source": currents[1], "nc_source": currents[2],
-             "poisson": Spikes, "fixed_frequency": Spikes}  # fmt: skip
-    noting = {"__slots__": (), "notes": staticmethod(notes)}
-    forgiving = {
-        name: replace(getattr(dsl, name), device=type(device.__name__, (device,), noting))
-        for name, device in kinds.items()
-    }
+    scale = _KILO if nest_units else 1.0
+    devices = {name: _lenient(device, lowest, notes, scale) for name, device, lowest in _CURRENTS}
+    devices |= dict.fromkeys(("poisson", "fixed_frequency"), _lenient(SpikeGenerator, {"rate": 0.0}, notes))
+    forgiving = {name: replace(getattr(dsl, name), device=device) for name, device in devices.items()}
     integrators = (dsl.leaky_integrator_alpha, dsl.leaky_integrator_exp)
     return {**forgiving, **{kind.name: sending_kind(kind) for kind in integrators}}
 

@@ -23,8 +23,8 @@ from nrp_core.recording.writing.signals import (
     PopulationSpikes,
     RecordEntry,
     Scenery,
-    Sensor,
     Signal,
+    TopicMessages,
 )
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.cdr import Codec
@@ -170,7 +170,7 @@ class Hearing:
             opener = lambda: WholeImages(world, topic, period_ns, Images.EXACT)  # noqa: E731
             self._offer(topic.name, Image, topic.name, opener, Kind.LATEST)
         else:
-            self._offer(topic.name, topic.type, topic.name, lambda: Sensor(world, topic, period_ns))
+            self._offer(topic.name, topic.type, topic.name, lambda: TopicMessages(world, topic, period_ns))
 
     def _offer(self, topic: str, kind: type, source: str, opener: Open, lost: Kind = Kind.EVERY) -> None:
         """Advertise a topic, unless ROS 2 cannot carry its type."""

@@ -13,7 +13,7 @@ import numpy as np
 from nrp_core.brain import FloatArray, IntArray, Population
 from nrp_core.brain.files.hdf5 import attribute, column, group, groups, reading
 from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, Parameter
+from nrp_core.brain.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, NestParameter
 from nrp_core.errors import CapabilityError, NetworkError
 from nrp_formats.sonata.attribute_checks import require_places
 from nrp_formats.sonata.items import SonataItems
@@ -211,7 +211,7 @@ def _population(
 
 
 def _values(name: str, model: CellModel, items: SonataItems, chosen: IntArray, default: float) -> FloatArray:
-    source = model.parameters.get(name, Parameter(name, 1.0, default))
+    source = model.parameters.get(name, NestParameter(name, 1.0, default))
     if source.name == "tau_m" and model.rests:
         leak = items.numbers("g_L")[chosen]
         leaky = _leak_ns(items, chosen)
@@ -221,7 +221,7 @@ def _values(name: str, model: CellModel, items: SonataItems, chosen: IntArray, d
     return _given(source, items, chosen)
 
 
-def _given(source: Parameter, items: SonataItems, chosen: IntArray) -> FloatArray:
+def _given(source: NestParameter, items: SonataItems, chosen: IntArray) -> FloatArray:
     values = items.numbers(source.name)[chosen]
     return np.ascontiguousarray(np.where(np.isnan(values), source.default, values) * source.scale)
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core.brain.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, Parameter
+from nrp_core.brain.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, NestParameter
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.brain.pynn.export import cell_type_of
 from nrp_core.errors import NetworkError, did_you_mean
@@ -43,13 +43,13 @@ CELLS: Final[Mapping[str, CellModel]] = {
     "iaf_psc_alpha_multisynapse": NEST_CELLS["iaf_psc_alpha"],
     "izhikevich": CellModel(
         "Izhikevich",
-        {**{name: Parameter(name, 1.0, value) for name, value in _IZHIKEVICH.items()},
-         "i_offset": Parameter("I_e", _KILO, 0.0)},
+        {**{name: NestParameter(name, 1.0, value) for name, value in _IZHIKEVICH.items()},
+         "i_offset": NestParameter("I_e", _KILO, 0.0)},
     ),
     "hh_cond_exp_traub": CellModel(
-        "HH_cond_exp", {name: Parameter(*pair) for name, pair in _PAIRS.items()}, _KILO
+        "HH_cond_exp", {name: NestParameter(*pair) for name, pair in _PAIRS.items()}, _KILO
     ),
-    PARROT: CellModel("IF_curr_delta", {name: Parameter(*pair) for name, pair in _REPEATING.items()}),
+    PARROT: CellModel("IF_curr_delta", {name: NestParameter(*pair) for name, pair in _REPEATING.items()}),
 }  # fmt: skip
 """Models of cells; a parrot is one that any weight makes spike."""
 SPIKE_RECORDERS: Final = ("spike_detector", "spike_recorder")

@@ -13,7 +13,7 @@ import numpy as np
 from pyNN.standardmodels import cells as standard
 
 from nrp_core.brain import BoolArray, FloatArray, IntArray, Network, Population, Projection
-from nrp_core.brain.network.nest_models import LEAK_NS, Parameter
+from nrp_core.brain.network.nest_models import LEAK_NS, NestParameter
 from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.brain.pynn.export import unique
@@ -255,7 +255,7 @@ def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
     """
     model, base = CELLS[group.base], getattr(standard, CELLS[group.base].cell_type)
     parameters = {
-        name: _parameter(group, model.parameters.get(name, Parameter(name, 1.0, default)))
+        name: _parameter(group, model.parameters.get(name, NestParameter(name, 1.0, default)))
         for name, default in base.default_parameters.items()
     }
     if group.base in LEAK_NS:
@@ -266,7 +266,7 @@ def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
     return Population(label, group.size, model.cell_type, parameters, initial)
 
 
-def _parameter(group: Group, parameter: Parameter) -> FloatArray:
+def _parameter(group: Group, parameter: NestParameter) -> FloatArray:
     if parameter.name in ("tau_syn_ex", "tau_syn_in") and "tau_syn" in {**group.values, **group.defaults}:
         return group.column("tau_syn", parameter.default)
     return np.asarray(group.column(parameter.name, parameter.default) * parameter.scale)
