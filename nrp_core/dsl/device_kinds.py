@@ -155,7 +155,7 @@ class DeviceKind:
         """Return the settings and neurons that a ``connector`` describes.
 
         It is ``{"mode": "AllToAll" | "OneToOne" | "Fixed", "n": ..., "weight": ..., "delay": ...}``. A
-        device reaches each neuron once; with ``Fixed`` a neuron has n generators, and a sink hears n neurons
+        device reaches each neuron once; with ``Fixed`` a neuron has n generators, and a sink reads n neurons
         drawn at random.
         """
         connector = given.pop("connector", None)

@@ -86,7 +86,7 @@ def _run(script: Path, backend: str | None, options: Mapping[str, str]) -> None:
     sys.path.insert(0, str(script.parent))
     asking = {name: import_module(name) for name in ("pyNN.utility", "pyNN.utility.script_tools")}
     reading = reading_of(script)
-    sim.state.tell(reading.remarks(script))
+    sim.state.warn(reading.remarks(script))
     scope = scope_of(
         sim, modules={**asking, **reading.modules}, dialect=_NotAsked(sim), replaced=_warn,
         compiled=reading.compiled,

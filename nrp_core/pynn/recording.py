@@ -55,7 +55,7 @@ class Recorder(recording.Recorder):
         step_ns, interval_ns = brain.capabilities.resolution_ns, from_milliseconds(self.sampling_interval)
         has_state = any(variable not in (SPIKES.name, REWIRING.name) for variable in self._names())
         if has_state and step_ns is not None and interval_ns % step_ns:
-            self._simulator.state.tell([
+            self._simulator.state.warn([
                 f"sampling_interval of '{self.population.label}' is {milliseconds(interval_ns):g} ms, and "
                 f"there are values every {milliseconds(step_ns):g} ms: the others are NaN"
             ])  # fmt: skip
@@ -66,7 +66,7 @@ class Recorder(recording.Recorder):
     def keep(self) -> None:
         """Keep what only the brain has, which is about to be closed."""
         if REWIRING in self.recorded:
-            with suppress(NrpError):  # a brain that has failed has nothing to tell
+            with suppress(NrpError):  # a brain that has failed has no data
                 self._kept = self._simulator.state.rewirings_onto(self.population)
 
     def restart(self) -> None:
@@ -84,7 +84,7 @@ class Recorder(recording.Recorder):
         """
         if not self._simulator.state.running and not list(self.cache):
             raise NetworkError(f"population '{self.population.label}' has no data yet; run first")
-        self._simulator.state.tell(self._missing(variables))
+        self._simulator.state.warn(self._missing(variables))
         if variables == "all" or not list(self.cache):
             return super().get(variables, *arguments, **options)
         names = {one.name for one in self._localize_variables(variables, None)}
@@ -94,7 +94,7 @@ class Recorder(recording.Recorder):
 
     def count(self, variable: str, *arguments: Any, **options: Any) -> Any:
         """Return the number of data of each recorded cell."""
-        self._simulator.state.tell(self._missing([variable]))
+        self._simulator.state.warn(self._missing([variable]))
         return super().count(variable, *arguments, **options)
 
     # -- what PyNN's recorder calls

@@ -105,7 +105,7 @@ class RunningState(State):
             follows: whether a backend's own time step, unless it is among the options, is that of the script.
         """
         self._backend, self._options, self._seed, self._follows = backend, dict(options), seed, follows
-        self._told, self._doubted = Findings(), set[str]()
+        self._reported, self._warned = Findings(), set[str]()
         self._seeds = Seeds(seed).child("network")
         self._unnamed_streams = 0
 
@@ -125,25 +125,25 @@ class RunningState(State):
         self.brain = None
 
     def end(self) -> None:
-        """Release the brain, and tell of a run too short for anything, or for some of its sources."""
+        """Release the brain, and warn of a run too short for anything, or for some of its sources."""
         populations = self.brain.network.populations.values() if self.brain is not None else ()
         for population in (one for one in populations if one.label not in self._retimed):
             first_ms = min((times[0] for times in population.spike_times_ms if len(times)), default=0.0)
             if first_ms > self._longest_ms:
                 late = f"its spike_times begin at {first_ms:g} ms"
                 ended = f"the longest run ended at {self._longest_ms:g} ms"
-                self.tell([f"no cell of '{population.label}' fired: {late}, and {ended}"])
+                self.warn([f"no cell of '{population.label}' fired: {late}, and {ended}"])
         if 0.0 < self._longest_ms < _SHORTEST_MS:
-            self.tell(
+            self.warn(
                 [f"the longest run ended at {self._longest_ms:g} ms: times are in ms, is it meant in s?"]
             )
-        self.tell([*self.remarks, *_warnings_about_main()])
+        self.warn([*self.remarks, *_warnings_about_main()])
         if self._longest_ms > 0.0:
-            self.tell(
+            self.warn(
                 f"{name} of '{label}' is set after the last run, so that it has no effect"
                 for label, name in self.settings.idle()
             )
-            self.tell(
+            self.warn(
                 f"{current.described()} never had an effect: it is injected at {current.since_ms:g} ms, and "
                 f"the longest run ended at {self._longest_ms:g} ms"
                 for current in self._currents
@@ -295,21 +295,21 @@ class RunningState(State):
         except NetworkError as error:
             raise self._with_place(error) from None
         for warning in self.brain.warnings:
-            if warning not in self._told:  # a reset may open the brain again
-                self._told.append(warning)
+            if warning not in self._reported:  # a reset may open the brain again
+                self._reported.append(warning)
                 _logger.warning("%s: %s", self._backend, warning.text)
-        self.tell(network.remarks)
+        self.warn(network.remarks)
         self._changed = False
         self._shares = Shares(self, self.brain.network)
         for device in (*self.recorders, *self._currents):
             device.start(self.brain)
         return self.brain
 
-    def tell(self, sentences: Iterable[str]) -> None:
-        """Log what is doubtful, each sentence once."""
+    def warn(self, sentences: Iterable[str]) -> None:
+        """Log warnings, each sentence once."""
         for text in sentences:
-            if text not in self._doubted:
-                self._doubted.add(text)
+            if text not in self._warned:
+                self._warned.add(text)
                 _logger.warning("%s", text)
 
     def _stops(self, since_ns: int, until_ns: int) -> IntArray:

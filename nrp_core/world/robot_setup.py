@@ -212,7 +212,7 @@ def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
     """Return a robot with what an experiment adds to it.
 
     Raises:
-        SceneError: a joint does not exist, cannot be commanded or cannot start where it is told to, or a
+        SceneError: a joint does not exist, cannot be commanded or cannot start at its given position, or a
             pattern matches no joint.
     """
     if fitting == RobotSetup():

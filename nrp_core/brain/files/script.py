@@ -144,7 +144,7 @@ def load_network(
 
 
 def _warn_of_lines_without_effect(sim: ModuleType, variables: Mapping[str, Any]) -> None:
-    """Tell of files that are not written, networks that are not used, and values of no parameter."""
+    """Warn of files that are not written, networks that are not used, and values of no parameter."""
     state = sim.state
     for population, _, file in state.write_on_end:
         state.remark(f"the data of '{population.label}' are not written to '{file}': the script only builds")

@@ -39,7 +39,7 @@ class EquivalenceTests(BrainKit):
         brain = self.open(
             spikes("s", [10.0]), self.cells("n", 2), connect("s", "n", self.sample.strong, delay)
         )
-        jumps = "tau_syn_E" not in self.sample.all_parameters  # and may do so at that very moment
+        jumps = "tau_syn_E" not in self.sample.all_parameters  # and may do so at that very time
         self.run(brain, 10.0 + delay - (self.tolerance_ms if jumps else 0.0))
         assert milliseconds(brain.now_ns) <= 10.0 + delay
         due, free = brain.read_state("v", [1, 2])

@@ -20,7 +20,7 @@ from nrp_core.brain.network.synapses import STATIC
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.conformance.base import SimulatorTests, skip_undeclared
 
-_LEAKY = {  # the reset is below the resting potential, so that tests can tell them apart
+_LEAKY = {  # the reset is below the resting potential, so that tests can distinguish them
     "v_rest": -65.0, "v_reset": -68.0, "v_thresh": -50.0, "tau_m": 10.0, "cm": 0.25, "tau_refrac": 10.0,
 }  # fmt: skip
 _CURRENTS = _LEAKY | {"tau_syn_E": 2.0, "tau_syn_I": 3.0}

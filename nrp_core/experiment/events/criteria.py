@@ -72,7 +72,7 @@ class Judge(ABC):
         if self._is_over:
             return
         if self._began_ns is None:
-            begins_ns = moment_ns(self._begins, times)
+            begins_ns = start_or_event_ns(self._begins, times)
             if begins_ns is None or now_ns < begins_ns:
                 return
             self._began_ns = begins_ns
@@ -85,8 +85,8 @@ class Judge(ABC):
             return
         if self._began_ns is None:
             begins = self._begins
-            told = f"{begins} did not happen" if isinstance(begins, str) else _early(now_ns, begins)
-            self._decide(False, now_ns, f"was never evaluated: {told}")
+            reason = f"{begins} did not happen" if isinstance(begins, str) else _early(now_ns, begins)
+            self._decide(False, now_ns, f"was never evaluated: {reason}")
         else:
             self._finish(now_ns)
 
@@ -197,7 +197,7 @@ class Throughout(Judge):
         return self._held / self._steps
 
     def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
-        until_ns = moment_ns(self._until, times)
+        until_ns = start_or_event_ns(self._until, times)
         if until_ns is None or now_ns <= until_ns:
             wrong = self._wrong(now_ns, times, where)
             self._steps += 1
@@ -262,12 +262,12 @@ class StaysSo(Throughout):
         value = self._says.value
         if value is None and self._may_be_silent:
             return None
-        said = "nothing" if value is None else f"{value:.6g}" if is_number(value) else repr(value)
-        return f"{self._topic} said {said} at {seconds(now_ns):g} s, not {self._wanted}"
+        text = "without a value" if value is None else f"{value:.6g}" if is_number(value) else repr(value)
+        return f"{self._topic} was {text} at {seconds(now_ns):g} s, not {self._wanted}"
 
     def _finish(self, now_ns: int) -> None:
         if self._says.value is None:
-            self._decide(False, now_ns, f"{self._topic} never said anything")
+            self._decide(False, now_ns, f"{self._topic} never carried a message")
         else:
             self._decide(True, now_ns, f"{self._topic} stayed {self._wanted}")
 
@@ -294,8 +294,8 @@ def _early(end_ns: int, begins_ns: int) -> str:
     return f"the run ended at {seconds(end_ns):g} s, and it begins at {seconds(begins_ns):g} s"
 
 
-def moment_ns(moment: int | str, times: Times) -> int | None:
-    """Return the time of a moment: a time, ``start``, or an event; None for a future event."""
-    if isinstance(moment, int):
-        return moment
-    return 0 if moment == START else times.get(moment)
+def start_or_event_ns(point: int | str, times: Times) -> int | None:
+    """Return the time of a point of the run: a time, ``start``, or an event; None for a future event."""
+    if isinstance(point, int):
+        return point
+    return 0 if point == START else times.get(point)

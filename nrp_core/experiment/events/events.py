@@ -72,11 +72,11 @@ class TopicSays:
         self._wanted, self._field = wanted, attrgetter(wanted.field)
         self._subscription = world.subscribe(wanted.name)
         try:
-            said = self._field(self._subscription.topic.type())
+            example = self._field(self._subscription.topic.type())
         except AttributeError:
             kind = type_name(self._subscription.topic.type)
             raise TopicError(f"{wanted.name} carries {kind}, which has no field '{wanted.field}'") from None
-        _require_comparable(wanted, said)
+        _require_comparable(wanted, example)
 
     @property
     def value(self) -> Any:
@@ -96,13 +96,13 @@ class TopicSays:
         )
 
 
-def _require_comparable(wanted: TopicIs, said: Any) -> None:
-    what = f"'{wanted.field}' of {wanted.name} is {_kind(said)}"
-    if (wanted.above is not None or wanted.below is not None) and _kind(said) != _NUMBER:
+def _require_comparable(wanted: TopicIs, example: Any) -> None:
+    what = f"'{wanted.field}' of {wanted.name} is {_kind(example)}"
+    if (wanted.above is not None or wanted.below is not None) and _kind(example) != _NUMBER:
         raise TopicError(f"'above' and 'below' are for numbers, and {what}")
-    if wanted.equals is not None and _kind(wanted.equals) != _kind(said):
+    if wanted.equals is not None and _kind(wanted.equals) != _kind(example):
         raise TopicError(f"'equals' is {wanted.equals!r}, and {what}")
-    if wanted.equals is not None and _kind(said) not in (_NUMBER, _TRUTH, _TEXT):
+    if wanted.equals is not None and _kind(example) not in (_NUMBER, _TRUTH, _TEXT):
         raise TopicError(f"'equals' is for numbers, texts, true and false, and {what}")
 
 

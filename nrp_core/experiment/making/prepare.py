@@ -506,9 +506,9 @@ def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], 
         for kind in ("stays_within", "topic_stays"):
             stays = getattr(criterion, kind)
             for key in ("since", "until") if stays is not None else ():
-                moment = getattr(stays.during, key)
-                if isinstance(moment, str) and moment not in (START, END):
-                    yield ("criteria", name, kind, "during", key), moment
+                point = getattr(stays.during, key)
+                if isinstance(point, str) and point not in (START, END):
+                    yield ("criteria", name, kind, "during", key), point
 
 
 def open_side(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:

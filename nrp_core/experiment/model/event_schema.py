@@ -11,7 +11,7 @@ from nrp_core.experiment.model.section import Name, Section, TopicName
 from nrp_core.quantities import DurationNs, LengthM, TimeNs, length_m, time_ns
 
 START, END = "start", "end"
-"""Moments of every run; events cannot have these names."""
+"""Points in time of every run; events cannot have these names."""
 
 Point = tuple[LengthM, LengthM]
 """A place on the ground, x and y."""
@@ -26,7 +26,7 @@ def _time_or_event(value: object) -> int | str:
         raise ValueError(f"{error}; or the name of an event, 'start' or 'end'") from None
 
 
-Moment = Annotated[
+TimeOrEvent = Annotated[
     int | str,
     PlainValidator(_time_or_event),
     WithJsonSchema({"type": ["string", "number"], "description": "a time, an event, 'start' or 'end'"}),
@@ -176,10 +176,10 @@ class WithinOf(Section):
 class During(Section):
     """A part of the run."""
 
-    since: Moment = START
-    """Its first moment."""
-    until: Moment = END
-    """Its last moment."""
+    since: TimeOrEvent = START
+    """Its first point in time."""
+    until: TimeOrEvent = END
+    """Its last point in time."""
 
 
 class StaysWithin(Section):
@@ -190,7 +190,7 @@ class StaysWithin(Section):
     distance: Annotated[LengthM, Field(gt=0)]
     """Radius of the circle."""
     of: Centre = START
-    """Its centre: where the model is at the first moment that counts, or a place."""
+    """Its centre: where the model is at the first point in time that counts, or a place."""
     during: During = During()
     """When it counts; by default the whole run."""
 

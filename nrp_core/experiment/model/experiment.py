@@ -382,7 +382,7 @@ class Experiment(Section):
     def _free_names(cls, events: dict[str, Event]) -> dict[str, Event]:
         for name in (START, END):
             if name in events:
-                raise ValueError(f"an event cannot be named '{name}': that is a moment of every run")
+                raise ValueError(f"an event cannot be named '{name}': that is a point in time of every run")
         return events
 
     @field_validator("csv_folder")

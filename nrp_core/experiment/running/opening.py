@@ -130,11 +130,11 @@ class OpenExperiment(Closing):
 
     def _report_problems(self) -> None:
         """Register what reports findings while the experiment runs."""
-        unheard = CommandsWithoutReceiver(self.world, self.experiment.topics, lambda: self.loop.functions)
+        undelivered = CommandsWithoutReceiver(self.world, self.experiment.topics, lambda: self.loop.functions)
         self._silent = SilentTopics(self.experiment, self.world, lambda: self.loop.functions)
         outside = LostMessages(self.loop)
         self.observers.append(outside)
-        self.reporters = [unheard.findings, self._silent.findings, self._observation.falls.findings]
+        self.reporters = [undelivered.findings, self._silent.findings, self._observation.falls.findings]
         self.reporters += [self._progress_findings, outside.findings]
 
     def _progress_findings(self) -> Iterator[Finding]:

@@ -44,8 +44,8 @@ def at_the_end(
 ) -> Iterator[Finding]:
     """Yield the variables that are NaN by now, unlikely rates, and events that cannot happen any more.
 
-    Events that wait for one that did not happen are named with it. An event of which that was said before the
-    run is not named again.
+    Events that wait for one that did not happen are named with it. An event of which that was reported before
+    the run is not named again.
 
     Args:
         experiment: the experiment.
@@ -67,20 +67,20 @@ def at_the_end(
         )
         yield experiment.place("duration").finding(Code.NRP353, message, Level.WARNING)
     missed = {name: causes_of(name, experiment.events) for name in experiment.events if name not in times}
-    told = [name for name in missed if _is_reported(name, experiment, found)]
+    reported = [name for name in missed if _is_reported(name, experiment, found)]
     for name, causes in missed.items():
         if missed.keys() & causes and name not in causes:
             continue
         waiting = [other for other, waits in missed.items() if name in waits and other != name]
-        after = [f"'{other}'" for other in waiting if other not in told]
-        if name in told and not after:
+        after = [f"'{other}'" for other in waiting if other not in reported]
+        if name in reported and not after:
             continue
         message = f"the event '{name}' never happened" + (f", and so not {', '.join(after)}" if after else "")
         yield experiment.place("events", name).finding(Code.NRP322, message, Level.WARNING)
 
 
 def _is_reported(name: str, experiment: Experiment, found: Iterable[Finding]) -> bool:
-    """Return whether it was said before the run that an event never happens, at one of its keys."""
+    """Return whether it was reported before the run that an event never happens, at one of its keys."""
     written = experiment.source.at("events", name)
     places = [] if written is None else [*_places(written)]
     return any(one.code is Code.NRP248 and _is_at(one, place) for one in found for place in places)
@@ -184,7 +184,7 @@ def problems_of(
 
 
 def not_failed(found: Iterable[Finding], failures: Iterable[Failure]) -> Iterator[Finding]:
-    """Yield the findings before a run, except doubts about a line that raised an error."""
+    """Yield the findings before a run, except warnings about a line that raised an error."""
     failed = {(failure.path, failure.line) for failure in failures}
     for finding in found:
         if (finding.path, finding.line) not in failed:

@@ -316,7 +316,7 @@ class Run(OpenExperiment):
 
 
 def _end_ns(t_s: float, now_ns: int, duration_ns: int) -> int:
-    """Return the time to run to, and log a doubt about one far beyond the experiment.
+    """Return the time to run to, and log a warning about one far beyond the experiment.
 
     Args:
         t_s: the requested time, s.

@@ -57,7 +57,7 @@ class What(StrEnum):
     DEVICES = "devices"
     """Values of devices and commands to the robots."""
     CAMERA = "camera"
-    """Camera images at important moments."""
+    """Camera images at important times."""
 
 
 def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotOptions | None = None) -> None:

@@ -17,7 +17,7 @@ from nrp_core.recording.reading.recording import Recording
 
 _BEFORE_S = 0.1
 _NEAR, _NEAR_S = 0.015, 0.2
-"""Moments closer than this share of the period are merged; in a short period, moments closer than this, s."""
+"""Times closer than this share of the period are merged; in a short period, times closer than this, s."""
 _EVEN = 0.2
 """The share of the images at equal intervals of time, so that pauses are shown, too."""
 

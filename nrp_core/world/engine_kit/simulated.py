@@ -136,7 +136,7 @@ def _has(element: Native, name: str) -> bool:
     """Return whether an attribute is a number other than 0."""
     try:
         return float(element.attribute(name) or 0) != 0
-    except ValueError:  # the engine that it is for tells that
+    except ValueError:  # the engine that it is for reports that
         return False
 
 

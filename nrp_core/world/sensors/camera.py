@@ -329,7 +329,7 @@ class SegmentationCamera(ImageSensor):
             in the last channel, and the number of the instance in the first (low) and the second byte.
         colored_topic: that of the same as colours, a colour for each label (and instance).
         info_topic: that of its optics.
-        panoptic: whether instances are told apart.
+        panoptic: whether instances are distinguished.
     """
 
     tag: ClassVar[str] = "segmentation"

@@ -23,7 +23,7 @@ class Written:
 
     def announce(self, channels: Iterable[Channel]) -> None: ...
 
-    def hear(self, sent: Sent) -> None:
+    def receive(self, sent: Sent) -> None:
         self._waiting.append(sent.payload)
 
     def flush(self) -> None:
@@ -37,10 +37,10 @@ def test_messages_that_are_sent_together_are_written_together_and_in_order() -> 
     hub.enter(listener)
     with hub.together():
         hub.play_back(Playback(t_ns=7))
-        hub.tell("/a", 1)
-        hub.tell("/a", 2)
+        hub.send_json("/a", 1)
+        hub.send_json("/a", 2)
         assert listener.writes == []
-    hub.tell("/a", 3)
+    hub.send_json("/a", 3)
     hub.flush()
     assert listener.writes == [[7, b"1", b"2"], [b"3"]]
 
@@ -51,7 +51,7 @@ def test_messages_are_passed_although_their_block_fails() -> None:
     hub.enter(listener)
     try:
         with hub.together():
-            hub.tell("/a", 1)
+            hub.send_json("/a", 1)
             raise ZeroDivisionError
     except ZeroDivisionError:
         pass

@@ -18,11 +18,11 @@ from mcap.records import Channel as McapChannel
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
 from nrp_cockpit.command import Kind, kind_of
-from nrp_cockpit.hearing.recorded import WINDOW_NS
-from nrp_cockpit.hearing.stored import StoredMessages
 from nrp_cockpit.session.arrangement import PANELS
 from nrp_cockpit.session.controls import services_of_recording
 from nrp_cockpit.session.recorded import CHECKING, RecordedSession
+from nrp_cockpit.streaming.recorded import WINDOW_NS
+from nrp_cockpit.streaming.stored import StoredMessages
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.hub import Hub
 
@@ -72,7 +72,7 @@ class Viewer:
         self.heard: list[Sent] = []
         self.said: dict[str, Any] = {}
         for name in ("experiment", "status", "timeline", "findings", "functions"):
-            hub.hear(f"/cockpit/{name}")
+            hub.subscribe(f"/cockpit/{name}")
         hub.attach(self)  # type: ignore[arg-type]  the thread of the session is that of the server
         hub.enter(self)
 
@@ -83,7 +83,7 @@ class Viewer:
 
     def tick(self, t_ns: int) -> None: ...
 
-    def hear(self, sent: Sent) -> None:
+    def receive(self, sent: Sent) -> None:
         if sent.channel.encoding == "json":
             self.said[sent.channel.topic] = json.loads(sent.payload)
         elif sent.channel.topic in self.topics:
@@ -94,7 +94,7 @@ class Viewer:
     def subscribe(self, *topics: str) -> None:
         for topic in topics:
             self.topics.add(topic)
-            self._hub.hear(topic)
+            self._hub.subscribe(topic)
 
     def messages(self) -> Raw:
         """Return what it heard since the last call."""
@@ -129,7 +129,7 @@ class Desk:
     def hears(self, *topics: str) -> None:
         """Subscribe, and wait until that was noticed."""
         self.viewer.subscribe(*topics)
-        self.session.ask(lambda: self.session.hearing.take(self.session.now_ns))
+        self.session.ask(lambda: self.session.stream.take(self.session.now_ns))
 
 
 @contextmanager

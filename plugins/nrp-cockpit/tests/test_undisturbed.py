@@ -42,7 +42,7 @@ def lived(opened: Cockpit) -> Result:
 
 
 @contextmanager
-def hearing_everything(opened: Cockpit) -> Iterator[Visitor]:
+def subscribed_to_everything(opened: Cockpit) -> Iterator[Visitor]:
     """Let somebody in who asks for everything and reads it."""
     with opened.visit() as visitor:
         visitor.subscribe(*visitor.channels)
@@ -73,7 +73,7 @@ def stalled(opened: Cockpit) -> Iterator[Visitor]:
 @contextmanager
 def audience_of(number: int, opened: Cockpit) -> Iterator[list[Visitor]]:
     with ExitStack() as stack:
-        yield [stack.enter_context(hearing_everything(opened)) for _ in range(number)]
+        yield [stack.enter_context(subscribed_to_everything(opened)) for _ in range(number)]
 
 
 @pytest.fixture(scope="module")

@@ -78,11 +78,11 @@ def test_a_topic_is_sent_only_while_somebody_hears_it(opened: Cockpit, visitor: 
     visitor.subscribe("/gazebo/model_states", "/husky/camera")
     visitor.call("step", n=5)
     visitor.until(lambda: visitor.heard["/gazebo/model_states"] and visitor.heard["/husky/camera"])
-    assert {"/gazebo/model_states", "/husky/camera"} <= opened.session.hearing._open.keys()
+    assert {"/gazebo/model_states", "/husky/camera"} <= opened.session.stream._open.keys()
     for topic in ("/gazebo/model_states", "/husky/camera"):
         visitor.unsubscribe(topic)
     visitor.call("step")
-    assert not opened.session.hearing._open
+    assert not opened.session.stream._open
 
 
 def test_who_returns_while_nothing_goes_on_sees_the_last_image_and_none_that_is_past(
@@ -95,12 +95,12 @@ def test_who_returns_while_nothing_goes_on_sees_the_last_image_and_none_that_is_
     visitor.until(lambda: images)
     last = images[-1]
     visitor.unsubscribe(camera)
-    visitor.until(lambda: camera not in opened.session.hub.heard)
+    visitor.until(lambda: camera not in opened.session.hub.subscribed)
     images.clear()
     visitor.subscribe(camera)
     assert visitor.until(lambda: images)[0] == last
     visitor.unsubscribe(camera)
-    visitor.until(lambda: camera not in opened.session.hub.heard)
+    visitor.until(lambda: camera not in opened.session.hub.subscribed)
     visitor.call("step", n=4)
     images.clear()
     visitor.subscribe(camera)
@@ -116,8 +116,8 @@ def test_who_leaves_is_not_heard_of_again(opened: Cockpit) -> None:
         staying.subscribe("/cockpit/status")
         staying.status(viewers=1)
         staying.call("step")
-        assert opened.session.hub.heard == {"/cockpit/status"}
-        assert not opened.session.hearing._open
+        assert opened.session.hub.subscribed == {"/cockpit/status"}
+        assert not opened.session.stream._open
 
 
 def test_the_whole_scene_is_sent_to_whoever_joins(opened: Cockpit, visitor: Visitor) -> None:
@@ -254,7 +254,7 @@ def test_reports_are_json_that_a_browser_can_read(opened: Cockpit) -> None:
     with opened.visit() as visitor:
         visitor.subscribe("/cockpit/test")
         value = {"nan": float("nan"), "list": [float("inf"), 1.5, "x"]}
-        opened.session.ask(lambda: hub.tell("/cockpit/test", value))
+        opened.session.ask(lambda: hub.send_json("/cockpit/test", value))
         visitor.until(lambda: visitor.heard["/cockpit/test"])
         text = visitor.heard["/cockpit/test"][0].payload
     assert json.loads(text, parse_constant=pytest.fail) == {"nan": None, "list": [None, 1.5, "x"]}

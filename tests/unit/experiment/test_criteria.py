@@ -163,10 +163,10 @@ CALM = {"name": "/level", "below": 0.5}
     ("since", "level", "passed", "reason"),
     [
         ("20 ms", 0.2, True, "/level stayed below 0.5"),
-        ("20 ms", 0.7, False, "/level said 0.7 at 0.04 s, not below 0.5"),
-        ("0 ms", 0.2, False, "/level said nothing at 0 s, not below 0.5"),
+        ("20 ms", 0.7, False, "/level was 0.7 at 0.04 s, not below 0.5"),
+        ("0 ms", 0.2, False, "/level was without a value at 0 s, not below 0.5"),
         ("start", 0.2, True, "/level stayed below 0.5"),  # from the first message on
-        ("start", 0.7, False, "/level said 0.7 at 0.04 s, not below 0.5"),
+        ("start", 0.7, False, "/level was 0.7 at 0.04 s, not below 0.5"),
     ],
 )
 def test_a_topic_that_stays_within_its_range_passes(
@@ -184,14 +184,14 @@ def test_a_topic_that_stays_within_its_range_passes(
     assert (judge.outcome.passed, judge.outcome.reason) == (passed, reason)
 
 
-def test_a_topic_that_never_says_anything_does_not_stay_in_its_range(world: World) -> None:
+def test_a_topic_that_never_carries_a_message_does_not_stay_in_its_range(world: World) -> None:
     world.declare("/level", Float64)
     judge = judge_of(Criterion.model_validate({"topic_stays": CALM}), world)
     for step in range(3):
         judge.look(step * 20 * MS, {}, GroundPositions(world))
     assert judge.outcome.passed is None
     judge.finish(60 * MS)
-    assert (judge.outcome.passed, judge.outcome.reason) == (False, "/level never said anything")
+    assert (judge.outcome.passed, judge.outcome.reason) == (False, "/level never carried a message")
 
 
 @pytest.mark.parametrize(

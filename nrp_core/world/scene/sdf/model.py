@@ -270,8 +270,8 @@ def _read_plugin(
     for name in sorted({each.joint for each in actuators.controllers} & set(deaf)):
         message = f"the joint '{name}' is {deaf[name]}: it cannot be commanded"
         reading.notes.warn(plugin, Code.NRP265, message, subject=name)
-    heard = tuple(each for each in actuators.controllers if each.joint not in deaf)
-    return actuators._replace(controllers=heard), links
+    commanded = tuple(each for each in actuators.controllers if each.joint not in deaf)
+    return actuators._replace(controllers=commanded), links
 
 
 def build_model(placed: Placed, parts: SdfParts, name: str, pose: Pose, reading: Reading) -> Model:

@@ -309,15 +309,15 @@ def _place_of(child: Element, parent: Element, rule: Rule, around: tuple[Element
 
 
 def _attributes(element: Element, rule: Rule) -> Iterator[str]:
-    """Yield the attributes that an element does not have, and words with a slip."""
+    """Yield the attributes that an element does not have, and misspelt words."""
     for name, text in element.attributes.items():
         if ":" in name or name.startswith("xmlns") or name in _OWN:
             continue
         if name not in rule.attributes:
             hint = did_you_mean(name, rule.attributes) if rule.attributes else ""
             yield f"<{element.tag}> has no attribute '{name}': ignored{hint}"
-        elif (words := rule.attributes[name]) and text not in words and (slip := hint_if_close(text, words)):
-            yield f"the {name} of <{element.tag}> is '{text}'{slip}"
+        elif (words := rule.attributes[name]) and text not in words and (hint := hint_if_close(text, words)):
+            yield f"the {name} of <{element.tag}> is '{text}'{hint}"
 
 
 def _value(element: Element, rule: Rule) -> Iterator[str]:

@@ -124,12 +124,12 @@ class StateChanges:
     def of(self, model: Model) -> Model:
         """Return a model where it was last, with its joints where they were."""
         placed = replace(model, pose=self.poses.get(("model", model.name), model.pose))
-        links, told = self.links.get(model.name, {}), self.joints.get(model.name, {})
+        links, positions = self.links.get(model.name, {}), self.joints.get(model.name, {})
         starts = dict(placed.starts)
         for joint in placed.joints:
             if not joint.takes_commands or joint.mimic is not None:
                 continue
-            position = told.get(joint.name)
+            position = positions.get(joint.name)
             if position is None:
                 position = _between(placed, joint, links)
             if position is not None:

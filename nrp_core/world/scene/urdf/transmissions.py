@@ -56,10 +56,10 @@ def read_transmission(transmission: Element, joints: Collection[str], notes: Not
             package, _, name = interface.text.rpartition("/")
             kind = _KINDS.get(name) if package in ("", _PACKAGE) else None
             if kind is None:
-                slip = hint_if_close(
+                correction = hint_if_close(
                     interface.text, [f"{_PACKAGE}/{one}" for one in _KINDS] if package else _KINDS
                 )
-                message = f"joints cannot be commanded by '{interface.text}'{slip}"
+                message = f"joints cannot be commanded by '{interface.text}'{correction}"
                 notes.warn(interface, Code.NRP265, message, subject=interface.text)
             else:
                 yield _controller(joint, interface, kind)
@@ -82,22 +82,22 @@ def give_parameters(robot: Element) -> Mapping[str, Element]:
     These are the joint that one follows, unless it has a ``<mimic>``, and where it starts.
     """
     joints = {joint.attribute("name"): joint for joint in robot.all("joint")}
-    for told in (each for system in robot.all("ros2_control") for each in system.all("joint")):
-        joint = joints.get(told.attribute("name"))
+    for described in (each for system in robot.all("ros2_control") for each in system.all("joint")):
+        joint = joints.get(described.attribute("name"))
         if joint is not None:
-            joint.children += [*_mimic_elements(told, joint), *_start_elements(told)]
+            joint.children += [*_mimic_elements(described, joint), *_start_elements(described)]
     return joints
 
 
-def _mimic_elements(told: Element, joint: Element) -> Iterator[Element]:
-    given = _parameters(told)
+def _mimic_elements(described: Element, joint: Element) -> Iterator[Element]:
+    given = _parameters(described)
     if "mimic" in given and not joint.all("mimic"):
         factor = given["multiplier"].text if "multiplier" in given else "1"
         yield new("mimic", given["mimic"], joint=given["mimic"].text, multiplier=factor)
 
 
-def _start_elements(told: Element) -> Iterator[Element]:
-    for state in told.all("state_interface"):
+def _start_elements(described: Element) -> Iterator[Element]:
+    for state in described.all("state_interface"):
         given = _parameters(state)
         if state.attribute("name") == "position" and "initial_value" in given:
             yield new(START, given["initial_value"], text=given["initial_value"].text)

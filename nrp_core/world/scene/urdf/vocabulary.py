@@ -132,11 +132,11 @@ def _attributes(element: Element, entry: str) -> Iterator[tuple[str, str]]:
         if ":" in name or not attributes:
             continue
         alone = not children and not attributes & element.attributes.keys()
-        said = f"<{element.tag}> has no attribute '{name}': ignored"
+        message = f"<{element.tag}> has no attribute '{name}': ignored"
         if name in _ELSEWHERE:
-            yield f"{said}; it belongs in <{_ELSEWHERE[name]}>", name
+            yield f"{message}; it belongs in <{_ELSEWHERE[name]}>", name
         elif alone or _resembles(name, attributes - element.attributes.keys()):
-            yield f"{said}{did_you_mean(name, attributes)}", name
+            yield f"{message}{did_you_mean(name, attributes)}", name
 
 
 def _values(element: Element, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
@@ -150,10 +150,10 @@ def _values(element: Element, attributes: frozenset[str]) -> Iterator[tuple[str,
             yield f"{name} of <{element.tag}> must hold {wanted}, not '{text}': ignored", name
     if "rgba" in attributes and not _is_colour(text := element.attributes.get("rgba", "0 0 0")):
         yield f"rgba of <{element.tag}> must hold 4 numbers, not '{text}': ignored", "rgba"
-    if element.tag == "param" and (slip := hint_if_close(element.attributes.get("name", ""), _PARAMETERS)):
+    if element.tag == "param" and (hint := hint_if_close(element.attributes.get("name", ""), _PARAMETERS)):
         name = element.attributes["name"]
         if name not in _PARAMETERS:
-            yield f"<param> '{name}' is ignored{slip}", name
+            yield f"<param> '{name}' is ignored{hint}", name
 
 
 def _is_colour(text: str) -> bool:

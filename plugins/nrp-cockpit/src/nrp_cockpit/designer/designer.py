@@ -146,7 +146,7 @@ class Designer:
         with self._lock:
             yield self._desk.shown
             self._revision += 1
-            self._session.hub.tell(TOPIC, self._state(self._desk.shown))
+            self._session.hub.send_json(TOPIC, self._state(self._desk.shown))
 
     def _state(self, drawing: Drawing) -> dict[str, Any]:
         return {

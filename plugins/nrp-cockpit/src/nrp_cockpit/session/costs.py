@@ -37,9 +37,9 @@ class Costs:
 
     def __init__(self, loop: ClosedLoop) -> None:
         self._loop = loop
-        self.begin_again()
+        self.reset()
 
-    def begin_again(self) -> None:
+    def reset(self) -> None:
         """Forget what was measured."""
         account = self._loop.account
         self._calls_before, self._before_ns = dict(account.function_calls), dict(account.function_ns)

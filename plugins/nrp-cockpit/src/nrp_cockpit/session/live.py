@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from nrp_cockpit.hearing.hearing import Hearing
 from nrp_cockpit.session.bodies import Bodies
 from nrp_cockpit.session.companion import Companion
 from nrp_cockpit.session.functions import Functions
@@ -15,6 +14,7 @@ from nrp_cockpit.session.live_reports import LiveReports
 from nrp_cockpit.session.past import ALONE_NS, WATCHED_NS, Past
 from nrp_cockpit.session.requests import Requests
 from nrp_cockpit.session.session import Mode, Session
+from nrp_cockpit.streaming.live import LiveStream
 from nrp_cockpit.wire.hub import Hub
 from nrp_core._support.stopwatch import work
 from nrp_core.cle.pacing import AsFastAsPossible, Paced
@@ -55,7 +55,7 @@ class LiveSession(Session):
     def _attend(self, run: Run, functions: Functions) -> None:
         self.run, self.functions = run, functions
         can_save = run.brain.capabilities.snapshot and run.world.capabilities.snapshot
-        self.hearing = Hearing(run, self.hub)
+        self.stream = LiveStream(run, self.hub)
         self.past = Past(run, can_save=can_save, halted=lambda: self._is_halted)
         self.bodies = Bodies(run)
         self.reports = LiveReports(self)
@@ -70,7 +70,7 @@ class LiveSession(Session):
             functions: its transfer functions.
         """
         self._end_recording_of_the_past()
-        self.hearing.begin_again()
+        self.stream.reset()
         self._end_observation()
         self.run.close()
         self._attend(run, functions)
@@ -126,7 +126,7 @@ class LiveSession(Session):
         self._look_whether_there()
 
     def _idle(self) -> None:
-        self.hearing.take()
+        self.stream.take()
         self.reports.idle()
         if self.beside is not None:
             self.beside.idle()
@@ -141,7 +141,7 @@ class LiveSession(Session):
             self.reports.progress()
         finally:
             self._gone_s, self._going_since = self.wall_s, None
-            self.hearing.take_poses_again()  # those of the last step, which are not sent with every step
+            self.stream.take_poses_again()  # those of the last step, which are not sent with every step
 
     def _after_step(self, loop: Any) -> None:
         # with cold caches each call takes microseconds, so there are few while nobody watches
@@ -160,10 +160,10 @@ class LiveSession(Session):
         """Send the step to the clients; also once after the last one has left, to end the observation."""
         self.functions.costs.watch()
         with self.hub.together():
-            self.hearing.take()
+            self.stream.take()
             self.reports.after_step()
         self.past.after_step(WATCHED_NS)
-        self._is_shown = self.hearing.listens
+        self._is_shown = self.stream.is_active
 
     # -- time
 
@@ -231,16 +231,16 @@ class LiveSession(Session):
             return
         self._end_recording_of_the_past()
         self.run.reset()
-        self.past.begin_again()
+        self.past.reset()
         self._gone_s = 0.0
         self._jumped()
 
     def steered(self) -> None:
         """Note a change of the run that repeating it would miss."""
         self.past.mark()
-        self.hearing.offer_all()
-        self.hearing.take_poses_again()
-        self.hearing.take()
+        self.stream.offer_all()
+        self.stream.take_poses_again()
+        self.stream.take()
         self.reports.all()
 
     def _run_through(self, until_ns: int) -> None:
@@ -264,9 +264,9 @@ class LiveSession(Session):
         """Report that the time has jumped."""
         if self.run.error is None:
             self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
-        self.functions.costs.begin_again()
-        self.hearing.begin_again()
-        self.hearing.take()
+        self.functions.costs.reset()
+        self.stream.reset()
+        self.stream.take()
         if self.beside is not None:
             self.beside.go_along()
         self.reports.all()
@@ -310,6 +310,6 @@ class LiveSession(Session):
 
     def _end_observation(self) -> None:
         self.run.loop.hooks.after_step.remove(self._after_step)
-        self.hearing.close()
+        self.stream.close()
         self.past.close()
         self.functions.close()

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Protocol
 
-from nrp_cockpit.hearing.hearing import Hearing
 from nrp_cockpit.session.companion import Companion
 from nrp_cockpit.session.described import run_data
 from nrp_cockpit.session.findings import finding_data, timeline_data
 from nrp_cockpit.session.functions import Functions
 from nrp_cockpit.session.past import Past
 from nrp_cockpit.session.reports import Reported, Reports
+from nrp_cockpit.streaming.live import LiveStream
 from nrp_core.experiment.running.run import Run
 
 
@@ -19,7 +19,7 @@ class LiveReported(Reported, Protocol):
     """The interface of a session with a run for its reports."""
 
     run: Run
-    hearing: Hearing
+    stream: LiveStream
     past: Past
     functions: Functions
     recording_path: Path | None
@@ -78,7 +78,7 @@ class LiveReports(Reports):
         return {
             "wall_s": session.wall_s,
             "recording": self._recording(),
-            "server_ms_per_step": session.hearing.ms_per_step,
+            "server_ms_per_step": session.stream.ms_per_step,
             "share": {
                 "brain": share["brain"], "world": share["world"],
                 "functions": share["transfer_functions"], "loop": share["engine"],

@@ -162,7 +162,7 @@ class Opening:
                 raise CapabilityError("the second run cannot use the edited functions")
             if snapshot is not None:
                 _take_over(run, session.run, snapshot)
-            hub = session.hub.open_beside()
+            hub = session.hub.open_second()
             beside = Beside(run, hub, session, label, lead_label, functions)
             hub.services = services_of(beside)
         except BaseException:

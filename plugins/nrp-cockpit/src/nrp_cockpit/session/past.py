@@ -180,7 +180,7 @@ class Past:
         self._reach_ns = t_ns
         self._last_was(max((each.t_ns for each in self._moments if each.was), default=-ALONE_NS))
 
-    def begin_again(self) -> None:
+    def reset(self) -> None:
         """Forget all but requested snapshots, because the run is at its beginning."""
         self._leave()
         self._lost, self._reach_ns = "", self._run.loop.now_ns

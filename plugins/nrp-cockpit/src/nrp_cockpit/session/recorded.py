@@ -7,11 +7,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from nrp_cockpit.hearing.recorded import RecordedHearing
-from nrp_cockpit.hearing.stored import StoredMessages
 from nrp_cockpit.session.recorded_run import FIXED, RecordedRun
 from nrp_cockpit.session.reports import Reports
 from nrp_cockpit.session.session import Mode, Session
+from nrp_cockpit.streaming.recorded import RecordedStream
+from nrp_cockpit.streaming.stored import StoredMessages
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.cle.pacing import AsFastAsPossible, Paced, Pacing
 from nrp_core.errors import CapabilityError, LifecycleError
@@ -40,7 +40,7 @@ class RecordedSession(Session):
         self._begin_ns, self._end_ns = self._messages.span_ns
         self._now_ns = self._begin_ns
         self.run = RecordedRun(self.recording, self._messages.topics, self._end_ns)
-        self.hearing = RecordedHearing(self._messages, hub)
+        self.stream = RecordedStream(self._messages, hub)
         self._pacing: Pacing = self._paced(self.pace)
         self.reports = RecordedReports(self)
 
@@ -58,7 +58,7 @@ class RecordedSession(Session):
 
     def serve(self) -> None:
         threading.Thread(target=self._check, name=CHECKING, daemon=True).start()
-        self.hearing.show(self._now_ns)
+        self.stream.show(self._now_ns)
         super().serve()
 
     # -- time
@@ -92,7 +92,7 @@ class RecordedSession(Session):
         """Show a time and pause."""
         self._now_ns = min(max(t_ns, self._begin_ns), self._end_ns)
         self.mode = Mode.FINISHED if self._now_ns == self._end_ns else Mode.PAUSED
-        self.hearing.show(self._now_ns)
+        self.stream.show(self._now_ns)
         self.reports.all()
 
     # -- the thread
@@ -108,13 +108,13 @@ class RecordedSession(Session):
             return
         self._now_ns = next_ns
         with self.hub.together():
-            self.hearing.take(next_ns)
+            self.stream.take(next_ns)
             if self.hub.listeners:
                 self.reports.after_step()
         self._look_whether_there()
 
     def _idle(self) -> None:
-        self.hearing.take(self._now_ns)
+        self.stream.take(self._now_ns)
         self.reports.idle()
 
     def _end(self) -> None:
@@ -152,7 +152,7 @@ class RecordedReports(Reports):
     def __init__(self, session: RecordedSession) -> None:
         super().__init__(session)
         self._session, self._run = session, session.run
-        scenes = session.hearing.scenes
+        scenes = session.stream.scenes
         self._experiment = self._run.experiment_data(scenes.entities(session.now_ns) if scenes else [])
         self._functions = self._run.functions_data()
         self._timeline = self._run.timeline_data()
@@ -170,4 +170,4 @@ class RecordedReports(Reports):
         return self._run.findings_data()
 
     def _status_data(self) -> dict[str, Any]:
-        return self._run.status_data() | {"server_ms_per_step": self._session.hearing.ms_per_step}
+        return self._run.status_data() | {"server_ms_per_step": self._session.stream.ms_per_step}

@@ -6,10 +6,10 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from nrp_cockpit.hearing.scenes import SCENE_TYPE
 from nrp_cockpit.session.described import role_of
 from nrp_cockpit.session.findings import finding_data, timeline_data
 from nrp_cockpit.session.recorded_functions import recorded_functions
+from nrp_cockpit.streaming.recorded import SCENE_TYPE
 from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.events.criteria import Verdict

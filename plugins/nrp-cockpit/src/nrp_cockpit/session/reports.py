@@ -98,7 +98,7 @@ class Reports(ABC):
     def log(self, level: str, text: str) -> None:
         """Report a line of text."""
         line = {"t_s": seconds(self._reported.now_ns), "level": level, "text": text}
-        self._reported.hub.tell("/cockpit/log", line, self._reported.now_ns)
+        self._reported.hub.send_json("/cockpit/log", line, self._reported.now_ns)
 
     # -- the contents, in the shapes of the page's state/types.ts
 
@@ -133,7 +133,7 @@ class Reports(ABC):
         """Send a report if it has changed."""
         if self._said.get(name) != value:
             self._said[name] = value
-            self._reported.hub.tell(f"/cockpit/{name}", value, self._reported.now_ns)
+            self._reported.hub.send_json(f"/cockpit/{name}", value, self._reported.now_ns)
 
     def _measured(self, now: float, t_ns: int) -> float:
         """Return the speed of time relative to the wall clock over the last seconds."""

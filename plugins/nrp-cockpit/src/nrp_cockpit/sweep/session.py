@@ -63,7 +63,7 @@ class SweepSession:
             return
 
     def _tell(self) -> None:
-        self._hub.tell(TOPIC, self._sheet.data())
+        self._hub.send_json(TOPIC, self._sheet.data())
 
     def _asked(self, service: Service) -> Service:
         """Return a service that is called in the thread of :meth:`serve`: Matplotlib belongs to one."""

@@ -40,7 +40,7 @@ class Client:
         self._connection, self._hub, self._may_steer = connection, hub, may_steer
         self._outbox, self._wake = Outbox(), asyncio.Event()
         self._announced: set[int] = set()
-        self._heard: dict[int, Channel] = {}
+        self._subscribed: dict[int, Channel] = {}
         self._subscriptions: dict[int, list[int]] = {}
         self._topics: dict[int, str] = {}
         self._calls = Calls(hub.services, may_steer=may_steer)
@@ -65,7 +65,7 @@ class Client:
             pass
         finally:
             sender.cancel()
-            self._hub.leave(self, [channel.topic for channel in self._heard.values()])
+            self._hub.leave(self, [channel.topic for channel in self._subscribed.values()])
 
     # -- called by the hub
 
@@ -76,7 +76,7 @@ class Client:
         if new:
             self._say(protocol.advertise([channel.to_dict() for channel in new]))
 
-    def hear(self, sent: Sent) -> None:
+    def receive(self, sent: Sent) -> None:
         """Queue a message, if the client subscribes to its channel."""
         for subscription in self._subscriptions.get(sent.channel.id, ()):
             self._outbox.add(subscription, sent)
@@ -167,22 +167,22 @@ class Client:
         channel = next((one for one in self._hub.channels if one.id == channel_id), None)
         if channel is None:
             raise ProtocolError(f"there is no channel {channel_id}")
-        if subscription in self._heard or not protocol.is_id(subscription):
+        if subscription in self._subscribed or not protocol.is_id(subscription):
             raise ProtocolError(f"{subscription!r} is not a valid id of a new subscription")
-        self._heard[subscription] = channel
+        self._subscribed[subscription] = channel
         self._subscriptions.setdefault(channel_id, []).append(subscription)
-        last = self._hub.hear(channel.topic)
+        last = self._hub.subscribe(channel.topic)
         if last is not None:
             self._outbox.add(subscription, last)
             self._wake.set()
 
     def _unsubscribe(self, subscription: int) -> None:
-        channel = self._heard.pop(subscription, None)
+        channel = self._subscribed.pop(subscription, None)
         if channel is None:
             raise ProtocolError(f"there is no subscription {subscription!r}")
         self._subscriptions[channel.id].remove(subscription)
         self._outbox.forget(subscription)
-        self._hub.unhear(channel.topic)
+        self._hub.unsubscribe(channel.topic)
 
     def _begin(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(work)

@@ -46,7 +46,7 @@ class Listener(Protocol):
 
     def announce(self, channels: Iterable[Channel]) -> None: ...
 
-    def hear(self, sent: Sent) -> None: ...
+    def receive(self, sent: Sent) -> None: ...
 
     def flush(self) -> None: ...
 
@@ -60,7 +60,7 @@ class Hub:
     Attributes:
         channels: the channels offered.
         services: the services for clients.
-        heard: the topics with at least one subscriber; the same object until it changes.
+        subscribed: the topics with at least one subscriber; the same object until it changes.
         playback: the time and state of the session.
         joined: the number of subscriptions to each topic so far.
         beside: the hub of a second run on the same server, if any.
@@ -70,7 +70,7 @@ class Hub:
     def __init__(self) -> None:
         self.channels = Channels()
         self.services = Services()
-        self.heard: frozenset[str] = frozenset()
+        self.subscribed: frozenset[str] = frozenset()
         self.joined: Counter[str] = Counter()
         self.listeners: dict[Listener, None] = {}
         self.playback = Playback()
@@ -93,12 +93,12 @@ class Hub:
         return self.channels[topic]
 
     def offer_json(self, topic: str, kind: Kind = Kind.LATEST) -> None:
-        """Offer a topic for :meth:`tell`."""
+        """Offer a topic for :meth:`send_json`."""
         if topic not in self.channels:
             channel = self.channels.open(topic, topic[1:], "{}", encoding="json", kind=kind)
             self._hand(self._announce, channel)
 
-    def tell(self, topic: str, value: Any, t_ns: int = 0) -> None:
+    def send_json(self, topic: str, value: Any, t_ns: int = 0) -> None:
         """Send a value as JSON; later subscribers get the last one."""
         self.send(Sent(self.channels[topic], t_ns, (to_json(value),)))
         self.flush()
@@ -110,7 +110,7 @@ class Hub:
             sent: the message.
             keep: whether later subscribers get it, as long as it is the last.
         """
-        if keep or sent.channel.topic in self.heard:
+        if keep or sent.channel.topic in self.subscribed:
             self._waiting.append((sent, keep))
 
     def play_back(self, playback: Playback) -> None:
@@ -158,7 +158,7 @@ class Hub:
         """Set the loop of the server's thread; None: the server has stopped."""
         self._loop = loop
 
-    def open_beside(self) -> Hub:
+    def open_second(self) -> Hub:
         """Return a new hub for a second run on the same server."""
         self.beside = Hub()
         self.beside.attach(self._loop)
@@ -168,27 +168,27 @@ class Hub:
         """Add a client."""
         self.listeners[listener] = None
 
-    def leave(self, listener: Listener, heard: Iterable[str]) -> None:
+    def leave(self, listener: Listener, topics: Iterable[str]) -> None:
         """Remove a client and its subscriptions to these topics."""
         self.listeners.pop(listener, None)
         self._dropped_before += listener.dropped
-        for topic in heard:
-            self.unhear(topic)
+        for topic in topics:
+            self.unsubscribe(topic)
 
-    def hear(self, topic: str) -> Sent | None:
+    def subscribe(self, topic: str) -> Sent | None:
         """Add a subscriber to a topic; return its last message."""
         self._counts[topic] += 1
-        self.heard = frozenset(self._counts)
+        self.subscribed = frozenset(self._counts)
         self.joined[topic] += 1
         self.wake()
         return self._last.get(topic)
 
-    def unhear(self, topic: str) -> None:
+    def unsubscribe(self, topic: str) -> None:
         """Remove a subscriber from a topic."""
         self._counts[topic] -= 1
         if not self._counts[topic]:
             del self._counts[topic]
-        self.heard = frozenset(self._counts)
+        self.subscribed = frozenset(self._counts)
 
     def _spread(self, batch: tuple[list[tuple[Sent, bool]], int | None]) -> None:
         waiting, tick_ns = batch
@@ -199,7 +199,7 @@ class Hub:
             if keep:
                 self._last[sent.channel.topic] = sent
             for listener in self.listeners:
-                listener.hear(sent)
+                listener.receive(sent)
         for listener in self.listeners:
             listener.flush()
 

@@ -42,13 +42,13 @@ def run_script(path: Path) -> ModuleType:
     vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
     dialect = Dialect(pynn, *_running(pynn, state), state.hub, of_script=True)
     reading = reading_of(path)
-    state.tell(reading.remarks(path))
+    state.warn(reading.remarks(path))
     modules = {**reading.modules, **clock.modules()}
     scope = scope_of(pynn, modules=modules, dialect=dialect, compiled=reading.compiled)
     try:
         with reading.running():
             module = scope.run(path, name="__main__")
-        state.tell(warnings_about(path))
+        state.warn(warnings_about(path))
         return module
     except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, path) from error
@@ -66,7 +66,7 @@ def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[s
             return time_ms  # which is refused
         rounded_ms = ceil(time_ms / state.dt - _ROUNDING) * state.dt
         if rounded_ms - time_ms > _ROUNDING * state.dt:
-            state.tell([
+            state.warn([
                 f"run: {time_ms:g} ms are not whole time steps of {state.dt:g} ms, and are rounded up to "
                 f"{rounded_ms:g} ms"
             ])  # fmt: skip

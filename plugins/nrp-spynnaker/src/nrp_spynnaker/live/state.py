@@ -162,12 +162,12 @@ class LiveState(RunningState):
             raise failure
 
     def end(self) -> None:
-        """Release the brain, and tell of injectors into which nobody sends."""
+        """Release the brain, and warn of injectors into which nobody sends."""
         has_programs = self._sockets is not None and self._sockets.has_programs
         if self._longest_ms > 0.0 and not has_programs:
             known = {*self.hub.inputs, *self._fed}
             known.update(label for one in self.hub.connections for label in one.send_labels)
-            self.tell(
+            self.warn(
                 f"no spike was sent into '{label}': it has no port, and no connection has it in send_labels"
                 for label in sorted(self.hub.injectors.keys() - known)
             )

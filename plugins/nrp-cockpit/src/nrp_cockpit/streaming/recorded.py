@@ -3,26 +3,103 @@
 from __future__ import annotations
 
 import time
+from bisect import bisect_right
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 
-from nrp_cockpit.hearing.scenes import SCENE_TYPE, RecordedScenes
-from nrp_cockpit.hearing.stored import Stored, StoredMessages
+from nrp_cockpit.streaming.stored import Stored, StoredMessages
 from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.clock import NS_PER_S
 from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.world.messages.base import Time, type_name
+from nrp_core.world.messages.cdr import Codec
+from nrp_core.world.messages.foxglove_msgs import SceneEntity, SceneEntityDeletion, SceneUpdate
 
+SCENE_TYPE = type_name(SceneUpdate)
+"""The type of scenes for viewers; recordings of version 0.1 have another type."""
 WINDOW_NS = 4 * NS_PER_S
 """The time before the target of a seek that is sent too, so that plots are not empty."""
-
 _MOST_BYTES = 1_000_000
 """The maximum size of the last seconds of a topic; of more data, only the last message is sent."""
 _LATEST = (Role.CAMERA, Role.TRANSFORMS, Role.MODELS)
 """The roles of topics of which only the last message counts."""
 
 
-class RecordedHearing:
+@dataclass(slots=True)
+class _Past:
+    """The history of one entity: the times of changes, and the entity then; None: it was removed."""
+
+    times_ns: list[int] = field(default_factory=list)
+    entities: list[SceneEntity | None] = field(default_factory=list)
+
+    def at(self, t_ns: int) -> SceneEntity | None:
+        nth = bisect_right(self.times_ns, t_ns)
+        return self.entities[nth - 1] if nth else None
+
+
+class RecordedScenes:
+    """Reads the changes of a scene lazily, each once.
+
+    Args:
+        messages: of the recording.
+    """
+
+    def __init__(self, messages: StoredMessages) -> None:
+        self._messages, self._codec = messages, Codec({})
+        self._codec.define(SCENE_TYPE, messages.topics[SCENE].definition)
+        self._pasts: dict[str, _Past] = {}
+        self._first: bytes | None = None
+        self._updates, self._until_ns = 0, -1
+
+    def at(self, t_ns: int) -> bytes | None:
+        """Return the message that makes any viewer show the scene of a time.
+
+        Until the first change it is the recorded message.
+        """
+        self._read(t_ns)
+        if self._updates < 2:
+            return self._first
+        entities, deletions = [], []
+        for name, past in self._pasts.items():
+            entity = past.at(t_ns)
+            if entity is None:
+                deletions.append(SceneEntityDeletion(Time.from_ns(self._until_ns), id=name))
+            else:
+                entities.append(entity)
+        return bytes(self._codec.encode(SceneUpdate(deletions, entities)))
+
+    def entities(self, t_ns: int) -> list[SceneEntity]:
+        """Return the entities that exist at a time."""
+        self._read(t_ns)
+        found = (past.at(t_ns) for past in self._pasts.values())
+        return [entity for entity in found if entity is not None]
+
+    def _read(self, t_ns: int) -> None:
+        if t_ns <= self._until_ns:
+            return
+        for stored in self._messages.between([SCENE], self._until_ns, t_ns):
+            self._first = self._first or stored.data
+            self._updates += 1
+            self._add(stored.t_ns, self._codec.decode(stored.data, SCENE_TYPE))
+        self._until_ns = t_ns
+
+    def _add(self, t_ns: int, update: SceneUpdate) -> None:
+        for deletion in update.deletions:
+            gone = self._pasts if deletion.type == SceneEntityDeletion.ALL else (deletion.id,)
+            for name in tuple(gone):
+                self._note(name, t_ns, None)
+        for entity in update.entities:
+            self._note(entity.id, t_ns, entity)
+
+    def _note(self, name: str, t_ns: int, entity: SceneEntity | None) -> None:
+        past = self._pasts.setdefault(name, _Past())
+        past.times_ns.append(t_ns)
+        past.entities.append(entity)
+
+
+class RecordedStream:
     """The topics of a recording, sent to a hub. All methods belong to the thread of the session.
 
     Args:
@@ -35,7 +112,7 @@ class RecordedHearing:
         self._joined: dict[str, int] = {}
         self._at_ns = -1
         self._taken = self._spent_ns = 0
-        self._topics = {name: topic for name, topic in messages.topics.items() if _is_heard(topic)}
+        self._topics = {name: topic for name, topic in messages.topics.items() if _is_streamed(topic)}
         self.scenes = RecordedScenes(messages) if SCENE in self._topics else None
         for topic in self._topics.values():
             lost = Kind.LATEST if topic.role in _LATEST else Kind.EVERY
@@ -68,11 +145,11 @@ class RecordedHearing:
     def _follow(self) -> None:
         """Send the current state of newly subscribed topics."""
         hub = self._hub
-        heard = {name: hub.joined[name] for name in hub.heard if name in self._topics}
-        if heard != self._joined:
-            before, self._joined = self._joined, heard
-            hub.forget(before.keys() - heard.keys())
-            self._show([name for name, joined in heard.items() if joined != before.get(name)])
+        subscribed = {name: hub.joined[name] for name in hub.subscribed if name in self._topics}
+        if subscribed != self._joined:
+            before, self._joined = self._joined, subscribed
+            hub.forget(before.keys() - subscribed.keys())
+            self._show([name for name, joined in subscribed.items() if joined != before.get(name)])
 
     def _show(self, topics: Iterable[str]) -> None:
         """Send the current state of some topics, and the last seconds of plotted ones."""
@@ -102,5 +179,5 @@ class RecordedHearing:
         self._hub.send(Sent(channel, stored.t_ns, (stored.data,)), keep=keep)
 
 
-def _is_heard(topic: RecordedTopic) -> bool:
+def _is_streamed(topic: RecordedTopic) -> bool:
     return topic.role != Role.RUN and (topic.name != SCENE or topic.type_name == SCENE_TYPE)

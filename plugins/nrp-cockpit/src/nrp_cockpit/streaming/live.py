@@ -5,18 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
-from nrp_cockpit.hearing.images import WholeImages
-from nrp_cockpit.hearing.published import PublishedMessages
-from nrp_cockpit.hearing.rarely import Rarely
 from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.layout import SCENE, TRANSFORMS, Images, device_topic, spikes_topic
+from nrp_core.recording.layout import SCENE, TRANSFORMS, Images, Role, device_topic, spikes_topic
+from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.encoding import Packed, Parts
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.signals import (
+    PERIOD_NS,
+    Add,
+    CameraImages,
     DeviceRecords,
     LinkTransforms,
     MovingModels,
@@ -25,6 +26,7 @@ from nrp_core.recording.writing.signals import (
     Scenery,
     Signal,
     TopicMessages,
+    about_role,
 )
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.cdr import Codec
@@ -34,12 +36,66 @@ from nrp_core.world.messages.generated import made
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.topics import Direction, TopicInfo
+from nrp_core.world.topics import Direction, Stamped, TopicInfo
+from nrp_core.world.world import World
 
 Open = Callable[[], Signal]
 
 
-class Hearing:
+class WholeImages(CameraImages):
+    """The images of one camera, uncompressed, unlike those in recordings."""
+
+    def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
+        parts = encoding.image(stamped.message, pack=False)
+        return RecordEntry(stamped.t_ns, topic, Image, self._about, parts)
+
+
+class PublishedMessages(Signal):
+    """The messages on all topics that functions, events and users publish on.
+
+    Args:
+        world: the world of the topics.
+    """
+
+    _about = about_role(Role.PUBLISHED)
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._pending: list[tuple[str, Stamped]] = []
+        world.add_observer(self._note)
+
+    def take(self, now_ns: int, add: Add) -> None:
+        pending, self._pending = self._pending, []
+        for topic, stamped in pending:
+            add(RecordEntry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message))
+
+    def close(self) -> None:
+        self._world.remove_observer(self._note)
+
+    def _note(self, topic: str, stamped: Stamped) -> None:
+        self._pending.append((topic, stamped))
+
+
+class Throttled(Signal):
+    """Another signal, taken as often as the poses of links.
+
+    Args:
+        signal: the signal.
+    """
+
+    def __init__(self, signal: Signal) -> None:
+        self._signal, self._due_ns = signal, 0
+
+    def take(self, now_ns: int, add: Add) -> None:
+        if now_ns >= self._due_ns:
+            self._due_ns = (now_ns // PERIOD_NS + 1) * PERIOD_NS
+            self._signal.take(now_ns, add)
+
+    def close(self) -> None:
+        self._signal.close()
+
+
+class LiveStream:
     """The topics of a run, sent to a hub step by step. All methods belong to the thread of the run.
 
     Args:
@@ -53,7 +109,7 @@ class Hearing:
         self._openers: dict[str, Open] = {}
         self._sources: dict[str, str] = {}
         self._open: dict[str, Signal] = {}
-        self._heard: frozenset[str] = frozenset()
+        self._subscribed: frozenset[str] = frozenset()
         self._joined = 0
         self._steps = self._spent_ns = 0
         self._now_ns = -1
@@ -66,7 +122,7 @@ class Hearing:
         return self._spent_ns / max(1, self._steps) / 1e6
 
     @property
-    def listens(self) -> bool:
+    def is_active(self) -> bool:
         """Whether it observes something, or keeps what becomes invalid with the next step."""
         return bool(self._open or self._left)
 
@@ -76,7 +132,7 @@ class Hearing:
         if self._left and self._run.loop.now_ns != self._now_ns:
             hub.forget(self._left)
             self._left.clear()
-        if hub.heard is not self._heard or hub.joined[SCENE] != self._joined:
+        if hub.subscribed is not self._subscribed or hub.joined[SCENE] != self._joined:
             self._follow()
         if self._open:
             began, now_ns = time.perf_counter_ns(), self._run.loop.now_ns
@@ -87,12 +143,12 @@ class Hearing:
             hub.flush()
             self._spent_ns += time.perf_counter_ns() - began
 
-    def begin_again(self) -> None:
+    def reset(self) -> None:
         """Forget what was sent, because the time of the run went back or its scene changed."""
         self._close_all()
         self._hub.forget(self._sources)
         self._left.clear()
-        self._heard = frozenset()
+        self._subscribed = frozenset()
 
     def take_poses_again(self) -> None:
         """Send the poses again with the next :meth:`take`, because bodies were moved between two steps."""
@@ -110,8 +166,8 @@ class Hearing:
     def _follow(self) -> None:
         """Open newly subscribed topics and close topics without subscribers."""
         hub = self._hub
-        joined, self._joined, self._heard = self._joined, hub.joined[SCENE], hub.heard
-        wanted = {self._sources[topic] for topic in self._heard if topic in self._sources}
+        joined, self._joined, self._subscribed = self._joined, hub.joined[SCENE], hub.subscribed
+        wanted = {self._sources[topic] for topic in self._subscribed if topic in self._sources}
         for name in self._open.keys() - wanted:
             self._open.pop(name).close()
             # whoever returns before the next step gets the last ones: a sensor has none in between
@@ -127,7 +183,7 @@ class Hearing:
             self._open.popitem()[1].close()
 
     def _send(self, entry: RecordEntry) -> None:
-        if entry.topic not in self._heard:
+        if entry.topic not in self._subscribed:
             return
         try:
             pieces = _pieces(entry.parts) if entry.parts else (bytes(self._codec.encode(entry.message)),)
@@ -147,7 +203,9 @@ class Hearing:
         assert transforms is not None
         self._offer(SCENE, SceneUpdate, SCENE, lambda: Scenery(world, frames))
         self._offer(TRANSFORMS, transforms, TRANSFORMS, lambda: LinkTransforms(frames), Kind.LATEST)
-        self._offer(MODEL_STATES, ModelStates, MODEL_STATES, lambda: Rarely(MovingModels(world)), Kind.LATEST)
+        self._offer(
+            MODEL_STATES, ModelStates, MODEL_STATES, lambda: Throttled(MovingModels(world)), Kind.LATEST
+        )
         for label in brain.network.populations:
             self._offer(spikes_topic(label), nrp_msgs.Spikes, "spikes", lambda: PopulationSpikes(brain))
         for topic, kind in self._devices():
