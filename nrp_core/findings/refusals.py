@@ -118,3 +118,10 @@ def immovable(model: str) -> str:
 def no_joint(model: str, joint: str, need: str) -> str:
     """Return the clause about a joint that needs a capability, such as ``ball_joints``."""
     return f"has no {need.replace('_', ' ')}, such as '{model}/{joint}'"
+
+
+def no_drive(model: str, drive: str, need: str) -> str:
+    """Return the clause about a drive, such as a muscle, that needs a capability."""
+    if need == "own_actuators":
+        return f"cannot simulate the muscle '{drive}' of '{model}', which wraps around shapes or joints"
+    return f"has no {need.replace('_', ' ')}, such as '{drive}' of '{model}'"

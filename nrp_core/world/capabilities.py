@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from nrp_core.findings import Code, Findings
-from nrp_core.findings.refusals import immovable, no_joint, refusal
+from nrp_core.findings.refusals import immovable, no_drive, no_joint, refusal
 from nrp_core.simulation import Determinism
 from nrp_core.world.scene.model import Joint, Model, Scene
 
@@ -34,6 +34,8 @@ class WorldCapabilities:
             refused.
         loops: joints can close loops and tie two models. Otherwise such joints are left out, with a warning.
         own_actuators: it has the actuators that elements for it in a model's file describe.
+        muscles: it has muscles along straight lines. Otherwise a scene with one is refused, as is a scene
+            with one that wraps around shapes in an engine without ``own_actuators``.
         changes: models can be moved, added and deleted while it runs.
         real_time: time passes by itself, as on a robot, so the loop must keep up.
         poses: it reports the poses of models.
@@ -58,6 +60,7 @@ class WorldCapabilities:
     coupled_joints: bool = False
     loops: bool = False
     own_actuators: bool = False
+    muscles: bool = False
     changes: bool = False
     real_time: bool = False
     poses: bool = True
@@ -69,6 +72,9 @@ class WorldCapabilities:
         for model in scene.models if not self.own_scene else ():
             if not (self.dynamics or model.static or model.drives):
                 return immovable(model.name)
+            for drive in model.drives:
+                if lacking := [need for need in drive.needs if not getattr(self, need)]:
+                    return no_drive(model.name, drive.name, lacking[0])
             for joint in model.joints if self.dynamics and not model.static else ():
                 for need in needs_of(model, joint):
                     if not getattr(self, need):

@@ -85,8 +85,21 @@ class JointCommands(ABC):
         self._do_set_joint_effort(model, joint, effort)
 
     def set_control(self, model: str, actuator: str, value: float) -> None:
-        """Set the control of an actuator; implemented where ``own_actuators`` is declared."""
+        """Set the control of an actuator; implemented where ``own_actuators`` or ``muscles`` is declared."""
         raise self.lacks("has no actuators of its own")
+
+    @final
+    def actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
+        """Return the states of actuators of a model at the present time, shape ``(4, n)``.
+
+        Returns:
+            The lengths (m), velocities (m/s, positive where they lengthen), tensions (N, positive where they
+            pull) and activations. Where an actuator turns a joint, rad and N m are in place of m and N.
+
+        Raises:
+            CapabilityError: the engine has neither ``muscles`` nor ``own_actuators``.
+        """
+        return self._do_actuator_states(model, actuators)
 
     # -- for backends
 
@@ -101,6 +114,10 @@ class JointCommands(ABC):
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint from now on, in addition to its servo."""
         raise self.lacks(JOINT_CONTROL)
+
+    def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
+        """Return lengths, velocities, tensions and activations of actuators, a new array."""
+        raise self.lacks("does not report the states of actuators")
 
 
 class ExternalWrenches:

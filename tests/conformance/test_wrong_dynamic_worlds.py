@@ -271,6 +271,35 @@ wrong("snapshot forgets velocities", "a_snapshot_keeps_everything_that_moves", _
 wrong("reset keeps targets of servos", "a_reset_ends_forces_and_targets", _do_reset=keep_servos)
 
 
+def pulling(fault: str, found_by: str, row: int, factor: float) -> None:
+    """Add an engine that scales one of the states of muscles."""
+
+    def states(self: E, model: str, muscles: Any) -> Any:
+        found = E._do_actuator_states(self, model, muscles)
+        found[row] *= factor
+        return found
+
+    wrong(fault, found_by, _do_actuator_states=states)
+
+
+def keep_controls(self: E, seed: int) -> None:
+    controls = self._data.ctrl.copy()
+    E._do_reset(self, seed)
+    self._data.ctrl[:] = controls
+
+
+CURVES = "a_muscle_reports_its_state_by_its_curves"
+pulling("velocities of muscles have the other sign", CURVES, 1, -1.0)
+pulling("tensions of muscles 2 % high", CURVES, 2, 1.02)
+pulling("tensions of muscles are negative", CURVES, 2, -1.0)
+scaled("muscles pull half as far from the joint", "a_muscle_pulls_its_limb_with_its_tension", "site_pos", 0.5)
+scaled(
+    "muscles are activated fast", "an_activation_follows_its_control_by_its_time_constants",
+    "actuator_dynprm", 0.8,
+)  # fmt: skip
+wrong("reset keeps controls of muscles", "a_reset_ends_activations_and_controls", _do_reset=keep_controls)
+
+
 def failing(backend: type[MujocoBackend], test: str) -> bool:
     """Return whether a test of the kit, which MuJoCo passes, fails for a backend."""
     tests = type("Wrong", (WorldBackendTests,), {"make_backend": classmethod(lambda cls: backend())})

@@ -28,6 +28,7 @@ class MujocoBackend(PhysicsBackend):
     remedy = "pip install --force-reinstall mujoco-core"
     releases_gil = True
     own_actuators = True
+    muscles = True
 
     def diagnose(self) -> list[Diagnosis]:
         library = headless_library()

@@ -24,6 +24,7 @@ from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
+from nrp_world_mujoco.muscles import add_muscles
 from nrp_world_mujoco.native import NativeElements, holders, let_weigh_nothing
 from nrp_world_mujoco.shapes import (
     FIRMEST,
@@ -61,7 +62,7 @@ class Built:
         declared: stiffness and damping with which they are driven as they are, of those in MJCF.
         firm: the joints among them, and the coordinates of ball joints, that follow with any load.
         owners: model and body of each geom; those that nothing touches may have none.
-        actuators: ids of the actuators of MuJoCo's own elements, by model and name.
+        actuators: ids of the muscles and of the actuators of MuJoCo's own elements, by model and name.
         warnings: elements for MuJoCo that are not used.
     """
 
@@ -148,7 +149,7 @@ class _Builder:
         for model in self._scene.models:
             self._add_model(model)
         tie_models(self._scene, self._links_of, self._spec)
-        actuators = self._native.finish()
+        actuators = add_muscles(self._scene, self._links_of, self._spec, self._native.finish())
         if len(self._spec.geoms) < FEW_GEOMS:
             self._spec.option.disableflags |= SAME_CONTACTS
         self._check_friction()

@@ -20,6 +20,7 @@ import numpy as np
 from nrp_core._support.files import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
+from nrp_core.world.drives.muscles import ALL
 from nrp_core.world.render.cameras import looking
 from nrp_core.world.rigid import Pose, Quaternion, Vector
 from nrp_core.world.scene.bodies import TINTS
@@ -153,6 +154,12 @@ class _Writer:
     def _commands(self, model: str) -> Iterator[str]:
         for name, low, high in self._native.actuators.get(model, ()):
             yield _command(name, low, high)
+        muscles = self._native.muscles.get(model, {})
+        for name, elements in muscles.items():
+            yield _plugin("nrp_muscle", name, elements + _topic(name))
+        if muscles and ALL not in muscles:
+            members = "".join(f"<muscle>{escape(name)}</muscle>" for name in muscles)
+            yield _plugin("nrp_muscle_group", ALL, members)
 
     def _tree(self, body: int) -> Iterator[int]:
         yield body
@@ -324,10 +331,18 @@ def _fixed(name: str, parent: str, child: str) -> str:
 
 def _command(actuator: str, low: float, high: float) -> str:
     """Return the plugin that commands an actuator for MuJoCo."""
-    topic = re.sub(r"\W+", "_", actuator)
     limits = f"<lowest>{low}</lowest><highest>{high}</highest>" if np.isfinite([low, high]).all() else ""
-    name = f"<actuator>{escape(actuator)}</actuator><topic>{topic}/cmd</topic>"
-    return f'<plugin name="{escape(actuator)}" filename="nrp_actuator">{name}{limits}</plugin>'
+    name = f"<actuator>{escape(actuator)}</actuator>{_topic(actuator, '/cmd')}"
+    return _plugin("nrp_actuator", actuator, f"{name}{limits}")
+
+
+def _topic(actuator: str, command: str = "") -> str:
+    topic = re.sub(r"\W+", "_", actuator)
+    return f"<topic>{topic}{command}</topic>"
+
+
+def _plugin(file: str, name: str, elements: str) -> str:
+    return f"<plugin name={quoteattr(name)} filename={quoteattr(file)}>{elements}</plugin>"
 
 
 def _inertial(inertial: Inertial) -> str:

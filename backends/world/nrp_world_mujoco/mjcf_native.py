@@ -15,6 +15,7 @@ import numpy as np
 from nrp_world_mujoco.actuators import LAW, Actuator, actuators_of
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.mechanisms import WORLD
+from nrp_world_mujoco.muscles import muscle_elements
 from nrp_world_mujoco.native import OF_SCENE_JOINT, pose_in_file
 from nrp_world_mujoco.schema import stated
 
@@ -113,6 +114,8 @@ class NativeElements:
         self._controlled = {each.number: each for each in actuators_of(spec, model)}
         self.actuators: dict[str, list[tuple[str, float, float]]] = {}
         """The actuators of each model that do not control a joint: name, and range of the control."""
+        self.muscles: dict[str, dict[str, str]] = {}
+        """The elements in the plugin of each muscle, by model and name."""
         for part in (self._options, self._joints, self._geoms, self._tendons, self._equalities,
                      self._contacts, self._acting):  # fmt: skip
             for owner, line in part():
@@ -388,7 +391,7 @@ class NativeElements:
 
     def _acting(self) -> Iterator[tuple[str, str]]:
         m = self._m
-        for number in range(m.nu):
+        for number in range(len(m.actuator_trntype)):
             if number in self._controlled:
                 yield from self._declared(self._controlled[number])
                 continue
@@ -407,8 +410,26 @@ class NativeElements:
                     }
             limited = bool(m.actuator_ctrllimited[control])
             low, high = m.actuator_ctrlrange[control].tolist() if limited else (-np.inf, np.inf)
-            self.actuators.setdefault(owner, []).append((name, low, high))
+            muscle = self._muscle(number, owner, name)
+            if muscle:
+                self.muscles.setdefault(owner, {})[name] = muscle
+            else:
+                self.actuators.setdefault(owner, []).append((name, low, high))
             yield owner, _element("actuator", {}, _inner("general", values))
+
+    def _muscle(self, number: int, owner: str, name: str) -> str:
+        """Return the elements in the plugin of a muscle; empty if an actuator is another one."""
+        points = []
+        if mujoco.mjtTrn(self._m.actuator_trntype[number]) == mujoco.mjtTrn.mjTRN_TENDON:
+            tendon = int(self._m.actuator_trnid[number][0])
+            path = range(self._m.tendon_adr[tendon], self._m.tendon_adr[tendon] + self._m.tendon_num[tendon])
+            sites = [int(self._m.wrap_objid[step]) for step in path
+                     if mujoco.mjtWrap(self._m.wrap_type[step]) == mujoco.mjtWrap.mjWRAP_SITE]  # fmt: skip
+            bodies = [int(self._m.site_bodyid[site]) for site in sites]
+            if all(not body or self._names.model(body) == owner for body in bodies):
+                points = [self._place(owner, body, self._m.site_pos[site], self._m.site_quat[site])
+                          for site, body in zip(sites, bodies, strict=True)]  # fmt: skip
+        return muscle_elements(self._m, number, points)
 
     def _declared(self, servo: Actuator) -> Iterator[tuple[str, str]]:
         """Yield what lets a servo towards a position act as in the file."""
@@ -421,7 +442,7 @@ class NativeElements:
         """Return the model of an actuator, what it acts on, and its length where joints are at 0."""
         m, kinds = self._m, mujoco.mjtTrn
         kind, (one, other) = mujoco.mjtTrn(m.actuator_trntype[number]), m.actuator_trnid[number].tolist()
-        gear = m.actuator_gear[number]
+        gear = m.actuator_gear[m.actuator_outadr[number]]
         values = {"gear": _text(gear)}
         if kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
             owner = self._names.model(int(m.jnt_bodyid[one]))
@@ -458,8 +479,9 @@ class NativeElements:
             "biasprm": bias,
         }
         values |= {field: _text(each) for field, each in numbers.items()}
-        if (m.actuator_lengthrange[number] != 0).any():
-            values["lengthrange"] = _text(m.actuator_lengthrange[number] - shift)
+        lengths = m.actuator_lengthrange[m.actuator_outadr[number]]
+        if lengths.any():
+            values["lengthrange"] = _text(lengths - shift)
         if (control := int(m.actuator_ctrlspec[number])) in _INPUTS:
             values["input"] = _INPUTS[control]
         if m.actuator_actearly[number]:

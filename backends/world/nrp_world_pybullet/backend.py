@@ -23,6 +23,7 @@ class PybulletBackend(PhysicsBackend):
     interface_version = 2
     engine_name = "PyBullet"
     remedy = "pip install 'nrp-core[pybullet]'"
+    muscles = True
 
     def diagnose(self) -> list[Diagnosis]:
         if find_spec("pybullet") is not None:

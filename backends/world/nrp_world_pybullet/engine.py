@@ -25,6 +25,7 @@ from nrp_world_pybullet.control import Control
 from nrp_world_pybullet.drive import Drive
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import JointReader, Moving, moving
+from nrp_world_pybullet.muscles import Muscles
 from nrp_world_pybullet.options import PybulletOptions
 
 
@@ -69,6 +70,7 @@ class PybulletEngine(JointedEngine):
             for name, joints in self._built.joints.items()
         }
         self._control = Control(self._built, scene, self._joints, client, step_s)
+        self._muscles = Muscles(scene, self._built, client, step_s)
         # without a moving base, the check of base poses cannot detect divergence
         self._anchored = [self._joints[model.name] for model in scene.models if _is_anchored(model)]
         self._efforts: dict[str, FloatArray] = {}
@@ -92,6 +94,8 @@ class PybulletEngine(JointedEngine):
         self._efforts = {}
         client, step = self._client, bullet.stepSimulation
         pushes = [*(drive.push for drive in self._drives.values()), *self._control.pushes()]
+        if self._muscles:
+            pushes.append(self._muscles.push)
         for _ in range(steps):
             for push in pushes:
                 push()
@@ -124,6 +128,12 @@ class PybulletEngine(JointedEngine):
             return replace(states, efforts=self._efforts[model])
         self._control.add_efforts(model, states)
         return states
+
+    def set_control(self, model: str, actuator: str, value: float) -> None:
+        self._muscles.set_control(model, actuator, value)
+
+    def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
+        return self._muscles.states(model, actuators)
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
         own = TinyCameras(self._built, self._client, self._optics)
@@ -175,10 +185,10 @@ class PybulletEngine(JointedEngine):
         with TemporaryDirectory() as folder:
             file = Path(folder) / "state.bullet"
             bullet.saveBullet(str(file), physicsClientId=self._client)
-            return file.read_bytes(), efforts, self._control.save()
+            return file.read_bytes(), efforts, self._control.save(), self._muscles.save()
 
     def _do_restore(self, saved: Any) -> None:
-        state, efforts, control = saved
+        state, efforts, control, muscles = saved
         self._do_load(self.scene)
         with TemporaryDirectory() as folder:
             file = Path(folder) / "state.bullet"
@@ -186,6 +196,7 @@ class PybulletEngine(JointedEngine):
             bullet.restoreState(fileName=str(file), physicsClientId=self._client)
         self._forget_joints()
         self._control.restore(control)
+        self._muscles.restore(muscles)
         self._efforts = efforts  # PyBullet does not save them with a state
         self._continue()
 

@@ -6,6 +6,7 @@ from nrp_core.conformance.world.comparison import CrossTests, SpeedTests
 from nrp_core.conformance.world.driving import DrivingTests
 from nrp_core.conformance.world.mechanics import MechanicsTests
 from nrp_core.conformance.world.motion import ExactMotionTests, MotionTests
+from nrp_core.conformance.world.muscles import MuscleTests
 from nrp_core.conformance.world.sensors import CameraTests, SensorTests
 from nrp_core.conformance.world.state import SequenceTests, StateTests
 from nrp_core.conformance.world.topics import TopicTests
@@ -21,6 +22,7 @@ class WorldBackendTests(
     ExactMotionTests,
     BodyTests,
     JointTests,
+    MuscleTests,
     SensorTests,
     RuntimeChangeTests,
     MechanicsTests,

@@ -280,6 +280,7 @@ class PhysicsBackend(WorldBackend):
         remedy: command that installs it.
         releases_gil: whether it releases the GIL while it steps.
         own_actuators: whether it has the actuators that elements for it describe.
+        muscles: whether it has muscles along straight lines.
     """
 
     options: ClassVar[type[PhysicsOptions]]
@@ -287,6 +288,7 @@ class PhysicsBackend(WorldBackend):
     remedy: ClassVar[str]
     releases_gil: ClassVar[bool] = False
     own_actuators: ClassVar[bool] = False
+    muscles: ClassVar[bool] = False
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         assert isinstance(options, PhysicsOptions)
@@ -306,6 +308,7 @@ class PhysicsBackend(WorldBackend):
             coupled_joints=True,
             changes=True,
             own_actuators=self.own_actuators,
+            muscles=self.muscles,
             slip=float(options.drive == "physical"),
             releases_gil=self.releases_gil,
         )

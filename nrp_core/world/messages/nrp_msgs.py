@@ -15,7 +15,7 @@ def _no_ids() -> npt.NDArray[np.uint32]:
     return np.empty(0, np.uint32)
 
 
-def _no_times() -> npt.NDArray[np.float64]:
+def _no_numbers() -> npt.NDArray[np.float64]:
     return np.empty(0)
 
 
@@ -34,7 +34,7 @@ class Spikes:
     header: Header = field(default_factory=Header)
     population: str = ""
     ids: npt.NDArray[np.uint32] = field(default_factory=_no_ids)
-    times_ms: npt.NDArray[np.float64] = field(default_factory=_no_times)
+    times_ms: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
 
 
 @message("nrp_msgs/msg/StepHash")
@@ -89,3 +89,37 @@ class Published:
     topic: str = ""
     type: str = ""
     data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+
+
+@message("nrp_msgs/msg/MuscleState")
+@dataclass(slots=True)
+class MuscleState:
+    """The state of one muscle.
+
+    ``length`` (m) is that of its path, ``velocity`` (m/s) is positive where it lengthens, and ``force`` (N)
+    is its tension, positive where it pulls. ``activation`` is from 0 to 1, ``normalized_length`` that of its
+    contractile part in optimal lengths, ``normalized_force`` the tension in peak forces.
+    """
+
+    header: Header = field(default_factory=Header)
+    length: float = 0.0
+    velocity: float = 0.0
+    force: float = 0.0
+    activation: float = 0.0
+    normalized_length: float = 0.0
+    normalized_force: float = 0.0
+
+
+@message("nrp_msgs/msg/MuscleStates")
+@dataclass(slots=True)
+class MuscleStates:
+    """The states of several muscles, as in :class:`MuscleState`; all arrays are in the order of ``name``."""
+
+    header: Header = field(default_factory=Header)
+    name: list[str] = field(default_factory=list)
+    length: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
+    velocity: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
+    force: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
+    activation: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
+    normalized_length: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
+    normalized_force: npt.NDArray[np.float64] = field(default_factory=_no_numbers)

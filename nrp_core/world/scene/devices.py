@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from math import inf
 from pathlib import Path
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from nrp_core.world.rigid import Pose
 
@@ -193,6 +193,22 @@ class MountedDrive(ABC):
     def joints(self) -> tuple[str, ...]:
         """The joints it moves."""
         return ()
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The capabilities of the world without which a scene with it is refused."""
+        return ()
+
+    def describe(self, model: Any) -> str:
+        """Return its numbers for an outline of its model; empty for none."""
+        return ""
+
+    def check(self, model: Any) -> None:
+        """Refuse a drive that names parts that its model does not have, besides :attr:`joints`.
+
+        Raises:
+            SceneError: the model does not have a part.
+        """
 
     @abstractmethod
     def renamed(self, named: Rename) -> Self:

@@ -373,6 +373,7 @@ class Model:
         for drive in self.drives:
             for joint_name in drive.joints:
                 self._require_led(joint_name, f"the drive '{drive.name}' of {owner} names the joint")
+            drive.check(self)
         balls = {joint.name for joint in self.joints if joint.kind == "ball"}
         for controller in self.controllers:
             if not (controller.joint in balls and controller.is_firm and controller.kind == "position"):

@@ -10,6 +10,7 @@ from math import degrees, isfinite
 
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.devices import MountedDrive
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -108,13 +109,18 @@ def _moving(model: Model) -> Entry:
         Entry(f"joint {loop.name}, {loop.kind}, closes a loop of {loop.parent} and {loop.child}")
         for loop in model.loops
     ]
-    drives = [Entry(f"{_kind(drive)} drive '{drive.name}'") for drive in model.drives]
+    drives = [_drive(drive, model) for drive in model.drives]
     topics = [
         Entry(f"{'◀' if topic.commands else '▶'} {topic.name} ({topic.of})") for topic in topics_of(model)
     ]
     drives += _for_engines(model)
     below = (*roots, *drives, *([Entry("topics (◀ listens, ▶ serves)", tuple(topics))] if topics else []))
     return Entry(f"{model.name} at {_pose(model.pose)}: {mass:.4g} kg, {counts}", below)
+
+
+def _drive(drive: MountedDrive, model: Model) -> Entry:
+    described = drive.describe(model)
+    return Entry(described or f"{_kind(drive)} drive '{drive.name}'")
 
 
 def _for_engines(model: Model) -> list[Entry]:

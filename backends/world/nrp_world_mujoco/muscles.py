@@ -1,0 +1,180 @@
+"""Muscles of a scene in MuJoCo, and the states of actuators."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.world.drives.muscles import MUJOCO_RANGE, Muscle, muscles_of
+from nrp_core.world.rigid import Pose
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.model import Model, Scene
+from nrp_world_mujoco.library import mujoco
+
+_LEAST_CONTROL = 0.01
+"""Files have small controls in place of 0."""
+_PARAMETERS = 10
+"""The size of MuJoCo's arrays of parameters."""
+
+
+def add_muscles(
+    scene: Scene,
+    links: Mapping[str, Mapping[str, tuple[Any, Pose]]],
+    spec: Any,
+    actuators: Mapping[tuple[str, str], Any],
+) -> Mapping[tuple[str, str], Any]:
+    """Add the muscles of a scene to a specification, except those that their file has as elements of MuJoCo.
+
+    Args:
+        scene: the scene.
+        links: the body of each link, and the pose of the link in it, by model.
+        spec: the specification.
+        actuators: the actuators that are elements of MuJoCo, by model and name.
+
+    Returns:
+        All actuators by model and name.
+    """
+    found = dict(actuators)
+    for model in scene.models:
+        for muscle in muscles_of(model):
+            if (model.name, muscle.name) not in found and not muscle.wraps:
+                found[model.name, muscle.name] = _add(model, muscle, links[model.name], spec)
+    return found
+
+
+def _add(model: Model, muscle: Muscle, links: Mapping[str, tuple[Any, Pose]], spec: Any) -> Any:
+    path = f"{model.name}/{muscle.name}"
+    tendon = spec.add_tendon(name=f"{path}/muscle")
+    for number, point in enumerate(muscle.path):
+        fixed = (spec.worldbody, model.pose)
+        body, place = fixed if point.link == WORLD else links[point.link]
+        site = body.add_site(name=f"{path}/point_{number}", pos=(place @ Pose(point.position)).position)
+        tendon.wrap_site(site.name)
+    low, high = muscle.length_range
+    shape = [muscle.force, 1.0, muscle.lmin, muscle.lmax, muscle.vmax, muscle.fpmax, muscle.fvmax]
+    times = [muscle.activation_s, muscle.deactivation_s, muscle.smoothing]
+    parameters = _padded([*MUJOCO_RANGE, *shape])
+    return spec.add_actuator(
+        name=f"{path}/actuator",
+        target=tendon.name,
+        trntype=mujoco.mjtTrn.mjTRN_TENDON,
+        dyntype=mujoco.mjtDyn.mjDYN_MUSCLE,
+        gaintype=mujoco.mjtGain.mjGAIN_MUSCLE,
+        biastype=mujoco.mjtBias.mjBIAS_MUSCLE,
+        dynprm=_padded(times),
+        gainprm=parameters,
+        biasprm=parameters,
+        lengthrange=[low, high],
+    )
+
+
+def _padded(numbers: Sequence[float]) -> list[float]:
+    return [*numbers, *[0.0] * (_PARAMETERS - len(numbers))]
+
+
+def muscle_elements(m: Any, number: int, points: Sequence[Mapping[str, str]]) -> str:
+    """Return the elements in the plugin of a muscle of an MJCF file; empty if an actuator is another one.
+
+    Args:
+        m: the compiled model.
+        number: the number of the actuator.
+        points: ``link`` and ``pos`` of the sites on its path.
+    """
+    output = m.actuator_outadr[number]
+    gear, prm = float(m.actuator_gear[output, 0]), m.actuator_gainprm[number]
+    low, high, force, scale, lmin, lmax, vmax, fpmax, fvmax = prm[:9].tolist()
+    short, long = (m.actuator_lengthrange[output] / gear).tolist() if gear else (0.0, 0.0)
+    force = gear * (force if force >= 0 else scale / float(m.actuator_acc0[output]))
+    kinds = m.actuator_dyntype[number], m.actuator_gaintype[number], m.actuator_biastype[number]
+    if (
+        kinds != (mujoco.mjtDyn.mjDYN_MUSCLE, mujoco.mjtGain.mjGAIN_MUSCLE, mujoco.mjtBias.mjBIAS_MUSCLE)
+        or (prm[:9] != m.actuator_biasprm[number][:9]).any()
+        or not (short < long and low < high and force > 0 and 0 <= lmin < 1 < lmax and vmax > 0)
+        or fvmax <= 1
+        or fpmax <= 0
+    ):
+        return ""
+    rise, fall, smooth = m.actuator_dynprm[number][:3].tolist()
+    optimal = (long - short) / (high - low)
+    wraps = len(points) < 2 or not _is_straight(m, number)
+    values = {"force": force, "optimal_length": optimal, "slack_length": short - low * optimal, "lmin": lmin,
+              "lmax": lmax, "vmax": vmax, "fpmax": fpmax, "fvmax": fvmax, "activation_time": rise,
+              "deactivation_time": fall, "smoothing": smooth}  # fmt: skip
+    path = "".join(
+        f"<point><link>{escape(point['link'])}</link><xyz>{point['pos']}</xyz></point>" for point in points
+    )
+    numbers = "".join(f"<{tag}>{value:.17g}</{tag}>" for tag, value in values.items())
+    return path + numbers + ("<wrapping>true</wrapping>" if wraps else "")
+
+
+def _is_straight(m: Any, number: int) -> bool:
+    """Return whether a muscle pulls along straight lines, and its tendon has no properties of its own."""
+    if mujoco.mjtTrn(m.actuator_trntype[number]) != mujoco.mjtTrn.mjTRN_TENDON:
+        return False
+    tendon = int(m.actuator_trnid[number][0])
+    path = slice(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])
+    limited = (m.tendon_limited, m.tendon_actfrclimited, m.tendon_stiffness, m.tendon_damping,
+               m.tendon_frictionloss, m.tendon_armature)  # fmt: skip
+    own = (m.actuator_forcelimited, m.actuator_actlimited, m.actuator_actearly, m.actuator_damping)
+    control = int(m.actuator_ctrladr[number])
+    low, high = m.actuator_ctrlrange[control].tolist() if m.actuator_ctrllimited[control] else (0.0, 1.0)
+    return (
+        low <= _LEAST_CONTROL
+        and high >= 1
+        and bool((m.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE).all())
+        and not any(np.any(each[tendon]) for each in limited)
+        and not any(np.any(each[number]) for each in own)
+    )
+
+
+class ActuatorReader:
+    """Reads actuators at the present time.
+
+    After a step, MuJoCo's own fields have the lengths and forces of its start, and the activations of its
+    end. So they are computed for the present state in separate data.
+
+    Args:
+        model: the compiled model.
+        data: its state.
+    """
+
+    def __init__(self, model: Any, data: Any) -> None:
+        self._model, self._data = model, data
+        self._now: Any = None
+        self._state = np.empty(mujoco.mj_stateSize(model, _STATE))
+
+    def states(self, actuators: Sequence[int]) -> FloatArray:
+        """Return lengths, velocities, tensions and activations, shape ``(4, n)``.
+
+        Args:
+            actuators: their numbers.
+        """
+        m, now = self._model, self._now
+        if now is None:
+            now = self._now = mujoco.MjData(m)
+        mujoco.mj_getState(m, self._data, self._state, _STATE)
+        mujoco.mj_setState(m, now, self._state, _STATE)
+        mujoco.mj_fwdPosition(m, now)
+        mujoco.mj_fwdVelocity(m, now)
+        mujoco.mj_fwdActuation(m, now)
+        outputs = m.actuator_outadr[actuators]  # lengths, forces and gears are those of outputs
+        gears = np.where(m.actuator_gear[outputs, 0] != 0, m.actuator_gear[outputs, 0], 1.0)
+        last = m.actuator_actadr[actuators] + m.actuator_actnum[actuators] - 1
+        active = np.zeros(len(actuators))
+        has = m.actuator_actadr[actuators] >= 0
+        active[has] = now.act[last[has]]
+        return np.array(
+            [
+                now.actuator_length[outputs] / gears,
+                now.actuator_velocity[outputs] / gears,
+                -now.actuator_force[outputs] * gears,
+                active,
+            ]
+        )
+
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
