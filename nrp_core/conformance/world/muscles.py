@@ -7,8 +7,7 @@ from math import cos, hypot, sin
 import numpy as np
 import pytest
 
-from nrp_core.conformance.world.kit import WorldKit
-from nrp_core.conformance.world.scenes import at
+from nrp_core.conformance.world.kit import WorldKit, at
 from nrp_core.errors import CapabilityError
 from nrp_core.world.drives.muscles import Muscle, ViaPoint
 from nrp_core.world.engine_kit.muscles import activation_rate, force_length, force_velocity, passive_force
