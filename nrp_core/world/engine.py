@@ -432,6 +432,16 @@ class Engine(JointCommands):
         """
         return usual
 
+    def answer(self, service: str, request: Any, response: type) -> Any:
+        """Return the answer of a body that has services of its own, as one behind ROS; else None.
+
+        Args:
+            service: name of the service.
+            request: the request.
+            response: class of the answer.
+        """
+        return None
+
     # -- derived from the scene alone
 
     def _bodies_of(self, model: str) -> tuple[Body, ...]:

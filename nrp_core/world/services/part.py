@@ -111,7 +111,8 @@ class Services(Part):
         """Handle a request and return the answer; a failure is reported in the answer."""
         service = self._table[name]
         try:
-            return service.answer(request)
+            remote = self._live.engine.answer(name, request, service.response)
+            return service.answer(request) if remote is None else remote
         except NrpError as error:
             reason = reason_field(service.response)
             if reason is None:

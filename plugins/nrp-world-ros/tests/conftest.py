@@ -158,6 +158,28 @@ class Ros(Programs):
             return probe.connect_ex(("127.0.0.1", self.port)) == 0
 
 
+CALLS = """
+import sys
+
+from nrp_core import load_experiment, Run
+from nrp_core.world.messages.gazebo_msgs import ModelState
+from nrp_core.world.messages.geometry_msgs import Point, Pose
+
+settings = ["world.backend=ros", f"world.options={{ros: {sys.argv[1]}, time: lockstep}}"]
+with Run(load_experiment("braitenberg_husky", settings)) as run:
+    run.run_until(0.1)
+    home = run.result().final_pose["husky"]["x"]
+    answer = run.world.call("/gazebo/set_model_state", ModelState("husky", Pose(Point(home + 1, 0, 0.2))))
+    assert answer.success, answer
+    run.run_until(0.2)
+    assert abs(run.result().final_pose["husky"]["x"] - home - 1) < 0.1
+    run.world.call("/gazebo/reset_world")
+    run.run_until(0.3)
+    assert abs(run.result().final_pose["husky"]["x"] - home) < 0.1
+    assert "did you mean" in run.world.call("/gazebo/delete_model", "huskie").status_message
+"""
+"""A loop that moves and resets its body by the services that the body has in ROS."""
+
 PEER = Path(__file__).with_name("ros2_peer.py")
 DOMAIN = 1 + os.getpid() % 100
 

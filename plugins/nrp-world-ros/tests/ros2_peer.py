@@ -2,12 +2,13 @@
 
 python ros2_peer.py echo      what comes on /there goes back on /back, as a line and on the topic
 python ros2_peer.py driver    /scan is published as drivers of sensors do: with their best effort only
-python ros2_peer.py drive     /husky/cmd_vel says 1 m/s until /husky/odom is half a metre further
+python ros2_peer.py move SECONDS    JSON: how far each drive and joint went that it commanded
 python ros2_peer.py latched   what is kept for late subscribers on /kept, and not kept on /gone
 python ros2_peer.py sensor    JSON: the number of messages of /joints and /camera, with the QoS of sensors
 python ros2_peer.py times     the time of a node with use_sim_time, twice
 python ros2_peer.py topics SECONDS    JSON: the type and number of messages of each topic
 python ros2_peer.py call SERVICE TYPE N FIELD=VALUE...    the answers to N calls at once, or: no server
+python ros2_peer.py serve     the service /lamp
 python ros2_peer.py description    the text of /robot_description
 python ros2_peer.py stranger  twenty topics that come and go
 python ros2_peer.py say TOPIC    Twist messages on a topic
@@ -17,6 +18,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -27,7 +29,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import Image, JointState, LaserScan
-from std_msgs.msg import String
+from std_msgs.msg import Float64, String
+from std_srvs.srv import SetBool
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DONE: list[bool] = []
@@ -69,20 +72,53 @@ def driver(node: Node) -> None:
     spin(node)
 
 
-def drive(node: Node) -> None:
-    out, began = node.create_publisher(Twist, "/husky/cmd_vel", 10), []
+class Mover:
+    """Commands each drive and joint that it finds, forwards and back."""
 
-    def hear(seen: Odometry) -> None:
-        began.append(seen.pose.pose.position.x)
-        if began[-1] > began[0] + 0.5:
-            tell("went half a metre", seen.child_frame_id)
-            DONE.append(True)
-        command = Twist()
-        command.linear.x = 1.0
-        out.publish(command)
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._subscriptions: dict[str, Any] = {}
+        self.publishers: dict[str, Any] = {}
+        self.seen: dict[str, tuple[float, float, float]] = {}
+        """The first, least and greatest position by topic of commands, m and rad."""
 
-    node.create_subscription(Odometry, "/husky/odom", hear, qos_profile_sensor_data)
-    spin(node)
+    def note(self, topic: str, value: float) -> None:
+        first, low, high = self.seen.get(topic, (value, value, value))
+        self.seen[topic] = first, min(low, value), max(high, value)
+
+    def joints(self, robot: str, state: JointState) -> None:
+        for joint, position in zip(state.name, state.position, strict=True):
+            self.note(f"{robot}/{joint}/cmd_pos", position)
+
+    def odometry(self, robot: str, odom: Odometry) -> None:
+        self.note(f"{robot}/cmd_vel", odom.pose.pose.position.x)
+
+    def meet(self) -> None:
+        hears = {"joint_states": self.joints, "odom": self.odometry}
+        for topic, (name, *_) in self._node.get_topic_names_and_types():
+            robot, _, last = topic.rpartition("/")
+            if last in hears and topic not in self._subscriptions:
+                hear = partial(hears[last], robot)
+                self._subscriptions[topic] = self._node.create_subscription(kind(name), topic, hear, 10)
+            elif last in ("cmd_vel", "cmd_pos") and topic not in self.publishers:
+                self.publishers[topic] = self._node.create_publisher(kind(name), topic, 10)
+
+    def command(self) -> None:
+        self.meet()
+        sign = 1.0 if time.monotonic() % 2.0 < 1.0 else -1.0
+        for topic in self.publishers.keys() & self.seen.keys():
+            twist = Twist()
+            twist.linear.x = sign
+            angle = Float64(data=self.seen[topic][0] + 0.2 * sign)
+            self.publishers[topic].publish(twist if topic.endswith("cmd_vel") else angle)
+
+
+def move(node: Node) -> None:
+    mover = Mover(node)
+    node.create_timer(0.1, mover.command)
+    spin(node, timeout_s=float(sys.argv[2]))
+    ranges = {topic: high - low for topic, (_, low, high) in mover.seen.items()}
+    tell(json.dumps({topic: ranges[topic] for topic in mover.publishers}))
 
 
 def latched(node: Node) -> None:
@@ -151,6 +187,16 @@ def call(node: Node) -> None:
     spin(node, lambda: all(each.done() for each in coming), 20.0)
     for each in coming:
         tell(each.result() if each.done() else "nothing")
+
+
+def serve(node: Node) -> None:
+    def switch(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        response.success, response.message = request.data, "on" if request.data else "off"
+        return response
+
+    node.create_service(SetBool, "/lamp", switch)
+    tell("ready")
+    spin(node)
 
 
 def description(node: Node) -> None:

@@ -6,10 +6,13 @@ import sys
 import time
 
 import pytest
+from nrp_core.world.messages import geometry_msgs, sensor_msgs
 
 from conftest import PEER, Ros2, needs_networks, needs_ros2
 from nrp_world_ros.bridge import Audience
+from nrp_world_ros.joining import join
 from nrp_world_ros.node import Node
+from nrp_world_ros.options import Ros
 from nrp_world_ros.ros2.node import reach
 
 LONE_MACHINE = """set -e
@@ -90,6 +93,9 @@ class Alone:
     def met(self) -> list[str]:
         return self._topics
 
+    def unmatched(self) -> list[str]:
+        return []
+
 
 @pytest.mark.parametrize(("node", "reports"), [(Alone(), 1), (Alone("/x"), 0)])
 def test_a_node_that_nobody_finds_says_so_once(
@@ -111,6 +117,23 @@ def test_the_report_says_what_would_reach_further() -> None:
     assert "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET" in reach(7, {})
     assert "ROS_STATIC_PEERS" in reach(7, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"})
     assert "OFF" in reach(7, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"})
+
+
+@needs_ros2
+def test_a_node_with_other_messages_is_not_reported_as_absent(
+    ros2: Ros2, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr("nrp_world_ros.bridge._PATIENCE_S", 0.0)
+    with join(Ros.TWO, "under_test", domain=ros2.domain) as node:
+        node.publisher("/heard", geometry_msgs.Twist)
+        with join(Ros.TWO, "another", domain=ros2.domain) as another:
+            another.listen("/heard", sensor_msgs.Image)
+            ros2.until(node.unmatched)
+            Audience(node, said.append).look()
+        assert node.met() == []
+        ros2.until(lambda: not node.unmatched())
+    assert said[0].startswith("no node can be connected to /heard")
 
 
 @needs_ros2

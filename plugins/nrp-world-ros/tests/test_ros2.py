@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from nrp_core import load_experiment, open_world
 from nrp_core.errors import BackendLoadError, SimulationError, TopicError
+from nrp_core.world import Direction
 from nrp_core.world.messages import geometry_msgs, sensor_msgs
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.cdr import Codec
@@ -166,6 +168,11 @@ def test_a_node_that_leaves_is_reported_at_once(ros2: Ros2, node: Node) -> None:
     ros2.until(lambda: node.peers("/x") == 0, timeout_s=8.0)  # before a dead one would be missed
     with pytest.raises(SimulationError, match="has left"):
         another.publisher("/y", geometry_msgs.Twist)
+    with join(Ros.TWO, "another", domain=ros2.domain) as another:  # it is back
+        again = another.publisher("/x", geometry_msgs.Twist)
+        ros2.until(lambda: node.settle(10) == another.settle(10) == set())
+        again.publish(FAST)
+        assert heard(node, "/x") == FAST
 
 
 @needs_ros2
@@ -259,29 +266,44 @@ def test_by_the_clock_of_a_simulator_in_ros_2_the_robot_turns(ros2: Ros2) -> Non
     assert abs(found["final_pose"]["husky"]["yaw"] - math.pi) > 0.1
 
 
-@needs_ros2
-@pytest.mark.slow
-def test_another_program_of_ros_2_sees_the_robot_and_drives_it(ros2: Ros2) -> None:
-    ros2.body()
-    said, _ = ros2.peer("drive").communicate(timeout=90)
-    assert said.startswith("went half a metre")
+COMMANDS = {
+    "braitenberg_husky": 1,
+    "reaching_arm": 2,
+    "slalom_pioneer": 1,
+    "following_head": 2,
+    "walking_hexapod": 24,
+    "fly": 43,
+}
+"""The number of drives and joints with commands."""
 
 
 @needs_ros2
 @pytest.mark.slow
-def test_every_topic_of_the_robot_reaches_a_node_of_ros_2(ros2: Ros2) -> None:
-    body = ros2.nrp("ros-bridge", "braitenberg_husky", "--without-brain", "--ros2")
+@pytest.mark.parametrize(
+    "experiment",
+    [
+        *("braitenberg_husky", "reaching_arm"),
+        *(pytest.param(name, marks=pytest.mark.heavy) for name in list(COMMANDS)[2:]),
+    ],
+)
+def test_every_topic_of_a_robot_reaches_a_node_of_ros_2_and_every_command_moves_it(
+    ros2: Ros2, experiment: str
+) -> None:
+    body = ros2.nrp("ros-bridge", experiment, "--without-brain", "--ros2")
     assert body.stdout is not None
     assert any(line.startswith("in ROS") for line in body.stdout)
     ros2 = Ros2(ros2.folder)  # the packages have been made
-    counts = json.loads(ros2.run(sys.executable, str(PEER), "topics", "8"))
-    for kept in ("/tf_static", "/robot_description"):
-        assert counts[kept][1] == 1
-    ours = {
-        "/clock", "/tf", "/husky/camera", "/husky/camera/camera_info", "/husky/joint_states", "/husky/odom",
-        "/gazebo/model_states", "/gazebo/link_states", "/gazebo/contact_point_data",
-    }  # fmt: skip
-    assert {topic for topic in ours if counts[topic][1] > 50} == ours
+    counts = json.loads(ros2.run(sys.executable, str(PEER), "topics", "6"))
+    latched = {topic: n for topic, (_, n) in counts.items() if topic.endswith(("static", "description"))}
+    assert len(latched) > 1
+    assert set(latched.values()) == {1}
+    with open_world(load_experiment(experiment)) as world:
+        topics = {topic.name for topic in world.topics.values() if topic.direction is Direction.OUT}
+    topics |= {"/clock", "/tf"}
+    assert {topic for topic in topics if counts[topic][1] > 10} == topics
+    moved = json.loads(ros2.run(sys.executable, str(PEER), "move", "8"))
+    assert len(moved) == COMMANDS[experiment]
+    assert {topic for topic, range_ in moved.items() if range_ < 0.05} == set()
 
 
 @needs_ros2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
@@ -9,12 +10,12 @@ from typing import Any
 
 import pytest
 from nrp_core import worlds
-from nrp_core.errors import TopicError
+from nrp_core.errors import SimulationError, TopicError
 from nrp_core.world import Findings, Scene
 from nrp_core.world.messages import std_srvs
 from nrp_core.world.messages.cdr import Codec
 
-from conftest import Ros2, needs_ros2
+from conftest import CALLS, Ros2, needs_ros2
 from nrp_world_ros.bridge import Calls
 from nrp_world_ros.joining import join
 from nrp_world_ros.node import Node
@@ -85,6 +86,34 @@ def test_a_call_without_an_answer_holds_up_neither_the_process_nor_other_calls(
     assert [each for each in threading.enumerate() if not each.daemon] == [threading.main_thread()]
     assert "success=True" in called(ros2, "/switch", SET_BOOL, "1", "data=true")[0]
     node.check()
+
+
+@needs_ros2
+def test_a_service_of_another_program_is_called(ros2: Ros2, node: Node) -> None:
+    ros2.ready_peer("serve")
+    for data, text in ((True, "on"), (False, "off")):
+        request = std_srvs.SetBoolRequest(data)
+        answer = node.call("/lamp", request, std_srvs.SetBoolResponse, 60.0)
+        assert (answer.success, answer.message) == (data, text)
+    assert node.call("/nowhere", std_srvs.SetBoolRequest(True), std_srvs.SetBoolResponse, 60.0) is None
+
+
+@needs_ros2
+def test_a_call_without_an_answer_ends_with_an_error(
+    ros2: Ros2, node: Node, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("nrp_world_ros.ros2.node.PATIENCE_S", 1.0)
+    with join(Ros.TWO, "silent", domain=ros2.domain) as silent:
+        serve(silent, "/never", lambda _request: Future())
+        with pytest.raises(SimulationError, match=r"/never has not answered within 0.5 s"):
+            node.call("/never", std_srvs.SetBoolRequest(True), std_srvs.SetBoolResponse, 0.5)
+
+
+@needs_ros2
+@pytest.mark.slow
+def test_a_loop_calls_the_services_of_its_body(ros2: Ros2) -> None:
+    ros2.body("--lockstep")
+    ros2.run(sys.executable, "-c", CALLS, "2")
 
 
 @needs_ros2

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,7 +21,7 @@ from nrp_core.errors import TopicError
 from nrp_core.world import Findings, Scene, World
 from nrp_core.world.messages import gazebo_srvs, std_srvs
 
-from conftest import Ros, needs_ros
+from conftest import CALLS, Ros, needs_ros
 from nrp_world_ros.bridge import Calls
 from nrp_world_ros.node import Answer
 from nrp_world_ros.ros1 import CODEC
@@ -97,6 +98,13 @@ def test_answers_without_a_field_are_empty_and_have_room_for_an_error(bridged: R
     done, why = call(bridged, "/gazebo/clear_body_wrenches", SUMS["BodyRequest"], text("husky::nose"))
     assert not done
     assert b"no link 'nose'" in why
+
+
+@needs_ros
+@pytest.mark.slow
+def test_a_loop_calls_the_services_of_its_body(ros: Ros) -> None:
+    ros.body("--lockstep")
+    ros.run(sys.executable, "-c", CALLS, "1")
 
 
 class Offered:

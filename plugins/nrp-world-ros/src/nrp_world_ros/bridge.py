@@ -44,7 +44,15 @@ class Audience:
             self._until_s = None
         elif time.monotonic() > self._until_s:
             self._until_s = None
-            self._tell(f"no other node listens or publishes here after {_PATIENCE_S:g} s; {self._node.reach}")
+            self._tell(self._report())
+
+    def _report(self) -> str:
+        if unmatched := self._node.unmatched():
+            return (
+                f"no node can be connected to {', '.join(unmatched)}: the nodes there have another type of "
+                "messages, or request a quality of service that is not offered"
+            )
+        return f"no other node listens or publishes here after {_PATIENCE_S:g} s; {self._node.reach}"
 
 
 MOST = 256

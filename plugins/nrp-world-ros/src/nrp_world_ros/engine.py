@@ -242,6 +242,12 @@ class RosEngine(Engine):
             publisher.publish(message)
             self._sent.setdefault(topic.name, []).append(self.now_ns)
 
+    # -- services
+
+    def answer(self, service: str, request: Any, response: type) -> Any:
+        """Return the answer of a node in ROS that offers a service, such as Gazebo, or None."""
+        return self._node.call(service, request, response, seconds(self._options.patience))
+
     # -- one step
 
     def _do_advance(self, steps: int) -> None:

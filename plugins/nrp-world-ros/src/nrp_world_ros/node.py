@@ -186,6 +186,21 @@ class Node(Closing):
         """
 
     @abstractmethod
+    def call(self, service: str, request: Any, response: type, timeout_s: float) -> Any:
+        """Call a service of another node, and return its response; None: no node offers it.
+
+        Args:
+            service: its name.
+            request: the request.
+            response: class of the response.
+            timeout_s: time limit of the response in ROS 2; ROS 1 has none.
+
+        Raises:
+            SimulationError: it failed or did not answer, or the connection to ROS was lost.
+            TopicError: this ROS has a type of that name with other fields.
+        """
+
+    @abstractmethod
     def keep(self, name: str, text: str) -> None:
         """Offer a text to all who ask, now or later: a parameter in ROS 1, a latched topic in ROS 2.
 
@@ -200,6 +215,10 @@ class Node(Closing):
     @abstractmethod
     def met(self) -> list[str]:
         """Return the topics of this node with nodes on the other side."""
+
+    def unmatched(self) -> list[str]:
+        """Return the topics with nodes on the other side none of which can be connected."""
+        return []
 
     @abstractmethod
     def sees(self, topic: str, other: str) -> bool:

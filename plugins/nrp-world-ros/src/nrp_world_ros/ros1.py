@@ -7,6 +7,7 @@ import socket
 import sysconfig
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -171,6 +172,22 @@ class Ros1Node(Node):
                 raise TopicError(f"{service}: no answer within {PATIENCE_S:g} s; is it paused?") from None
 
         self._services.append(self._rospy.Service(service, kind, handle, error_handler=_unmoved))
+
+    def call(self, service: str, request: Any, response: type, timeout_s: float) -> Any:
+        from rosgraph.masterapi import MasterException
+
+        self._require_master()
+        with suppress(MasterException):  # of a service that nobody offers
+            self._master.lookupService(service)
+            answer = self.codec.name(response)
+            kind = wire_service(self.codec.name(type(request)), answer)
+            proxy = self._rospy.ServiceProxy(service, kind)
+            try:
+                received = proxy.call(kind._request_class(bytes(self.codec.encode(request))))
+            except self._rospy.ServiceException as error:
+                raise SimulationError(f"{service} failed: {error}") from error
+            return self.codec.decode(bytes(received.data), answer)
+        return None
 
     def keep(self, name: str, text: str) -> None:
         self._require_master()

@@ -89,6 +89,9 @@ class HostedEngine(RosEngine):
         self._latest.clear()
         self._knows_motions = False
 
+    def answer(self, service: str, request: Any, response: type) -> None:
+        """Services are answered in this process; see :meth:`parts`."""
+
     # -- topics
 
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:

@@ -113,6 +113,7 @@ class Ros2Node(Node):
         self._number = domain_number(domain)
         self._publishers: dict[str, _Ros2Publisher] = {}
         self._listeners: dict[str, _Listener] = {}
+        self._clients: dict[str, Any] = {}
         self._matched: tuple[dict[str, int], float] = ({}, time.monotonic())
         self._joined_s = time.monotonic()
         self._error: Exception | None = None
@@ -221,6 +222,27 @@ class Ros2Node(Node):
         with _refusing(service):
             self._node.create_service(kind, service, called)
 
+    def call(self, service: str, request: Any, response: type, timeout_s: float) -> Any:
+        from rclpy.serialization import deserialize_message, serialize_message
+
+        self._require_open()
+        time.sleep(max(0.0, self._joined_s + _DISCOVERY_S - time.monotonic()))
+        if service not in dict(self._node.get_service_names_and_types()):
+            return None
+        asked, answer = self.codec.name(type(request)), self.codec.name(response)
+        kind = self._types.service(asked, answer)
+        if service not in self._clients:
+            self._clients[service] = self._node.create_client(kind, service)
+        client = self._clients[service]
+        if not client.wait_for_service(timeout_s):
+            return None
+        message = deserialize_message(bytes(self.codec.encode(request)), kind.Request)
+        try:
+            received = client.call(message, timeout_s)
+        except TimeoutError:
+            raise SimulationError(f"{service} has not answered within {timeout_s:g} s") from None
+        return self.codec.decode(serialize_message(received), answer)
+
     def keep(self, name: str, text: str) -> None:
         self.publisher(name, String, latched=True).publish(String(text))
 
@@ -235,6 +257,9 @@ class Ros2Node(Node):
 
     def met(self) -> list[str]:
         return [topic for topic, end in self._ends().items() if end.peers()]
+
+    def unmatched(self) -> list[str]:
+        return [topic for topic, end in self._ends().items() if end.listed() and not end.peers()]
 
     def sees(self, topic: str, other: str) -> bool:
         end = self._ends().get(topic)
@@ -289,6 +314,10 @@ class _End:
         """Return the number of nodes on the other side that are connected."""
         raise NotImplementedError
 
+    def listed(self) -> list[Any]:
+        """Return the other side's descriptions in ROS's graph, whether or not they can be connected."""
+        raise NotImplementedError
+
     def _others(self) -> list[str]:
         """Return the processes on the other side that can be connected."""
         raise NotImplementedError
@@ -314,10 +343,13 @@ class _Ros2Publisher(_End):
     def peers(self) -> int:
         return int(self._publisher.get_subscription_count())
 
+    def listed(self) -> list[Any]:
+        infos: list[Any] = self._node.get_subscriptions_info_by_topic(self._topic)
+        return infos
+
     def _others(self) -> list[str]:
         mine = self._publisher.qos_profile
-        infos = self._node.get_subscriptions_info_by_topic(self._topic)
-        return [_process(info.endpoint_gid) for info in infos if _suffices(mine, info.qos_profile)]
+        return [_process(info.endpoint_gid) for info in self.listed() if _suffices(mine, info.qos_profile)]
 
     def publish(self, message: Any) -> None:
         data = bytes(self._codec.encode(message))
@@ -350,10 +382,13 @@ class _Listener(_End):
     def peers(self) -> int:
         return int(self._subscription.get_publisher_count())
 
+    def listed(self) -> list[Any]:
+        infos: list[Any] = self._node.get_publishers_info_by_topic(self._topic)
+        return infos
+
     def _others(self) -> list[str]:
         mine = self._subscription.qos_profile
-        infos = self._node.get_publishers_info_by_topic(self._topic)
-        return [_process(info.endpoint_gid) for info in infos if _suffices(info.qos_profile, mine)]
+        return [_process(info.endpoint_gid) for info in self.listed() if _suffices(info.qos_profile, mine)]
 
     def adapt(self) -> None:
         """Request only best effort from publishers that offer less, as drivers of sensors do."""
@@ -361,7 +396,7 @@ class _Listener(_End):
 
         if self.peers() or self._subscription.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT:
             return
-        infos = self._node.get_publishers_info_by_topic(self._topic)
+        infos = self.listed()
         if infos and all(info.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT for info in infos):
             self.close()
             modest = _qos(0)
