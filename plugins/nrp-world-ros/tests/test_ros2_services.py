@@ -48,6 +48,10 @@ def node(ros2: Ros2) -> Iterator[Node]:
         yield node
 
 
+def discover(ros2: Ros2, node: Any, service: str) -> None:
+    ros2.until(lambda: service in dict(node._node.get_service_names_and_types()))
+
+
 def called(ros2: Ros2, *arguments: str) -> list[str]:
     said, _ = ros2.peer("call", *arguments).communicate(timeout=90)
     return said.splitlines()
@@ -91,6 +95,7 @@ def test_a_call_without_an_answer_holds_up_neither_the_process_nor_other_calls(
 @needs_ros2
 def test_a_service_of_another_program_is_called(ros2: Ros2, node: Node) -> None:
     ros2.ready_peer("serve")
+    discover(ros2, node, "/lamp")
     for data, text in ((True, "on"), (False, "off")):
         request = std_srvs.SetBoolRequest(data)
         answer = node.call("/lamp", request, std_srvs.SetBoolResponse, 60.0)
@@ -105,6 +110,7 @@ def test_a_call_without_an_answer_ends_with_an_error(
     monkeypatch.setattr("nrp_world_ros.ros2.node.PATIENCE_S", 1.0)
     with join(Ros.TWO, "silent", domain=ros2.domain) as silent:
         serve(silent, "/never", lambda _request: Future())
+        discover(ros2, node, "/never")
         with pytest.raises(SimulationError, match=r"/never has not answered within 0.5 s"):
             node.call("/never", std_srvs.SetBoolRequest(True), std_srvs.SetBoolResponse, 0.5)
 
