@@ -18,6 +18,7 @@ from nrp_core.brain.capabilities import BrainCapabilities
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.network.synapses import EVERY_SYNAPSE, LAWS, SynapseLaw
+from nrp_core.brain.pynn.equation_cells import SOURCES, cells_in_equations
 
 ROOT = Path(__file__).parents[1]
 TARGET = ROOT / "docs" / "reference" / "models.md"
@@ -42,7 +43,7 @@ Columns = Mapping[str, BrainCapabilities]
 def page() -> str:
     """Return the page."""
     columns = dict(sorted(backends()))
-    return "\n".join([HEAD, *_overview(columns), *_cells(), *_laws()])
+    return "\n".join([HEAD, *_overview(columns), *_cells(), *_cells_in_equations(), *_laws()])
 
 
 def backends() -> Iterator[tuple[str, BrainCapabilities]]:
@@ -107,6 +108,24 @@ def _cells() -> Iterator[str]:
         if cell.state:
             yield from _parameters("state", cell.state)
         yield from _nearest(cell.stands_for)
+
+
+def _cells_in_equations() -> Iterator[str]:
+    for name, cell in cells_in_equations().items():
+        yield f"## `{name}`\n\nOf {SOURCES[name]}. A cell in equations, for a grid of `event`:\n"
+        cell_equations = cell.equations
+        lines = [line.strip() for line in cell_equations.equations.strip().splitlines()]
+        spike = [f"threshold: {cell_equations.threshold}", f"reset: {cell_equations.reset}"]
+        effects = [f"{receptor}: {effect}" for receptor, effect in cell_equations.receptors.items()]
+        yield "\n".join(["```text", *lines, *spike, *effects, "```", ""])
+        defaults = cell.default_parameters.items()
+        rows = ([f"`{key}`", cell.units[key], _default(value)] for key, value in defaults)
+        yield from _table(["parameter", "unit", "default"], rows)
+
+
+def _default(value: Any) -> str:
+    values = getattr(value, "value", [value])
+    return ", ".join(f"{each:g}" for each in values)
 
 
 def _weights(unit: str) -> str:

@@ -11,6 +11,7 @@ import pytest
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.network.synapses import LAWS
+from nrp_core.brain.pynn.equation_cells import cells_in_equations
 
 GENERATOR = Path(__file__).parents[2] / "docs" / "generate_models.py"
 
@@ -30,6 +31,7 @@ def test_every_cell_and_law_has_a_section_with_its_parameters(generator: dict[st
     sections = generator["TARGET"].read_text("utf-8").split("\n## ")
     tables = {name: cell.parameters for name, cell in CELLS.items()}
     tables |= {law.pynn: law.parameters for law in LAWS.values()}
+    tables |= {name: cell.default_parameters for name, cell in cells_in_equations().items()}
     for name, parameters in tables.items():
         (section,) = (each for each in sections if each.startswith(f"`{name}`"))
         assert [each for each in parameters if f"| `{each}` |" not in section] == []

@@ -22,8 +22,8 @@ from nrp_core.brain.pynn import electrodes, models, populations, projections, rn
 from nrp_core.brain.pynn.arguments import InvalidValueError, PastTimeError, WrongKindError, refuse_misspelt
 from nrp_core.brain.pynn.composed_cells import composed_cells
 from nrp_core.brain.pynn.connectors import connector_types
+from nrp_core.brain.pynn.equation_cells import cells_in_equations
 from nrp_core.brain.pynn.equation_models import (
-    cells_in_equations,
     equation_cell,
     equation_synapse,
     nestml_cell,

@@ -361,3 +361,16 @@ def test_possible_sizes_of_the_machine_are_taken(tmp_path: Path) -> None:
         tmp_path,
         f"{HEAD}p.setup(timestep=1.0, n_boards_required=3, time_scale_factor=1.5, n_chips_required=None)\n",
     )
+
+
+def test_a_cell_that_is_not_emulated_runs_in_floating_point(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "cell = p.Population(1, p.extra_models.Izhikevich_cond_dual(v=-65.0), label='dual')\n"
+        "source = p.Population(1, p.SpikeSourceArray([5.0]))\n"
+        "p.Projection(source, cell, p.AllToAllConnector(), p.StaticSynapse(weight=0.5),\n"
+        "    receptor_type='excitatory2')\n"
+        "cell.record(['spikes', 'v'])\np.run(20)\ndata = cell.get_data().segments[0]\n",
+    )
+    assert len(script.data.spiketrains[0]) > 0
+    assert script.data.filter(name="v")[0][0, 0] == -65.0

@@ -82,7 +82,9 @@ def test_a_misspelt_name_gets_the_right_one(sim: ModuleType) -> None:
 
 
 def test_the_standard_models_are_listed(sim: ModuleType) -> None:
-    assert sim.list_standard_models() == [*CELLS, "IF_cond_exp_gsfa_grr", "GIF_cond_exp"]
+    further = ["IF_cond_exp_gsfa_grr", "GIF_cond_exp", "Izhikevich_cond_dual"]
+    glif = [f"GLIF{level}_curr_alpha" for level in range(1, 6)]
+    assert sim.list_standard_models() == [*CELLS, *further, *glif]
 
 
 def test_setup_forgets_what_was_built_and_keeps_the_time_step(sim: ModuleType) -> None:

@@ -134,7 +134,8 @@ def _receptors(
     found = {}
     for receptor, text in texts.items():
         place = TextOrigin(f"receptor '{receptor}'", text)
-        misspelt = receptor not in RECEPTORS and get_close_matches(receptor, RECEPTORS)
+        is_further = receptor in RECEPTORS or receptor[-1:].isdigit()  # such as excitatory2
+        misspelt = not is_further and get_close_matches(receptor, RECEPTORS)
         if misspelt or not receptor.isidentifier():
             place.refuse(f"there is no receptor '{receptor}'{did_you_mean(receptor, RECEPTORS)}")
         effect = text.strip().removesuffix(_ALWAYS).rstrip()

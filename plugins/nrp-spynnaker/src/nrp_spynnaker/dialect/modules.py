@@ -249,7 +249,7 @@ class Dialect:
         }  # fmt: skip
 
     def _extra_models(self, names: Mapping[str, Any]) -> ModuleType:
-        cells = ("Izhikevich_cond", "IFCurDelta", "IF_curr_delta", "IZK_cond_exp")
+        cells = ("Izhikevich_cond", "Izhikevich_cond_dual", "IFCurDelta", "IF_curr_delta", "IZK_cond_exp")
         own = {name: names[name] for name in (*cells, *(c.__name__ for c in _EXTRA))}
         own["WTAConnector"] = own["AllButMeConnector"]  # its name before 7.4
         own["Vogels2011Rule"] = vogels_rule(names["Vogels2011Rule"])

@@ -20,7 +20,7 @@ from nrp_core.brain import Brain, FloatArray, IntArray, SinkPort, SinkSpec, Spik
 from nrp_core.clock import MS_PER_S, from_milliseconds
 from nrp_core.errors import LifecycleError
 from nrp_core.pynn.recording import Recorder
-from nrp_core.pynn.running import RunningState
+from nrp_core.pynn.running import DEFAULT_BACKEND, RunningState
 from nrp_spynnaker.dialect.connections import Hub
 from nrp_spynnaker.live.clock import SimulatedClock
 from nrp_spynnaker.live.packets import Sockets
@@ -199,6 +199,13 @@ class LiveState(RunningState):
             self._ended.set()
 
     def _open(self) -> Brain:
+        own = [one.label for one in self.populations if hasattr(one.celltype, "equations")]
+        if own:
+            self.tell([
+                f"the cells of '{own[0]}' are given as equations, which the emulated machine does not have: "
+                f"the network runs in '{DEFAULT_BACKEND}', in floating point"
+            ])  # fmt: skip
+            self._backend, self._options = DEFAULT_BACKEND, {}
         brain = super()._open()
         self._ports = {
             label: brain.add_sink(Listener(), _ids(population), name=f"live/{label}")
