@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.network.data import Projection as Projection
     from nrp_core.brain.network.grid import Grid as Grid
     from nrp_core.brain.network.grid import same_order as same_order
+    from nrp_core.brain.network.motoneurons import MotoneuronPool as MotoneuronPool
     from nrp_core.brain.network.synapses import STATIC as STATIC
     from nrp_core.brain.network.synapses import STDP as STDP
     from nrp_core.brain.network.synapses import TSODYKS_MARKRAM as TSODYKS_MARKRAM
@@ -94,6 +95,7 @@ else:
             "nrp_core.brain.interface": "Brain",
             "nrp_core.brain.network.data": "Network Origin Population Projection RECEPTORS",
             "nrp_core.brain.network.grid": "Grid same_order",
+            "nrp_core.brain.network.motoneurons": "MotoneuronPool",
             "nrp_core.brain.network.synapses": "STATIC STDP TSODYKS_MARKRAM",
             "nrp_core.brain.pynn": "builder",
             "nrp_core.brain.pynn.export": "network_of",

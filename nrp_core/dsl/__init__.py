@@ -43,6 +43,7 @@ from nrp_core.dsl.mappings import (
 )
 from nrp_core.dsl.monitors import NeuronMonitor
 from nrp_core.dsl.parameters import PreprocessedTopic, Topic
+from nrp_core.dsl.proprioception import map_afferents, map_motoneurons
 from nrp_core.dsl.selection import Box, Sphere, brain, chain_neurons, map_neurons, nrange, resolve
 from nrp_core.parameters import GivenParameters
 
@@ -76,6 +77,8 @@ __all__ = [
     "injector",
     "leaky_integrator_alpha",
     "leaky_integrator_exp",
+    "map_afferents",
+    "map_motoneurons",
     "map_neurons",
     "nc_source",
     "nrange",

@@ -12,12 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.dsl.afferents import Spindle, TendonOrgan
 from nrp_core.world.messages.sensor_msgs import Image
 
 __all__ = [
     "ColorValues",
     "PinholeCamera",
     "RedShares",
+    "Spindle",
+    "TendonOrgan",
     "cam",
     "detect_red",
     "find_centroid_hsv",

@@ -1,0 +1,155 @@
+"""The ways from muscles to their afferents and from motoneurons to muscles, each as one statement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core.dsl.afferents import Spindle, TendonOrgan
+from nrp_core.dsl.device_kinds import poisson, population_rate
+from nrp_core.dsl.functions import Neuron2Robot, Robot2Neuron, TransferFunction
+from nrp_core.dsl.mappings import (
+    MapRobotPublisher,
+    MapRobotSubscriber,
+    MapSpikeSink,
+    MapSpikeSource,
+    MapVariable,
+)
+from nrp_core.dsl.parameters import Topic
+from nrp_core.dsl.selection import map_neurons
+from nrp_core.errors import TransferFunctionError, did_you_mean
+from nrp_core.world.messages.nrp_msgs import MuscleStates
+from nrp_core.world.messages.std_msgs import Float64MultiArray
+
+Afferent = Literal["Ia", "II", "Ib"]
+
+
+@checks_arguments()
+def map_afferents(
+    kind: Afferent,
+    group: str,
+    populations: Mapping[str, Any],
+    *,
+    model: Spindle | TendonOrgan | None = None,
+    rest: Mapping[str, float] | None = None,
+    name: str = "",
+    device: Any = poisson,
+    **options: Any,
+) -> TransferFunction:
+    """Let the fibres of afferents of muscles fire, each at the mean rate of its muscle.
+
+    One statement maps a group of muscles::
+
+        nrp.map_afferents("Ia", "/arm/muscles", {"biceps": nrp.brain.biceps_ia}, weight=0.1, delay=16.0)
+
+    Args:
+        kind: ``Ia``, ``II`` or ``Ib``.
+        group: the topic of the group without ``/state``.
+        populations: the neurons that the fibres of a muscle excite, by the name of the muscle.
+        model: a :class:`Spindle`, or a :class:`TendonOrgan` for ``Ib``.
+        rest: the lengths without stretch by muscle, m; by default those of the first state.
+        name: the name of the function; by default it is made of the kind and the group.
+        device: the kind of the devices, of which each muscle has one; their noise is that of the device.
+        options: options of the devices: ``weight``, ``delay`` for the conduction (ms), and so on.
+
+    Raises:
+        TransferFunctionError: no muscle is given, or the model does not fit the kind.
+    """
+    chosen = model or (TendonOrgan() if kind == "Ib" else Spindle())
+    if not populations or isinstance(chosen, TendonOrgan) != (kind == "Ib"):
+        wrong = (
+            "needs a population of a muscle" if not populations else f"is not by a {type(chosen).__name__}"
+        )
+        raise TransferFunctionError(f"map_afferents: {kind} of '{group}' {wrong}")
+    muscles, targets = list(populations), list(populations.values())
+
+    def afferents(t, states, fibres, memory):  # type: ignore[no-untyped-def]
+        message = states.value
+        if message is None:
+            return
+        rows = _rows(message.name, muscles, group)
+        fibres.rate, memory.value = _rates(chosen, kind, message, rows, rest, memory.value, t)
+
+    afferents.__name__ = afferents.__qualname__ = name or _named(f"{kind}_of", group)
+    function = Robot2Neuron()(afferents)
+    function = MapRobotSubscriber("states", Topic(f"{group}/state", MuscleStates))(function)
+    neurons = map_neurons(len(targets), targets.__getitem__)
+    function = MapSpikeSource("fibres", neurons, device, **options)(function)
+    return MapVariable("memory", initial_value=None)(function)
+
+
+def _named(prefix: str, group: str) -> str:
+    return f"{prefix}{group.replace('/', '_')}"
+
+
+def _rows(names: Sequence[str], muscles: Sequence[str], group: str) -> list[int]:
+    """Return where muscles are in a message."""
+    for muscle in muscles:
+        if muscle not in names:
+            raise TransferFunctionError(f"'{group}' has no muscle '{muscle}'{did_you_mean(muscle, names)}")
+    return [names.index(muscle) for muscle in muscles]
+
+
+def _rates(
+    model: Spindle | TendonOrgan,
+    kind: str,
+    message: MuscleStates,
+    rows: list[int],
+    rest: Mapping[str, float] | None,
+    memory: Any,
+    t: float,
+) -> tuple[list[float], Any]:
+    """Return the rates of muscles, and what they remember: lengths at rest, or the state of filters."""
+    if isinstance(model, TendonOrgan):
+        state, before = memory or (None, t - 0.001)
+        rates, state = model.filtered(message.force[rows], state, max(t - before, 1e-6))
+        return rates.tolist(), (state, t)
+    if memory is None:
+        names = [message.name[row] for row in rows]
+        memory = message.length[rows] if rest is None else np.array([rest[each] for each in names])
+    stretch, activation = message.length[rows] - memory, message.activation[rows]
+    found = (
+        model.ia(stretch, message.velocity[rows], activation)
+        if kind == "Ia"
+        else model.ii(stretch, activation)
+    )
+    return found.tolist(), memory
+
+
+@checks_arguments()
+def map_motoneurons(
+    group: str, populations: Mapping[str, Any], *, saturation: float = 40.0, name: str = "", **options: Any
+) -> TransferFunction:
+    """Let pools of motoneurons command the muscles of a group.
+
+    The control of a muscle is the mean rate of its pool divided by the rate at which its units are fused, at
+    most 1. Muscles follow it by their own activation, so the rate has a short time constant.
+
+    Args:
+        group: the topic of the group without ``/cmd``.
+        populations: the pool of each muscle of the group, in its order.
+        saturation: the rate at which all units of a pool give full activation, Hz.
+        name: the name of the function; by default it is made of the group.
+        options: options of the devices, as ``tau_fall`` (ms).
+
+    Raises:
+        TransferFunctionError: no muscle is given, or the saturation is not positive.
+    """
+    if not populations or saturation <= 0:
+        wrong = "needs a pool of each muscle" if not populations else f"saturates at {saturation:g} Hz"
+        raise TransferFunctionError(f"map_motoneurons: '{group}' {wrong}")
+    pools = list(populations.values())
+
+    def motoneurons(t, rates, controls):  # type: ignore[no-untyped-def]  # noqa: ARG001
+        shares = [each.rate / (saturation * len(each.selection.ids)) for each in rates]
+        controls.send_message(Float64MultiArray(data=np.clip(shares, 0.0, 1.0)))
+
+    motoneurons.__name__ = motoneurons.__qualname__ = name or _named("motoneurons_of", group)
+    function = Neuron2Robot()(motoneurons)
+    function = MapRobotPublisher("controls", Topic(f"{group}/cmd", Float64MultiArray))(function)
+    neurons = map_neurons(len(pools), pools.__getitem__)
+    given = {"tau_rise": 5.0, "tau_fall": 25.0, **options}
+    return MapSpikeSink("rates", neurons, population_rate, **given)(function)
