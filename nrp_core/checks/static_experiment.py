@@ -15,19 +15,18 @@ from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
+from nrp_core.checks.code.body import FunctionBody
 from nrp_core.checks.code.declarations import Declarations, Declared, found_in
-from nrp_core.checks.code.expressions import FunctionBody
-from nrp_core.checks.code.shapes import UNKNOWN, Event, Known, Number, Shape
+from nrp_core.checks.code.values import NUMBER, Known, Shape
 from nrp_core.checks.network_summary import NetworkSummary
-from nrp_core.checks.scripts import scripts_from
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.dsl.functions import TIME, TransferFunction
-from nrp_core.dsl.loading import DECLARES_NOTHING, Listing, PythonSource
+from nrp_core.dsl.loading import DECLARES_NOTHING, Listing, PythonSource, python_listing
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping, PreprocessedTopic, Topic
 from nrp_core.dsl.selection import BrainRoot, Selection, Selector, evaluate
 from nrp_core.dsl.testing import MockBrain
-from nrp_core.errors import NrpError, TopicError, UnreadableError
+from nrp_core.errors import NrpError, TopicError, TransferFunctionError, UnreadableError
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.prepare import Side, name_cause
 from nrp_core.experiment.making.watch import warn_of_missing_topics
@@ -74,19 +73,19 @@ class Checkable(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class CheckedFunction:
-    """A transfer function and the operations of its body.
+    """A transfer function and what is known of the values in its body.
 
     Args:
         declared: the function as it is written.
         adapters: the adapter of each parameter that could be bound.
-        events: the operations of its body.
+        body: its body.
         experiment: the experiment that it belongs to.
         world: the world with the topics.
     """
 
     declared: Declared
     adapters: dict[str, Adapter]
-    events: list[Event]
+    body: FunctionBody
     experiment: Experiment
     world: World
 
@@ -151,7 +150,7 @@ class StaticExperiment:
     def scripts(self) -> list[PythonSource]:
         """Its brain script and the modules beside it that it imports, as far as they are plain Python."""
         known = {source.path for source in self._sources_of_functions}
-        return [one for one in scripts_from(self.experiment.brain.model) if one.path not in known]
+        return [one for one in _scripts_from(self.experiment.brain.model) if one.path not in known]
 
     @cached_property
     def sources(self) -> list[PythonSource]:
@@ -231,8 +230,8 @@ def _bind_functions(static: StaticExperiment, brain: MockBrain, stage: World, co
     variables: dict[str, Any] = {}
     for declared in ordered:
         adapters = _adapters(static, declared, brain, stage, variables, collector)
-        events = _events(declared, adapters)
-        static.functions.append(CheckedFunction(declared, adapters, events, static.experiment, stage))
+        body = FunctionBody(declared, _parameters(declared, adapters))
+        static.functions.append(CheckedFunction(declared, adapters, body, static.experiment, stage))
     static.devices = brain.devices
 
 
@@ -306,17 +305,13 @@ def _code_of(error: Exception, mapping: ParameterMapping | None) -> Code:
     return code_of(error, Code.NRP240 if is_device else Code.NRP210)
 
 
-def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:
-    """Return the operations of a function's body."""
-    names: dict[str, Shape] = {**declared.names, TIME: Number("s")}
-    names |= dict.fromkeys(declared.function.parameters, UNKNOWN)
-    names |= {
-        name: Known(adapter)
-        for name, adapter in adapters.items()
-        if type(adapter) is not Adapter and not _is_changed(declared.function.mappings[name].reads)
-    }
-    path = declared.source.path
-    return FunctionBody(names, declared.node.body, lambda node: declared.imports(node, path)).events
+def _parameters(declared: Declared, adapters: dict[str, Adapter]) -> dict[str, Shape]:
+    """Return the shapes of a function's parameters."""
+    shapes: dict[str, Shape] = dict.fromkeys(declared.function.parameters)
+    for name, adapter in adapters.items():
+        if type(adapter) is not Adapter and not _is_changed(declared.function.mappings[name].reads):
+            shapes[name] = Known(adapter)
+    return {TIME: NUMBER, **shapes}
 
 
 def _is_changed(topic: Topic | None) -> bool:
@@ -328,3 +323,35 @@ def at_most(finding: Finding, level: Level) -> Finding:
     """Return a finding with its level lowered to a limit."""
     is_worse = finding.level is Level.ERROR and level is not Level.ERROR
     return replace(finding, level=level) if is_worse else finding
+
+
+def _scripts_from(path: Path) -> list[PythonSource]:
+    """Return a brain script and the modules beside it that it imports.
+
+    A file that is not Python is left out: whatever executes it reports that, or knows another version of it.
+    """
+    found: dict[Path, PythonSource | None] = {}
+    waiting = [path]
+    while waiting:
+        file = waiting.pop(0)
+        if file not in found and file.suffix == ".py" and file.is_file():
+            found[file] = source = _read_script(file)
+            waiting += _imported_files(source) if source is not None else ()
+    return [source for source in found.values() if source is not None]
+
+
+def _read_script(file: Path) -> PythonSource | None:
+    try:
+        return python_listing(file).sources[0]
+    except TransferFunctionError:
+        return None
+
+
+def _imported_files(source: PythonSource) -> Iterator[Path]:
+    folder = source.path.parent
+    for node in ast.walk(source.tree):
+        match node:
+            case ast.Import(names):
+                yield from (folder / f"{one.name.replace('.', '/')}.py" for one in names)
+            case ast.ImportFrom(module=str(module)):
+                yield folder / f"{module.replace('.', '/')}.py"

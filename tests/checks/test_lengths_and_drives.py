@@ -48,7 +48,7 @@ def test_the_bodies_that_ship_are_not_reported(file: Path) -> None:
         (BODY, "<size>0.9 0.6 0.3</size>", None),
         (BODY, "<size>45 37 24</size>", Code.NRP371),  # cm
         (BODY, "<size>450 370 240</size>", Code.NRP371),  # mm
-        ("<pose>-0.045 0 0.055 0 0 0</pose>", "<pose>-45 0 55 0 0 0</pose>", Code.NRP372),
+        ("<pose>-0.045 0 0.055 0 0 0</pose>", "<pose>-45 0 55 0 0 0</pose>", Code.NRP381),
         ("<pose>-0.03 0 0.137 0 0 0</pose>", "<pose>-0.3 0 1.37 0 0 0</pose>", None),
         (TYRE, "", Code.NRP375),
     ],

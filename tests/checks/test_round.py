@@ -220,22 +220,6 @@ def test_a_seed_from_the_clock_is_reported_and_a_time_alone_is_not(husky: Path) 
     assert all("is part of a seed and another one in each run [NRP243]" in one for one in (first, second))
 
 
-@pytest.mark.parametrize(
-    ("body", "is_told"),
-    [
-        ("if time.time() % 2 < 1:\n        return t", True),
-        ("if t > 1 and time.monotonic() > 3.0:\n        red.rate = 0.0\n        return None", True),
-        ("if time.time() % 2 < 1:\n        print(t)\n        return", False),
-        ("if t > 1:\n        return time.time()", False),
-        ("began = time.time()\n    print(time.time() - began)", False),
-    ],
-)
-def test_a_clock_that_decides_what_is_returned_is_reported(husky: Path, body: str, is_told: bool) -> None:
-    found = of_functions(husky, f"import time\n    {body}")
-    told = [one for one in found if "differs between runs, and what is returned depends on it" in one]
-    assert len(told) == is_told
-
-
 SCREEN = ("room.sdf", "0 -2.44 0.65", "0 -2.44 {}")
 JOINT = ("husky.sdf", "<axis><xyz>0 1 0</xyz></axis>", "<axis><xyz>0 1 0</xyz>{}</axis>")
 RATE = ("husky.sdf", "<update_rate>30<", "<update_rate>{}<")

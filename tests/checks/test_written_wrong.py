@@ -12,7 +12,7 @@ from nrp_core.findings import Finding, Level
 
 # The comment in a line is the code of its finding and some words of it.
 WRONG = """\
-import hbp_nrp_client.tf_frmaework as client  # NRP218 did you mean 'tf_framework'
+import hbp_nrp_client.tf_frmaework as client  # NRP218 there is no module
 import math
 from geometry_msgs.msg import Twist, Vector3
 

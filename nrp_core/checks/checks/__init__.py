@@ -1,18 +1,17 @@
 """The checks, one module for each subject; importing this registers them."""
 
 from nrp_core.checks.checks import (
+    bounds,
     capabilities,
-    device_weights,
     drives,
-    incoming_messages,
     lengths,
     lost_state,
+    messages,
     names,
     operations,
-    outgoing_messages,
     populations,
-    reproducibility,
     sensor_visibility,
+    side_effects,
     start_poses,
     time_conditions,
     units,
@@ -20,18 +19,17 @@ from nrp_core.checks.checks import (
 )
 
 __all__ = [
+    "bounds",
     "capabilities",
-    "device_weights",
     "drives",
-    "incoming_messages",
     "lengths",
     "lost_state",
+    "messages",
     "names",
     "operations",
-    "outgoing_messages",
     "populations",
-    "reproducibility",
     "sensor_visibility",
+    "side_effects",
     "start_poses",
     "time_conditions",
     "units",

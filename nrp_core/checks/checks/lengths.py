@@ -48,7 +48,7 @@ LONGEST_STEP_NS: Final = 10 * NS_PER_MS
 """The longest step of Gymnasium's models with contacts; Gazebo takes 1 ms and MuJoCo 2 ms."""
 
 
-@checks_experiment(Code.NRP371, Code.NRP372)
+@checks_experiment(Code.NRP371, Code.NRP381)
 def lengths_are_in_metres(static: StaticExperiment) -> Iterator[Finding]:
     """Check sizes and places in the models of a scene against each other."""
     for model in static.scene.models if static.scene is not None else ():
@@ -76,10 +76,10 @@ def unlikely_lengths(model: Model, *, is_robot: bool) -> Iterator[tuple[Code, st
         more = f" (and {len(mismatched) - 1} more links)" if len(mismatched) > 1 else ""
         yield Code.NRP371, mismatched[0] + more
         return
-    yield from ((Code.NRP372, sentence) for sentence in _distant_shapes(model))
+    yield from ((Code.NRP381, sentence) for sentence in _distant_shapes(model))
     if model.static:
         return
-    yield from ((Code.NRP372, sentence) for sentence in (*_distant_links(model), *_distant_parts(model)))
+    yield from ((Code.NRP381, sentence) for sentence in (*_distant_links(model), *_distant_parts(model)))
     yield from ((Code.NRP371, sentence) for sentence in _long_slides(model))
     if is_robot:
         yield from ((Code.NRP371, sentence) for sentence in _low_density(model))

@@ -19,7 +19,7 @@ from nrp_core.findings import Code, Finding, Level
 
 
 @checks_experiment(Code.NRP246)
-def names_are_defined(static: StaticExperiment) -> Iterator[Finding]:
+def check_names(static: StaticExperiment) -> Iterator[Finding]:
     """Look for names that nothing defines."""
     for listing in static.listings:
         yield from _undefined(listing.sources, set(listing.names))
@@ -72,7 +72,7 @@ def _undefined_name(found: messages.Message, tree: ast.Module, known: set[str]) 
 
 
 @checks_experiment(Code.NRP235)
-def names_are_used_once(static: StaticExperiment) -> Iterator[Finding]:
+def check_function_names(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two functions with the same name."""
     first: dict[str, Declared] = {}
     for declared in static.declared:

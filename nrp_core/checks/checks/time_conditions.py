@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
-from math import isclose
-from typing import Any, Final
+from typing import Any
 
-from nrp_core.checks.code.shapes import Add, Known, Number
+from nrp_core.checks.code.values import NUMBER
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.cle.latency import paths
 from nrp_core.clock import NS_PER_S, milliseconds, seconds
-from nrp_core.dsl.parameters import SubscribedTopic
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.maker import with_parameters
 from nrp_core.experiment.model.collector import Collector
@@ -22,11 +20,10 @@ from nrp_core.experiment.model.section import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.quantities import time_ns
-from nrp_core.scripts import last_name
 
 
 @checks_experiment(Code.NRP248)
-def events_come_in_time(static: StaticExperiment) -> Iterator[Finding]:
+def check_events(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events after the end of the run, and for events that wait for each other."""
     experiment = static.experiment
     for name, event in experiment.events.items():
@@ -50,7 +47,7 @@ def events_come_in_time(static: StaticExperiment) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP248)
-def limits_of_criteria_end_in_time(static: StaticExperiment) -> Iterator[Finding]:
+def check_limits_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria that allow more time than the run has."""
     experiment = static.experiment
     for name, criterion in experiment.criteria.items():
@@ -101,72 +98,20 @@ def _delay_ns(event: Event) -> int:
 
 
 @checks_function(Code.NRP248)
-def times_are_reached(function: CheckedFunction) -> Iterator[Finding]:
+def check_reached_times(function: CheckedFunction) -> Iterator[Finding]:
     """Look for comparisons of ``t`` with times that it never reaches."""
     duration_s = seconds(function.experiment.duration)
-    for event in function.events:
-        match event:
-            case Add(
-                ast.Compare(ast.Name("t"), _, [_]) as node, Number("s"), Known(int() | float() as bound)
-            ):
-                pass
-            case Add(
-                ast.Compare(_, _, [ast.Name("t")]) as node, Known(int() | float() as bound), Number("s")
-            ):
-                pass
-            case _:
-                continue
-        if bound > duration_s:
-            message = f"'t', in seconds, never reaches {bound:g}: the run ends at {duration_s:g} s"
-            yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
-
-
-_STEPS: Final = ("dt", "delta_t", "timestep", "time_step", "dt_s", "timestep_s")
-"""Names of the time between two calls of a function."""
-_LOOPS: Final = (ast.For, ast.While, ast.comprehension)
-_COUNTING: Final = ("int", "round", "range", "ceil", "arange", "linspace")
-"""Functions that count steps, or list their times."""
-
-
-@checks_function(Code.NRP358)
-def steps_are_those_of_the_loop(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for a constant ``DT`` that is not how often the function runs."""
-    step_s = seconds(function.experiment.timestep)
-    rates_hz = [function.function.throttle.rate_hz]
-    rates_hz += [one.info.rate_hz for one in function.adapters.values() if isinstance(one, SubscribedTopic)]
-    periods_s = [step_s, *(1 / rate_hz for rate_hz in rates_hz if rate_hz)]
-    nodes = function.declared.own
-    repeated = {id(one) for loop in nodes if isinstance(loop, _LOOPS) for one in ast.walk(loop)}
-    own = {
-        one.id for node in nodes if _is_own_step(node) for one in ast.walk(node) if isinstance(one, ast.Name)
-    }
-    for node in nodes:
-        name = node.id if isinstance(node, ast.Name) and node.id not in own else ""
-        given = function.declared.names.get(name)
-        if not isinstance(given, Known) or not isinstance(given.value, int | float) or id(node) in repeated:
-            continue  # loops take smaller steps of their own
-        fits = any(isclose(given.value, factor * one) for one in periods_s for factor in (1, 1000))
-        if name.lower() in _STEPS and given.value > 0 and not fits:
-            message = (
-                f"'{name}' is {given.value:g}, and the function runs every {step_s:g} s; is the time since "
-                "its last call meant? It is known from 't'"
-            )
-            yield function.declared.finding(Code.NRP358, node, message, Level.WARNING)
-            return
-
-
-def _is_own_step(node: ast.AST) -> bool:
-    """Return whether a function waits for a time by itself, or divides its step into smaller ones."""
-    match node:
-        case ast.Compare():
-            return True
-        case ast.Call(func):
-            return last_name(func) in _COUNTING
-    return False
+    for node in function.declared.own:
+        match node:
+            case ast.Compare(ast.Name("t"), _, [other]) | ast.Compare(other, _, [ast.Name("t")]):
+                bound_s = function.body.constant(other) if function.body.name("t") == NUMBER else None
+                if bound_s is not None and bound_s > duration_s:
+                    message = f"'t', in seconds, never reaches {bound_s:g}: the run ends at {duration_s:g} s"
+                    yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP238)
-def paths_take_time(static: StaticExperiment) -> Iterator[Finding]:
+def report_latency(static: StaticExperiment) -> Iterator[Finding]:
     """Report the latency of each path from a sensor to an actuator."""
     timestep_ms = milliseconds(static.experiment.timestep)
     for path in paths([one.function for one in static.functions if one.function.active]):
@@ -176,7 +121,7 @@ def paths_take_time(static: StaticExperiment) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP296)
-def a_step_is_short(static: StaticExperiment) -> Iterator[Finding]:
+def check_step_of_loop(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a time step that is too long for a closed loop."""
     step_ns = static.experiment.timestep
     if step_ns > NS_PER_S:
@@ -185,7 +130,7 @@ def a_step_is_short(static: StaticExperiment) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP248)
-def criteria_count_some_time(static: StaticExperiment) -> Iterator[Finding]:
+def check_periods_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria that are never evaluated."""
     experiment, end_ns = static.experiment, static.experiment.duration
     for keys, during in _periods(experiment):
@@ -223,23 +168,23 @@ def _time_of(moment: int | str, experiment: Experiment) -> int | str:
 
 
 @checks_experiment(Code.NRP212)
-def topics_of_criteria_are_published(static: StaticExperiment) -> Iterator[Finding]:
+def check_topics_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria on topics of the experiment that nothing publishes on."""
     experiment = static.experiment
     if not static.is_complete:
         return
-    spoken = {topic.name for declared in static.declared for topic in declared.function.published}
-    spoken |= {one.topic for event in experiment.events.values() for one in event.publish}
-    spoken = {experiment.aliases.get(name, name) for name in spoken}
-    for keys, wanted in asked(experiment, "topic", "topic_stays"):
+    published = {topic.name for declared in static.declared for topic in declared.function.published}
+    published |= {one.topic for event in experiment.events.values() for one in event.publish}
+    published = {experiment.aliases.get(name, name) for name in published}
+    for keys, wanted in conditions(experiment, "topic", "topic_stays"):
         name = experiment.aliases.get(wanted.name, wanted.name)
-        if keys[0] == "criteria" and name in experiment.topics and name not in spoken:
+        if keys[0] == "criteria" and name in experiment.topics and name not in published:
             message = f"no transfer function and no event publishes on '{wanted.name}': it has no value"
             yield experiment.place(*keys, "name").finding(Code.NRP212, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP202, Code.NRP248)
-def varied_settings_exist(static: StaticExperiment) -> Iterator[Finding]:
+def check_varied_settings(static: StaticExperiment) -> Iterator[Finding]:
     """Try a value from each range of a comparison."""
     experiment = static.experiment
     if not experiment.source.value:  # it was created in Python
@@ -287,7 +232,7 @@ def _periods(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], During]]
                 yield ("criteria", name, kind), asked.during
 
 
-def asked(experiment: Experiment, when: str, criterion: str) -> Iterator[tuple[tuple[Key, ...], Any]]:
+def conditions(experiment: Experiment, when: str, criterion: str) -> Iterator[tuple[tuple[Key, ...], Any]]:
     """Yield the conditions of one kind, with their keys in the experiment file.
 
     Args:
@@ -306,4 +251,4 @@ def asked(experiment: Experiment, when: str, criterion: str) -> Iterator[tuple[t
 def read_topics(static: StaticExperiment) -> set[str]:
     """Return the names, or aliases, of the topics that functions, events and criteria read."""
     names = {topic.name for one in static.declared for topic in one.function.subscribed}
-    return names | {wanted.name for _, wanted in asked(static.experiment, "topic", "topic_stays")}
+    return names | {wanted.name for _, wanted in conditions(static.experiment, "topic", "topic_stays")}

@@ -3,130 +3,35 @@
 from __future__ import annotations
 
 import ast
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import pi, radians
-from types import MethodType
+from pathlib import Path
 from typing import Final
 
-from nrp_core.checks.checks.device_weights import too_strong_source
-from nrp_core.checks.code.shapes import UNITS, Add, Call, Known, Number, Read, Return, Shape, Write, item_of
-from nrp_core.checks.code.syntax import excerpt
+import numpy as np
+
+from nrp_core.brain.network.data import Network, Population
+from nrp_core.checks.code.values import NUMBER, Known, adapter_of, is_message
+from nrp_core.checks.network_units import too_strong
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
+from nrp_core.checks.unreachable_thresholds import too_weak
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.devices import Device, DeviceGroup
+from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.parameters import PublishedTopic
+from nrp_core.dsl.parameters import ParameterMapping, PublishedTopic
+from nrp_core.dsl.selection import BrainRoot, Selection, select
+from nrp_core.errors import NrpError
 from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid import ROUNDED_TURN_RAD
 from nrp_core.world.topics import TopicInfo
 
-_TURNS_RAD: Final = 4 * pi
-"""Two turns: joints of robots with limits turn less, and wheels are commanded by speeds."""
-_WHOLE: Final = 5.0
+_TWO_TURNS_RAD: Final = 4 * pi
+"""Joints of robots with limits turn less, and wheels are commanded by speeds."""
+_MULTIPLE_DEG: Final = 5.0
 """Angles in degrees are multiples of this, as a rule; counted turns are not."""
-
-
-@checks_function(Code.NRP249)
-def joints_are_commanded_in_radians(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for constant commands of joints that are angles in degrees."""
-    made = {
-        id(event.node): event.given[0]
-        for event in function.events
-        if isinstance(event, Call) and len(event.given) == 1 and _is_message(event.callee)
-    }
-    for event in function.events:
-        match event:
-            case Call(node, Known(MethodType() as method), (value,)) if isinstance(
-                method.__self__, PublishedTopic
-            ):
-                info, sent = method.__self__.info, node.args[0] if node.args else node
-            case Return(node, value) if value is not None and function.returns_to is not None and node.value:
-                info, sent = function.returns_to, node.value
-            case _:
-                continue
-        message = _in_degrees(info, made.get(id(sent), value))
-        if message:
-            yield function.declared.finding(Code.NRP249, sent, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP249)
-def events_command_radians(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for events that command a joint by an angle in degrees."""
-    for name, event in static.experiment.events.items():
-        for said in event.publish:
-            info = static.topics.get(static.experiment.aliases.get(said.topic, said.topic))
-            value = next(iter(said.value.values()), None) if isinstance(said.value, dict) else said.value
-            message = "" if info is None else _in_degrees(info, Known(value))
-            if message:
-                place = static.experiment.place("events", name, "publish")
-                yield place.finding(Code.NRP249, message, Level.WARNING)
-
-
-def _is_message(callee: Shape) -> bool:
-    return isinstance(callee, Known) and hasattr(callee.value, "__msgtype__")
-
-
-def _in_degrees(info: TopicInfo, value: Shape | ast.AST) -> str:
-    """Return that a command is in degrees; empty if it may be in the unit of its topic."""
-    match value:
-        case Known(int() | float() as angle) if info.unit == "rad" and not isinstance(angle, bool):
-            if abs(angle) > _TURNS_RAD and angle % _WHOLE == 0:
-                return (
-                    f"'{info.name}' takes radians, and {angle:g} is {abs(angle) / (2 * pi):.0f} turns; "
-                    f"{angle:g} degrees are {radians(angle):.4g}"
-                )
-    return ""
-
-
-@checks_function(Code.NRP233)
-def units_agree(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for quantities in one unit that are used in place of another."""
-    for event in function.events:
-        match event:
-            case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:
-                unit = _unit(value)
-                if unit and unit != UNITS[name]:
-                    message = (
-                        f"'{name}' is in {UNITS[name]} and is set from a quantity in {unit}: "
-                        f"the factor between them is in {UNITS[name]}/{unit}"
-                    )
-                    yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
-            case Add(node, Number(first), Number(second)) if first and second and first != second:
-                message = f"a quantity in {first} is combined with one in {second}"
-                yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
-
-
-@checks_function(Code.NRP233)
-def times_of_recorders_are_in_ms(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for times of a recorder, in ms, that are combined with a time in s."""
-    times = {
-        id(event.node)
-        for event in function.events
-        if isinstance(event, Read) and event.name == "times" and isinstance(event.owner, Known)
-        if isinstance(event.owner.value, Device)
-    }
-    for event in function.events:
-        match event:
-            case Add(ast.BinOp(one, _, other) | ast.Compare(one, _, [other]) as node, left, right):
-                for mine, with_, shape in ((one, other, right), (other, one, left)):
-                    read = mine
-                    while isinstance(read, ast.Subscript):
-                        read = read.value
-                    is_plain = isinstance(with_, ast.Name)  # a product may hold the factor
-                    if is_plain and shape == Number("s") and id(read) in times:
-                        text = excerpt(node)
-                        message = f"'{ast.unparse(read)}' is in ms, and '{text}' combines it with s"
-                        yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
-
-
-def _unit(shape: Shape) -> str | None:
-    found = shape if isinstance(shape, Number) else item_of(shape)
-    return found.unit if isinstance(found, Number) else None
-
-
 CURRENTS: Final = ("amplitude", "offset", "mean", "stdev")
 """Settings of sources that are in nA."""
 _WEAKEST_NA: Final = 1e-6
@@ -141,8 +46,80 @@ _REMEMBERED: Final = 100.0
 """Time constants after which a spike is forgotten beyond doubt."""
 
 
+# -- devices
+
+
+@checks_experiment(Code.NRP211, Code.NRP297, Code.NRP377)
+def check_mappings(static: StaticExperiment) -> Iterator[Finding]:
+    """Check the mappings of all functions."""
+    if static.network is not None:
+        for declared in static.declared:
+            yield from _check_mappings_of(declared.function, static.network)
+
+
+def _check_mappings_of(function: TransferFunction, network: Network) -> Iterator[Finding]:
+    """Yield findings about mappings with a neuron twice or an unlikely weight."""
+    for name, mapping in function.mappings.items():
+        match mapping:
+            case MapSpikeSource() | MapSpikeSink():
+                verb = "drives" if mapping.drives else "reads"
+                for ids in _chosen(mapping, network):
+                    most = int(np.unique(ids, return_counts=True)[1].max())
+                    if most > 1:
+                        message = f"'{name}' {verb} the same neuron {most} times: {mapping.selector!r}"
+                        yield _at(mapping, Code.NRP211, message)
+                        break
+                if size := _too_strong_source(mapping, network):
+                    yield _at(mapping, Code.NRP297, f"weight of '{name}' is {size}")
+                elif size := _too_weak_source(mapping, network):
+                    yield _at(mapping, Code.NRP377, f"weight of '{name}' is {size}")
+
+
+def _too_strong_source(mapping: MapSpikeSource | MapSpikeSink, network: Network) -> str:
+    """Return the weight of a source with its effect on its cells if that is implausibly large."""
+    return next(filter(None, _sizes(too_strong, mapping, network)), "")
+
+
+def _too_weak_source(mapping: MapSpikeSource | MapSpikeSink, network: Network) -> str:
+    """Return the weight of a source if it takes none of its cells to their threshold at any rate."""
+    sizes = list(_sizes(too_weak, mapping, network))
+    return sizes[0] if sizes and all(sizes) else ""
+
+
+def _sizes(
+    judge: Callable[[float, Population], str], mapping: MapSpikeSource | MapSpikeSink, network: Network
+) -> Iterator[str]:
+    """Yield the judgement of the weight of a source for each population that it drives."""
+    weight = mapping.options.get("weight")
+    if not isinstance(mapping, MapSpikeSource) or not isinstance(weight, int | float):
+        return
+    if "synapse_type" in mapping.options:
+        return  # it may transmit a small share of the weight
+    driven = [ids for ids in _chosen(mapping, network) if ids.size]
+    for label, population in network.populations.items():
+        first = network.offsets[label]
+        if any(((ids >= first) & (ids < first + population.size)).any() for ids in driven):
+            yield "" if population.is_source else judge(abs(weight), population)
+
+
+def _chosen(
+    mapping: MapSpikeSource | MapSpikeSink, network: Network
+) -> Iterator[np.ndarray[tuple[int], np.dtype[np.int64]]]:
+    """Yield the neurons of each device of a mapping; unbindable mappings are reported elsewhere."""
+    try:
+        selected = select(mapping.selector, BrainRoot(network))
+    except (NrpError, ValueError, TypeError):
+        return
+    yield from (one.ids for one in ([selected] if isinstance(selected, Selection) else selected))
+
+
+def _at(mapping: ParameterMapping, code: Code, message: str) -> Finding:
+    place = mapping.place
+    return Finding(code, message, Level.WARNING, Path(place.path), place.line)
+
+
 @checks_function(Code.NRP297)
-def settings_are_plausible(function: CheckedFunction) -> Iterator[Finding]:
+def check_device_settings(function: CheckedFunction) -> Iterator[Finding]:
     """Look for weights, time constants and delays of devices in a wrong unit."""
     step_ms = milliseconds(function.experiment.timestep)
     for name, mapping in function.function.mappings.items():
@@ -163,7 +140,7 @@ def settings_are_plausible(function: CheckedFunction) -> Iterator[Finding]:
 def _is_beyond_leak(mapping: MapSpikeSource | MapSpikeSink, adapter: object) -> bool:
     devices = list(adapter) if isinstance(adapter, DeviceGroup) else [adapter]
     networks = [one.selection.network for one in devices if isinstance(one, Device)]
-    return any(network is not None and too_strong_source(mapping, network) != "" for network in networks[:1])
+    return any(network is not None and _too_strong_source(mapping, network) != "" for network in networks[:1])
 
 
 def _implausible(setting: str, size: float) -> str:
@@ -190,19 +167,20 @@ def _implausible_current(size: float) -> str:
 
 
 @checks_function(Code.NRP297)
-def currents_are_plausible(function: CheckedFunction) -> Iterator[Finding]:
+def check_currents(function: CheckedFunction) -> Iterator[Finding]:
     """Look for currents that a body sets in a wrong unit."""
-    for event in function.events:
-        match event:
-            case Write(node, Known(Device() | DeviceGroup()), name, True, Known(int() | float() as value)):
-                message = _implausible_current(abs(value)) if name in CURRENTS else ""
-                if message:
-                    message = f"'{name}' is {value:g} {message}"
-                    yield function.declared.finding(Code.NRP297, node, message, Level.WARNING)
+    for node in function.declared.own:
+        match node:
+            case ast.Assign([ast.Attribute(owner, name) as target], value) if name in CURRENTS:
+                is_device = isinstance(adapter_of(function.body.shape(owner)), Device | DeviceGroup)
+                constant = function.body.constant(value) if is_device else None
+                if constant is not None and (message := _implausible_current(abs(constant))):
+                    message = f"'{name}' is {constant:g} {message}"
+                    yield function.declared.finding(Code.NRP297, target, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP249)
-def angles_have_units(static: StaticExperiment) -> Iterator[Finding]:
+def check_poses(static: StaticExperiment) -> Iterator[Finding]:
     """Look for angles of poses given in degrees instead of radians."""
     experiment = static.experiment
     owners: dict[tuple[Key, ...], str] = {}
@@ -223,15 +201,70 @@ def angles_have_units(static: StaticExperiment) -> Iterator[Finding]:
                 yield written.place.finding(Code.NRP249, message, Level.WARNING)
 
 
-def single_values(function: CheckedFunction) -> dict[str, ast.expr]:
-    """Return the names to which a body assigns one expression, alone or in a row, and that expression."""
-    nodes = function.declared.own
-    stores = Counter(one.id for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
-    pairs: list[tuple[ast.expr, ast.expr]] = []
-    for node in nodes:
+# -- angles and times
+
+
+@checks_function(Code.NRP249)
+def check_commanded_angles(function: CheckedFunction) -> Iterator[Finding]:
+    """Look for constant commands of joints that are angles in degrees."""
+    for node in function.declared.own:
         match node:
-            case ast.Assign([ast.Tuple(names)], ast.Tuple(values)) if len(names) == len(values):
-                pairs += zip(names, values, strict=True)
-            case ast.Assign([name], value):
-                pairs.append((name, value))
-    return {name.id: value for name, value in pairs if isinstance(name, ast.Name) and stores[name.id] == 1}
+            case ast.Call(ast.Attribute(owner, "send_message"), [sent]) if isinstance(
+                topic := adapter_of(function.body.shape(owner)), PublishedTopic
+            ):
+                info = topic.info
+            case ast.Return(ast.expr() as sent) if function.returns_to is not None:
+                info = function.returns_to
+            case _:
+                continue
+        value = sent
+        if isinstance(sent, ast.Call) and len(sent.args) == 1:
+            callee = function.body.shape(sent.func)
+            value = sent.args[0] if isinstance(callee, Known) and is_message(callee.value) else sent
+        if message := _in_degrees(info, function.body.constant(value)):
+            yield function.declared.finding(Code.NRP249, sent, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP249)
+def check_angles_of_events(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for events that command a joint by an angle in degrees."""
+    for name, event in static.experiment.events.items():
+        for published in event.publish:
+            info = static.topics.get(static.experiment.aliases.get(published.topic, published.topic))
+            given = published.value
+            value = next(iter(given.values()), None) if isinstance(given, dict) else given
+            if info is not None and isinstance(value, int | float) and (message := _in_degrees(info, value)):
+                place = static.experiment.place("events", name, "publish")
+                yield place.finding(Code.NRP249, message, Level.WARNING)
+
+
+def _in_degrees(info: TopicInfo, angle: float | None) -> str:
+    """Return that a command is in degrees; empty if it may be in the unit of its topic."""
+    if angle is None or info.unit != "rad" or abs(angle) <= _TWO_TURNS_RAD or angle % _MULTIPLE_DEG:
+        return ""
+    return (
+        f"'{info.name}' takes radians, and {angle:g} is {abs(angle) / (2 * pi):.0f} turns; "
+        f"{angle:g} degrees are {radians(angle):.4g}"
+    )
+
+
+@checks_function(Code.NRP233)
+def check_recorded_times(function: CheckedFunction) -> Iterator[Finding]:
+    """Look for times of a recorder, in ms, that are combined with the time 't', in s."""
+    for node in function.declared.own:
+        match node:
+            case ast.BinOp(one, ast.Add() | ast.Sub(), other) | ast.Compare(one, _, [other]):
+                for read, time in ((one, other), (other, one)):
+                    is_time = ast.unparse(time) == "t" and function.body.shape(time) == NUMBER
+                    if is_time and _is_recorded_time(function, read):
+                        text = ast.unparse(node)
+                        message = f"times of recorders are in ms, and '{text}' combines one with s"
+                        yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
+
+
+def _is_recorded_time(function: CheckedFunction, node: ast.expr) -> bool:
+    while isinstance(node, ast.Subscript):
+        node = node.value
+    if not isinstance(node, ast.Attribute) or node.attr != "times":
+        return False
+    return isinstance(adapter_of(function.body.shape(node.value)), Device)

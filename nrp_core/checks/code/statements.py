@@ -1,290 +1,61 @@
-"""Follow the statements of a file as far as possible without running it.
+"""Follow the statements of a file as far as they are known without running it.
 
-Constants, loops over them, and calls of the file's own functions are followed. Of all other statements only
-the names that they set are known, not the values.
+Constants, loops over them, branches that they decide, and calls of the file's own functions are followed. Of
+all other statements only the names that they set are known, not the values.
 """
 
 from __future__ import annotations
 
 import ast
 import inspect
-import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from inspect import Parameter, Signature
 from itertools import count, islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from nrp_core.checks.code.expressions import Expressions, assigned
-from nrp_core.checks.code.shapes import NEURONS, UNKNOWN, Call, Known, Row, Shape, joined
-from nrp_core.checks.code.syntax import SCOPES, own_nodes
+from nrp_core.checks.code.syntax import CHANGING, assigned_names, own_nodes, stub_of
+from nrp_core.checks.code.values import (
+    NEURONS,
+    Expressions,
+    Instance,
+    Known,
+    Shape,
+    item_of,
+    values_of,
+)
 from nrp_core.errors import NrpError, UnreadableError, did_you_mean
 
-_PLAIN: tuple[Any, ...] = (
+FAILURES: Final = (
+    NrpError,
+    TypeError,
+    ValueError,
+    LookupError,
+    AttributeError,
+    ArithmeticError,
+    RecursionError,
+)
+"""The exceptions of our constructors for invalid arguments."""
+_PLAIN: Final[tuple[Any, ...]] = (
     slice, range, int, float, str, bool, list, tuple, dict, len, min, max, sum, abs, round, enumerate, zip,
     sorted, reversed,
 )  # fmt: skip
-_METHODS: dict[type, tuple[str, ...]] = {
-    str: ("format", "upper", "lower", "title", "capitalize", "replace", "split", "strip", "join"),
-    dict: ("items", "keys", "values", "get"),
-}
-"""Methods of constants without side effects."""
-FAILURES = (
-    NrpError, TypeError, ValueError, LookupError, AttributeError, ArithmeticError, RecursionError,
-)  # fmt: skip
-"""The exceptions of our constructors for invalid arguments."""
-_LIMIT = 100_000
-"""Maximum number of items in a range, list or map that is evaluated here."""
-
-_COMPARISONS: dict[type, Callable[[Any, Any], Any]] = {
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le,
-    ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Is: operator.is_, ast.IsNot: operator.is_not,
-    ast.In: lambda left, right: left in right, ast.NotIn: lambda left, right: left not in right,
-}  # fmt: skip
-_DECIDING = (int, float, str, tuple, list, dict, type(None))
-"""Types of constants whose equality and truth value are known."""
+_TEXT_METHODS: Final = ("upper", "lower", "title", "capitalize", "replace", "split", "strip", "join")
+_MAX_ITEMS: Final = 100_000
+"""Items of a range or list that is evaluated, and calls of a lambda."""
+_MAX_STATEMENTS: Final = 20_000
+_MAX_DEPTH: Final = 20
 
 
 class MisfitError(TypeError):
     """A call of a class with arguments that it does not take."""
 
 
-class Evaluation(Expressions):
-    """Evaluates expressions that consist of our objects and constants.
+class _Returned(Exception):  # noqa: N818 - nothing is wrong
+    """A function ends."""
 
-    Args:
-        names: the shape of each name.
-        ours: the objects that may be called.
-        path: the file, for errors.
-    """
-
-    def __init__(self, names: Mapping[str, Shape], ours: Iterable[Any], path: Path) -> None:
-        super().__init__(names)
-        self._ours = {id(one): one for one in (*ours, *_PLAIN)}
-        self.path = path
-
-    def is_ours(self, value: Any) -> bool:
-        """Return whether an object may be called."""
-        owner = getattr(value, "__self__", None)
-        if isinstance(owner, NEURONS):
-            return True
-        if isinstance(owner, str) and value.__name__ == "format":
-            return ":" not in owner  # a width may be of any size
-        if type(owner) in _METHODS:
-            return value.__name__ in _METHODS[type(owner)]
-        return id(value) in self._ours or (isinstance(value, type) and hasattr(value, "__msgtype__"))
-
-    def called(self, call: Call) -> Shape:
-        """Call one of our objects as the file would.
-
-        Raises:
-            NrpError, TypeError, ValueError: the exceptions of the called object.
-        """
-        if isinstance(call.callee, Known) and not callable(call.callee.value):
-            raise TypeError(f"{ast.unparse(call.node.func)} cannot be called{_meant(call.callee.value)}")
-        if not (isinstance(call.callee, Known) and self.is_ours(call.callee.value)):
-            return UNKNOWN
-        try:
-            given = [value_of(shape) for shape in call.given]
-            named = {name: value_of(shape) for name, shape in call.named.items()}
-        except UnreadableError:
-            return self.called_in_part(call)
-        if not call.is_whole:
-            return UNKNOWN
-        _require_fit(call.node, call.callee.value, given, named)
-        found = self.at(call.node, call.callee.value, *given, **named)
-        return Known(tuple(islice(found, _LIMIT)) if isinstance(found, Iterator) else found)
-
-    def called_in_part(self, call: Call) -> Shape:
-        """Return the result of a call with some unknown arguments."""
-        return UNKNOWN
-
-    def at(self, node: ast.expr | ast.stmt, function: Callable[..., Any], *given: Any, **named: Any) -> Any:
-        """Call an object, with the line of a node of the file as the place of the call."""
-        call = ast.Call(
-            ast.Name("function", ast.Load()),
-            [ast.Starred(ast.Name("given", ast.Load()), ast.Load())],
-            [ast.keyword(None, ast.Name("named", ast.Load()))],
-        )
-        for part in ast.walk(call):
-            ast.copy_location(part, node)
-        code = compile(ast.Expression(call), str(self.path), "eval")
-        return eval(code, {"function": function, "given": given, "named": named, "__builtins__": {}})
-
-    # -- expressions that have a value here and only a shape in function bodies
-
-    def attribute_of(self, owner: Shape, name: str) -> Shape | None:
-        if isinstance(owner, Known) and name in _METHODS.get(type(owner.value), ()):
-            return Known(getattr(owner.value, name))
-        return super().attribute_of(owner, name)
-
-    def item_of(self, owner: Shape, index: Shape) -> Shape:
-        match owner, index:
-            case Known(dict() | list() | str() | range() as value), Known(key):
-                return Known(value[key])
-        return super().item_of(owner, index)
-
-    def _compare(self, node: ast.Compare) -> Shape:
-        sides = [self.shape(side) for side in (node.left, *node.comparators)]
-        work = _COMPARISONS.get(type(node.ops[0])) if len(node.ops) == 1 else None
-        match sides:
-            case [Known(left), Known(right)] if work and isinstance(left, _DECIDING):
-                return Known(work(left, right))
-        return UNKNOWN
-
-    def _ifexp(self, node: ast.IfExp) -> Shape:
-        decided = truth_of(self.shape(node.test))
-        if decided is None:
-            return joined(self.shape(node.body), self.shape(node.orelse))
-        return self.shape(node.body if decided else node.orelse)
-
-    def _dict(self, node: ast.Dict) -> Shape:
-        keys, values = map(self.shape, node.keys), [self.shape(value) for value in node.values]
-        try:
-            return Known({value_of(key): value_of(one) for key, one in zip(keys, values, strict=True)})
-        except (UnreadableError, TypeError):
-            return UNKNOWN
-
-    def _lambda(self, node: ast.Lambda) -> Shape:
-        names = [argument.arg for argument in node.args.args]
-        outer = dict(self.names)
-        rounds = count(1)
-
-        def function(*given: Any) -> Any:
-            if next(rounds) > _LIMIT:
-                raise UnreadableError(f"it selects more than {_LIMIT} times")
-            inner = type(self).__new__(type(self))
-            vars(inner).update(vars(self))
-            inner.names = {**outer, **{n: Known(value) for n, value in zip(names, given, strict=False)}}
-            return value_of(inner.shape(node.body))
-
-        function.__name__ = "lambda"
-        # it has the lambda's signature, because some selectors inspect the number of arguments
-        function.__signature__ = _signature(names)  # type: ignore[attr-defined]
-        return Known(function)
-
-    def _items(self, node: ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp) -> Shape:
-        if isinstance(node, ast.DictComp):
-            return self._comprehension(node)
-        kept = dict(self.names)
-        found: list[Shape] = []
-        is_known = self._gather(node.elt, node.generators, found)
-        self.names = kept
-        return Row(tuple(found)) if is_known else self._comprehension(node)
-
-    def _gather(self, element: ast.expr, loops: list[ast.comprehension], found: list[Shape]) -> bool:
-        """Append the items that loops make, the first outermost; return whether all are known."""
-        if not loops:
-            found.append(self.shape(element))
-            return len(found) <= _LIMIT
-        items = items_of(self.shape(loops[0].iter))
-        for item in items or ():
-            self.bind(loops[0].target, item)
-            decided = [truth_of(self.shape(condition)) for condition in loops[0].ifs]
-            if None in decided or (all(decided) and not self._gather(element, loops[1:], found)):
-                return False
-        return items is not None
-
-    _listcomp = _generatorexp = _items
-
-
-def _meant(value: Any) -> str:
-    """Return the correct form of a call."""
-    return "; neurons are selected in brackets: [0]" if isinstance(value, NEURONS) else ""
-
-
-def value_of(shape: Shape) -> Any:
-    """Return the value of a shape.
-
-    Raises:
-        UnreadableError: the value is unknown.
-    """
-    match shape:
-        case Known(range() as value):
-            return _few(value)
-        case Known(value):
-            return value
-        case Row(items):
-            return [value_of(item) for item in items]
-    raise UnreadableError("it is known only when the file is executed")
-
-
-def items_of(shape: Shape) -> list[Shape] | None:
-    """Return the items of a constant; None if it is not a constant."""
-    match shape:
-        case Row(items):
-            return list(items)
-        case Known(range() | list() | tuple() | str() | dict() as values):
-            return list(map(Known, _few(values)))
-    return None
-
-
-def truth_of(shape: Shape) -> bool | None:
-    """Return the truth value of a constant; None if it is not a constant."""
-    match shape:
-        case Row(items):
-            return bool(items)
-        case Known(value) if isinstance(value, _DECIDING):
-            return bool(value)
-    return None
-
-
-def _few(values: Any) -> Any:
-    if len(values) > _LIMIT:
-        raise UnreadableError(f"it has more than {_LIMIT} items")
-    return values
-
-
-def _require_fit(node: ast.Call, callee: Any, given: list[Any], named: Mapping[str, Any]) -> None:
-    """Compare the arguments of a call with the signature of a class.
-
-    Raises:
-        MisfitError: they do not fit; with the parameters of the class.
-    """
-    if not isinstance(callee, type) or callee in _PLAIN:
-        return
-    taken = inspect.signature(callee)
-    try:
-        taken.bind(*given, **named)
-    except TypeError as error:
-        unknown = next((name for name in named if name not in taken.parameters), None)
-        valid = list(taken.parameters)
-        hint = f"; it takes {', '.join(valid)}" if unknown is None else did_you_mean(unknown, valid)
-        raise MisfitError(f"{ast.unparse(node.func)}: {error}{hint}") from None
-
-
-def _signature(names: list[str]) -> Any:
-    from inspect import Parameter, Signature
-
-    return Signature([Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names])
-
-
-_DEPTH, _STATEMENTS = 20, 20_000
-"""Limits of the depth of calls and of the number of statements that are followed."""
-CHANGING = frozenset(
-    {"append", "extend", "insert", "remove", "pop", "popitem", "clear", "sort", "reverse", "update", "add",
-     "discard", "setdefault", "appendleft", "popleft", "extendleft", "rotate", "fill"}
-)  # fmt: skip
-"""Methods that change their object."""
-_NO_PLAIN_FUNCTION = (ast.Yield, ast.YieldFrom, ast.Await, ast.Global, ast.Nonlocal)
-
-
-class _Elided:
-    """Marks a default value in the signature of a function."""
-
-    def __repr__(self) -> str:
-        return "..."
-
-
-_ELIDED = _Elided()
-
-
-class _Left(Exception):  # noqa: N818 - nothing is wrong
-    """A loop or a function is left; ``value`` is the return value."""
-
-    def __init__(self, way: type[ast.stmt], value: Shape = UNKNOWN) -> None:
+    def __init__(self, value: Shape) -> None:
         super().__init__()
-        self.way, self.value = way, value
+        self.value = value
 
 
 class Written:
@@ -294,25 +65,12 @@ class Written:
         node: its syntax tree.
         reader: the reader of its file.
         names: the names of the enclosing functions.
-        defaults: its optional parameters with their default values.
-
-    Attributes:
-        is_followed: whether it was called and every call could be followed.
     """
 
-    def __init__(
-        self, node: ast.FunctionDef, reader: Statements, names: Mapping[str, Shape],
-        defaults: Mapping[str, Shape],
-    ) -> None:  # fmt: skip
-        self.node, self.names, self.defaults = node, dict(names), dict(defaults)
-        self._reader = reader
-        self.is_called = self.is_lost = False
+    def __init__(self, node: ast.FunctionDef, reader: Statements, names: Mapping[str, Shape]) -> None:
+        self.node, self.names, self._reader = node, names, reader
         self.__name__ = node.name
-        self.__signature__ = _signature_of(node.args, defaults)
-
-    @property
-    def is_followed(self) -> bool:
-        return self.is_called and not self.is_lost
+        self.__signature__ = inspect.signature(stub_of(node, reader.path))
 
     def __call__(self, *given: Any, **named: Any) -> Any:
         """Return its result for known arguments.
@@ -320,14 +78,16 @@ class Written:
         Raises:
             UnreadableError: the result is known only when it is executed.
         """
-        reader = type(self._reader).__new__(type(self._reader))
-        vars(reader).update(vars(self._reader))
-        shapes = {name: Known(value) for name, value in named.items()}
-        return value_of(reader.run(self, tuple(map(Known, given)), shapes))
+        found = self._reader.run(
+            self, list(map(Known, given)), {name: Known(one) for name, one in named.items()}
+        )
+        if not isinstance(found, Known):
+            raise UnreadableError("it is known only when the file is executed")
+        return found.value
 
 
-class Statements(Evaluation):
-    """Follows statements.
+class Statements(Expressions):
+    """Follows statements, and evaluates expressions of our objects and constants.
 
     Args:
         names: the shape of each name.
@@ -339,192 +99,314 @@ class Statements(Evaluation):
     def __init__(
         self, names: Mapping[str, Shape], ours: Iterable[Any], path: Path, changed: Iterable[str] = ()
     ) -> None:
-        super().__init__(names, ours, path)
-        self.written: list[Written] = []
-        self._hidden = frozenset(changed)
-        self._module: dict[str, Shape] = self.names
+        super().__init__(names)
+        self._ours = {id(one): one for one in (*ours, *_PLAIN)}
+        self.path = path
+        self._changed = frozenset(changed)
+        self._module = self.names
         self._depth, self._count = 0, 0
+
+    # -- statements
 
     def follow_file(self, statements: Iterable[ast.stmt]) -> None:
         """Follow the statements of a file, each as far as possible."""
         for statement in statements:
             self._count = 0
             try:
-                self.follow([statement])
-            except UnreadableError:
-                self.skip(statement)
+                self.statement(statement)
+            except (UnreadableError, _Returned):
+                self._skip(statement)
 
-    def follow(self, statements: Iterable[ast.stmt]) -> None:
-        """Follow statements in order.
-
-        Raises:
-            UnreadableError: the next statement is known only when they are executed.
-        """
+    def _follow(self, statements: Iterable[ast.stmt]) -> None:
         for statement in statements:
             self._count += 1
-            if self._count > _STATEMENTS:
+            if self._count > _MAX_STATEMENTS:
                 raise UnreadableError("it has too many steps")
             self.statement(statement)
 
     def statement(self, node: ast.stmt) -> None:
-        """Follow a statement."""
-        getattr(self, f"_do_{type(node).__name__.lower()}", self.skip)(node)
-
-    def _do_pass(self, node: ast.Pass) -> None:
-        pass
-
-    def _do_expr(self, node: ast.Expr) -> None:
-        self.quietly(node.value)
-
-    def _do_assign(self, node: ast.Assign) -> None:
-        found = self.quietly(node.value)
-        for target in node.targets:
-            self.bind(target, found)
-
-    def _do_annassign(self, node: ast.AnnAssign) -> None:
-        if node.value is not None:
-            self.bind(node.target, self.quietly(node.value))
-
-    def _do_augassign(self, node: ast.AugAssign) -> None:
-        if isinstance(node.target, ast.Name):
-            before = ast.copy_location(ast.Name(node.target.id, ast.Load()), node)
-            together = ast.copy_location(ast.BinOp(before, node.op, node.value), node)
-            self.bind(node.target, self.quietly(together))
-
-    def _do_functiondef(self, node: ast.FunctionDef) -> None:
-        self.names[node.name] = UNKNOWN if node.decorator_list else self._defined(node)
-
-    def _do_asyncfunctiondef(self, node: ast.AsyncFunctionDef | ast.ClassDef) -> None:
-        self.names[node.name] = UNKNOWN
-
-    _do_classdef = _do_asyncfunctiondef
-
-    def _do_if(self, node: ast.If) -> None:
-        decided = truth_of(self.quietly(node.test))
-        if decided is None:
-            self.skip(node)
-        else:
-            self.follow(node.body if decided else node.orelse)
-
-    def _do_return(self, node: ast.Return) -> None:
-        raise _Left(ast.Return, Known(None) if node.value is None else self.shape(node.value))
-
-    def _do_break(self, node: ast.Break | ast.Continue) -> None:
-        raise _Left(type(node))
-
-    _do_continue = _do_break
-
-    def bind(self, target: ast.expr, shape: Shape) -> None:
-        if isinstance(target, ast.Name) and target.id in self._hidden:
-            shape = UNKNOWN
-        super().bind(target, shape)
-
-    def skip(self, node: ast.stmt) -> None:
-        """Skip a statement whose effect is known only when it is executed.
+        """Follow a statement.
 
         Raises:
-            UnreadableError: the next statement is also known only then.
+            UnreadableError: it is known only when the file is executed.
         """
-        for one in ast.walk(node):
-            if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-                self.names[one.name] = UNKNOWN
-            if isinstance(one, (ast.Import, ast.ImportFrom)):
-                names = [alias.asname or alias.name.partition(".")[0] for alias in one.names]
-                self.names.update(dict.fromkeys(names, UNKNOWN))
-        self.names.update(dict.fromkeys(assigned([node]), UNKNOWN))
-        if _may_leave(node):
+        match node:
+            case ast.Pass():
+                pass
+            case ast.Expr(value):
+                self.quietly(value)
+            case ast.Assign(targets, value):
+                found = self.quietly(value)
+                for target in targets:
+                    self.bind(target, found)
+            case ast.AnnAssign(target, _, value):
+                self.bind(target, self.quietly(value))
+            case ast.AugAssign(ast.Name(name) as target, operation, value):
+                whole = ast.BinOp(ast.Name(name, ast.Load()), operation, value)
+                self.bind(target, self.quietly(ast.copy_location(whole, node)))
+            case ast.FunctionDef(decorator_list=[]):
+                self.names[node.name] = Known(Written(node, self, self.local))
+            case ast.Return(value):
+                raise _Returned(Known(None) if value is None else self.shape(value))
+            case _:
+                self._follow_parts(node)
+
+    def _follow_parts(self, node: ast.stmt) -> None:
+        """Follow a branch or a loop that constants decide."""
+        match node:
+            case ast.If(test, body, orelse) if (decided := self._truth(test)) is not None:
+                self._follow(body if decided else orelse)
+            case ast.For(target, iterable, body, orelse) if (items := self._items(iterable)) is not None:
+                if any(isinstance(one, ast.Break | ast.Continue) for one in own_nodes(body)):
+                    raise UnreadableError("it may end early")
+                for item in items:
+                    self.bind(target, item)
+                    self._follow(body)
+                self._follow(orelse)
+            case _:
+                self._skip(node)
+
+    def _skip(self, node: ast.stmt) -> None:
+        """Forget the names that a statement sets whose effect is known only when it is executed."""
+        self.names.update(dict.fromkeys(assigned_names(node)))
+        if self._depth and any(isinstance(one, ast.Return) for one in own_nodes([node])):
             raise UnreadableError("it may end here")
 
-    def quietly(self, node: ast.expr) -> Shape:
-        """Return the shape of an expression; unknown if it fails."""
-        try:
-            return self.shape(node)
-        except FAILURES:
-            return UNKNOWN
+    def bind(self, target: ast.expr, shape: Shape) -> None:
+        """Assign a shape to the target of an assignment."""
+        match target:
+            case ast.Name(name):
+                self.names[name] = None if name in self._changed else shape
+            case ast.Tuple(targets) | ast.List(targets):
+                value = shape.value if isinstance(shape, Known) else None
+                is_whole = isinstance(value, list | tuple) and len(value) == len(targets)
+                items = list(map(Known, value or ())) if is_whole else [item_of(shape)] * len(targets)
+                for one, item in zip(targets, items, strict=True):
+                    self.bind(one, item)
+            case ast.Starred(value):
+                self.bind(value, None)
 
-    def _do_for(self, node: ast.For) -> None:
-        items = items_of(self.quietly(node.iter))
-        if items is None:
-            self.skip(node)
-            return
-        try:
-            for item in items:
-                self.bind(node.target, item)
-                try:
-                    self.follow(node.body)
-                except _Left as left:
-                    if left.way is not ast.Continue:
-                        raise
-        except _Left as left:
-            if left.way is not ast.Break:
-                raise
-            return
-        except UnreadableError:
-            self.skip(node)
-            return
-        self.follow(node.orelse)
+    @property
+    def local(self) -> dict[str, Shape]:
+        """The names of the function that is followed; empty outside functions."""
+        return self.names if self._depth else {}
 
-    # -- functions of the user
-
-    def _defined(self, node: ast.FunctionDef) -> Shape:
-        if any(isinstance(one, _NO_PLAIN_FUNCTION) for one in own_nodes(ast.iter_child_nodes(node))):
-            return UNKNOWN
-        parts = node.args
-        last = [*parts.posonlyargs, *parts.args][::-1]
-        defaults = {
-            one.arg: self.quietly(value) for one, value in zip(last, parts.defaults[::-1], strict=False)
-        }
-        for one, value in zip(parts.kwonlyargs, parts.kw_defaults, strict=True):
-            if value is not None:
-                defaults[one.arg] = self.quietly(value)
-        made = Written(node, self, self.local, defaults)
-        self.written.append(made)
-        return Known(made)
-
-    def called(self, call: Call) -> Shape:
-        written = call.callee.value if isinstance(call.callee, Known) else None
-        if not isinstance(written, Written) or not call.is_whole:
-            return super().called(call)
-        try:
-            return self.run(written, call.given, call.named)
-        except (UnreadableError, _Left):
-            written.is_lost = True
-            return UNKNOWN
-
-    def run(self, written: Written, given: tuple[Shape, ...], named: Mapping[str, Shape]) -> Shape:
-        """Return the result of a function.
+    def run(self, written: Written, given: list[Shape], named: Mapping[str, Shape]) -> Shape:
+        """Return the result of a function of the user.
 
         Raises:
             TypeError: it does not take these arguments.
             UnreadableError: it cannot be followed.
         """
-        arguments = _arguments(written, given, named)
-        if self._depth >= _DEPTH:
+        bound = written.__signature__.bind(*given, **named)
+        if self._depth >= _MAX_DEPTH:
             raise UnreadableError("it calls itself too deeply")
         outer = self.names
         self._module = self._module if self._depth else outer
-        self.names = {**self._module, **written.names, **arguments}
+        defaults = {one: self.quietly(value) for one, value in _defaults(written.node.args)}
+        arguments = {
+            name: shape if isinstance(shape, Known | Instance) else None
+            for name, shape in bound.arguments.items()
+        }
+        self.names = {**self._module, **written.names, **defaults, **arguments}
         self._depth += 1
         try:
-            self.follow(written.node.body)
-            found: Shape = Known(None)
-        except _Left as left:
-            if left.way is not ast.Return:
-                raise
-            found = left.value
+            self._follow(written.node.body)
+        except _Returned as returned:
+            return returned.value
         finally:
             self._depth -= 1
             self.names = outer
-        written.is_called = True
-        return found
+        return Known(None)
 
-    @property
-    def local(self) -> dict[str, Shape]:
-        """The names of the function that is followed, which may still grow; empty outside functions."""
-        return self.names if self._depth else {}
+    # -- expressions
+
+    def quietly(self, node: ast.expr | None) -> Shape:
+        """Return the shape of an expression; unknown if it fails."""
+        try:
+            return self.shape(node)
+        except FAILURES:
+            return None
+
+    def shape(self, node: ast.AST | None) -> Shape:
+        match node:
+            case ast.Lambda(ast.arguments(args=arguments), body):
+                return Known(self._lambda([one.arg for one in arguments], body))
+            case ast.ListComp(element, loops) | ast.GeneratorExp(element, loops):
+                before, found = dict(self.names), list[Shape]()
+                is_known = self._gather(element, loops, found)
+                self.names = before
+                known = values_of(found) if is_known else None
+                return None if known is None else Known(known)
+            case ast.Dict(keys, values):
+                known = values_of([self.shape(one) for one in (*keys, *values)])
+                return None if known is None else Known(dict(zip(known, known[len(keys) :], strict=False)))
+            case ast.IfExp(test, body, orelse) if (decided := self._truth(test)) is not None:
+                return self.shape(body if decided else orelse)
+            case ast.Compare(left, [ast.Eq() | ast.NotEq() as operation], [right]):
+                one, other = self.shape(left), self.shape(right)
+                if isinstance(one, Known) and isinstance(other, Known) and not isinstance(one.value, NEURONS):
+                    return Known((one.value == other.value) is isinstance(operation, ast.Eq))
+                return Instance(bool)
+            case ast.JoinedStr(parts):
+                return self._text(parts)
+        known_shape = super().shape(node)
+        is_method = known_shape is None and isinstance(node, ast.Attribute)
+        return self._method(node) if is_method else known_shape  # type: ignore[arg-type]
+
+    def _method(self, node: ast.Attribute) -> Shape:
+        owner = self.shape(node.value)
+        value = owner.value if isinstance(owner, Known) else None
+        return Known(getattr(value, node.attr, None)) if isinstance(value, str | dict) else None
+
+    def _text(self, parts: list[ast.expr]) -> Shape:
+        plain = [
+            one.value if isinstance(one, ast.FormattedValue) and not one.format_spec else one for one in parts
+        ]
+        known = values_of([self.shape(one) for one in plain])
+        return Instance(str) if known is None else Known("".join(map(str, known)))
+
+    def _gather(self, element: ast.expr, loops: list[ast.comprehension], found: list[Shape]) -> bool:
+        """Append the items that loops make, the first outermost; return whether all are known."""
+        if not loops:
+            found.append(self.shape(element))
+            return len(found) <= _MAX_ITEMS
+        items = self._items(loops[0].iter)
+        for item in items or ():
+            self.bind(loops[0].target, item)
+            decided = [self._truth(condition) for condition in loops[0].ifs]
+            if None in decided or (all(decided) and not self._gather(element, loops[1:], found)):
+                return False
+        return items is not None
+
+    def _items(self, node: ast.expr) -> list[Shape] | None:
+        found = self.quietly(node)
+        values = found.value if isinstance(found, Known) else None
+        if not isinstance(values, range | list | tuple | str | dict) or len(values) > _MAX_ITEMS:
+            return None
+        return list(map(Known, values))
+
+    def _truth(self, node: ast.expr) -> bool | None:
+        found = self.quietly(node)
+        if isinstance(found, Known) and isinstance(
+            found.value, int | float | str | tuple | list | dict | None
+        ):
+            return bool(found.value)
+        return None
+
+    def _lambda(self, names: list[str], body: ast.expr) -> Callable[..., Any]:
+        outer, rounds = dict(self.names), count(1)
+
+        def function(*given: Any) -> Any:
+            if next(rounds) > _MAX_ITEMS:
+                raise UnreadableError(f"it selects more than {_MAX_ITEMS} times")
+            inner = type(self).__new__(type(self))
+            vars(inner).update(vars(self))
+            inner.names = {**outer, **{name: Known(value) for name, value in zip(names, given, strict=False)}}
+            found = inner.shape(body)
+            if not isinstance(found, Known):
+                raise UnreadableError("it is known only when the file is executed")
+            return found.value
+
+        function.__name__ = "lambda"
+        # it has the lambda's signature, because some selectors inspect the number of arguments
+        kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        parameters = [inspect.Parameter(name, kind) for name in names]
+        function.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        return function
+
+    def is_ours(self, value: Any) -> bool:
+        """Return whether an object may be called."""
+        owner = getattr(value, "__self__", None)
+        if isinstance(owner, NEURONS):
+            return True
+        if isinstance(owner, str):  # a width of a format may be of any size
+            return value.__name__ in _TEXT_METHODS or (value.__name__ == "format" and ":" not in owner)
+        if isinstance(owner, dict):
+            return value.__name__ in ("items", "keys", "values", "get")
+        return id(value) in self._ours or (isinstance(value, type) and hasattr(value, "__msgtype__"))
+
+    def call(self, node: ast.Call) -> Shape:
+        """Call one of our objects as the file would.
+
+        Raises:
+            NrpError, TypeError, ValueError: the exceptions of the called object.
+        """
+        callee = self.shape(node.func)
+        if not isinstance(callee, Known):
+            return None
+        called = callee.value
+        if not callable(called):
+            meant = "; neurons are selected in brackets: [0]" if isinstance(called, NEURONS) else ""
+            raise TypeError(f"{ast.unparse(node.func)} cannot be called{meant}")
+        given: list[Shape] = []
+        for argument in node.args:
+            found = self.shape(argument.value if isinstance(argument, ast.Starred) else argument)
+            if isinstance(argument, ast.Starred):
+                if not (isinstance(found, Known) and isinstance(found.value, list | tuple)):
+                    return None
+                given += map(Known, found.value)
+            else:
+                given.append(found)
+        if any(one.arg is None for one in node.keywords):
+            return None
+        named = {str(one.arg): self.shape(one.value) for one in node.keywords}
+        if isinstance(called, Written):
+            return self.run(called, given, named)
+        return self._called(node, called, given, named) if self.is_ours(called) else None
+
+    def _called(self, node: ast.Call, called: Any, given: list[Shape], named: dict[str, Shape]) -> Shape:
+        known, known_named = values_of(given), values_of(list(named.values()))
+        if known is None or known_named is None:
+            return self.call_in_part(node, called, given, named)
+        if any(isinstance(one, range) and len(one) > _MAX_ITEMS for one in known):
+            return None
+        arguments = dict(zip(named, known_named, strict=True))
+        if isinstance(called, type) and called not in _PLAIN:
+            _require_fit(node, called, known, arguments)
+        found = self.call_at(node, called, *known, **arguments)
+        return Known(tuple(islice(found, _MAX_ITEMS)) if isinstance(found, Iterator) else found)
+
+    def call_in_part(self, node: ast.Call, called: Any, given: list[Shape], named: dict[str, Shape]) -> Shape:
+        """Return the result of a call with some unknown arguments."""
+        return None
+
+    def call_at(
+        self, node: ast.expr | ast.stmt, function: Callable[..., Any], *given: Any, **named: Any
+    ) -> Any:
+        """Call an object, with the line of a node of the file as the place of the call."""
+        call = ast.parse("function(*given, **named)", mode="eval")
+        for part in ast.walk(call):
+            if isinstance(part, ast.expr | ast.keyword):
+                ast.copy_location(part, node)
+        code = compile(call, str(self.path), "eval")
+        return eval(code, {"function": function, "given": given, "named": named, "__builtins__": {}})
 
 
-def changed_in(tree: ast.Module) -> set[str]:
+def _require_fit(node: ast.Call, callee: type, given: list[Any], named: Mapping[str, Any]) -> None:
+    """Compare the arguments of a call with the signature of a class.
+
+    Raises:
+        MisfitError: they do not fit; with the parameters of the class.
+    """
+    taken = inspect.signature(callee)
+    try:
+        taken.bind(*given, **named)
+    except TypeError as error:
+        unknown = next((name for name in named if name not in taken.parameters), None)
+        valid = list(taken.parameters)
+        hint = f"; it takes {', '.join(valid)}" if unknown is None else did_you_mean(unknown, valid)
+        raise MisfitError(f"{ast.unparse(node.func)}: {error}{hint}") from None
+
+
+def _defaults(arguments: ast.arguments) -> Iterator[tuple[str, ast.expr]]:
+    last = [*arguments.posonlyargs, *arguments.args][::-1]
+    yield from ((one.arg, value) for one, value in zip(last, arguments.defaults[::-1], strict=False))
+    pairs = zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
+    yield from ((one.arg, value) for one, value in pairs if value is not None)
+
+
+def changed_names(tree: ast.Module) -> set[str]:
     """Return the names of a module whose values change after they are set."""
     found: set[str] = set()
     for node in ast.walk(tree):
@@ -536,43 +418,3 @@ def changed_in(tree: ast.Module) -> set[str]:
             case ast.Subscript(value=ast.Name(name), ctx=ast.Store() | ast.Del()):
                 found.add(name)
     return found
-
-
-def _arguments(written: Written, given: tuple[Shape, ...], named: Mapping[str, Shape]) -> dict[str, Shape]:
-    bound = written.__signature__.bind(*given, **named).arguments
-    kinds = {one.name: one.kind for one in written.__signature__.parameters.values()}
-    found: dict[str, Shape] = dict(written.defaults)
-    for name, kind in kinds.items():
-        if kind is Parameter.VAR_POSITIONAL:
-            found[name] = Row(tuple(bound.get(name, ())))
-        elif kind is Parameter.VAR_KEYWORD:
-            found[name] = UNKNOWN
-        elif name in bound:
-            found[name] = bound[name]
-    return found
-
-
-def _signature_of(arguments: ast.arguments, defaults: Mapping[str, Shape]) -> Signature:
-    def parameter(one: ast.arg, kind: Any) -> Parameter:
-        return Parameter(one.arg, kind, default=_ELIDED if one.arg in defaults else Parameter.empty)
-
-    made = [parameter(one, Parameter.POSITIONAL_ONLY) for one in arguments.posonlyargs]
-    made += [parameter(one, Parameter.POSITIONAL_OR_KEYWORD) for one in arguments.args]
-    if arguments.vararg:
-        made.append(parameter(arguments.vararg, Parameter.VAR_POSITIONAL))
-    made += [parameter(one, Parameter.KEYWORD_ONLY) for one in arguments.kwonlyargs]
-    if arguments.kwarg:
-        made.append(parameter(arguments.kwarg, Parameter.VAR_KEYWORD))
-    return Signature(made)
-
-
-def _may_leave(node: ast.AST, in_loop: bool = False) -> bool:
-    """Return whether statements may leave the enclosing loop or function."""
-    if isinstance(node, SCOPES):
-        return False
-    if isinstance(node, (ast.Break, ast.Continue)):
-        return not in_loop
-    in_loop = in_loop or isinstance(node, (ast.For, ast.AsyncFor, ast.While))
-    return isinstance(node, ast.Return) or any(
-        _may_leave(child, in_loop) for child in ast.iter_child_nodes(node)
-    )

@@ -125,11 +125,18 @@ REASSIGNED_PARAMETER = Explanation(
 )
 
 HIDDEN_STATE = Explanation(
-    "A function keeps state outside its variables, or writes a file.",
-    "A reset leaves that state as it is, and a replay writes the file again.",
-    "Keep state in a variable, `@nrp.MapVariable('count', initial_value=0)`; record with "
-    "`nrp.MapCSVRecorder`.",
-    "{n} places where functions keep state outside their variables or write files",
+    "A function keeps state outside its variables.",
+    "A reset or a snapshot leaves that state as it is.",
+    "Keep state in a variable: `@nrp.MapVariable('count', initial_value=0)`.",
+    "{n} places where functions keep state outside their variables",
+    Weight.REMARK,
+)
+
+WRITES_FILE = Explanation(
+    "A function writes a file.",
+    "A replay writes the file again, and a reset does not restore it.",
+    "Record values with the CSV recorder, `nrp.MapCSVRecorder`.",
+    "{n} places where functions write files",
     Weight.REMARK,
 )
 
@@ -182,9 +189,25 @@ WAITS = Explanation(
 )
 
 IMPOSSIBLE_COLOUR = Explanation(
-    "A bound or step in a function is in another unit or range than what it is used with.",
-    "A comparison has the same result for all values, or an integral is wrong by a factor.",
-    "Use OpenCV's scale for colours, distances within the range of the scanner, and the step of the loop.",
-    "{n} bounds or steps are in another unit or range",
+    "A bound of a colour that no pixel meets.",
+    "No colour is found, whatever the camera sees.",
+    "Use OpenCV's scale: hue 0 to 179, saturation and value 0 to 255, the lower bound first.",
+    "{n} bounds of colours that no pixel meets",
+    Weight.ALTERED,
+)
+
+WRONG_TIME_STEP = Explanation(
+    "A constant for the time between two calls of a function is not the step of the loop.",
+    "Speeds, integrals and filters of the function are wrong by a factor.",
+    "Take the time since the last call from `t`, or use the `timestep` of the experiment.",
+    "{n} constants for the step of the loop are wrong",
+    Weight.ALTERED,
+)
+
+BEYOND_SCANNER = Explanation(
+    "A distance of a scanner is compared with a number beyond its range.",
+    "The comparison has the same result for all distances; beams that reach nothing are `inf`.",
+    "Use a distance within the range that `nrp inspect` lists.",
+    "{n} distances are compared with numbers beyond the range of the scanner",
     Weight.ALTERED,
 )

@@ -114,6 +114,10 @@ class Code(Enum):
     NRP375 = world.WHEELS_WITHOUT_CONTACT
     NRP376 = world.TWO_CONTROLLERS
     NRP377 = brain.UNREACHABLE_THRESHOLD
+    NRP378 = functions.WRITES_FILE
+    NRP379 = functions.WRONG_TIME_STEP
+    NRP380 = functions.BEYOND_SCANNER
+    NRP381 = world.POSE_UNIT
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

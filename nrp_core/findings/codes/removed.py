@@ -59,7 +59,7 @@ MERGED: Final = {
     "NRP286": "NRP204",
     "NRP287": "NRP216",
     "NRP293": "NRP292",
-    "NRP303": "NRP301",
+    "NRP303": "NRP378",
     "NRP315": "NRP210",
     "NRP316": "NRP306",
     "NRP318": "NRP279",
@@ -72,9 +72,9 @@ MERGED: Final = {
     "NRP345": "NRP260",
     "NRP346": "NRP266",
     "NRP354": "NRP277",
-    "NRP359": "NRP358",
-    "NRP360": "NRP358",
-    "NRP373": "NRP372",
+    "NRP359": "NRP379",
+    "NRP360": "NRP380",
+    "NRP373": "NRP381",
 }
 """Codes of 0.2 whose findings have another code since 0.3."""
 

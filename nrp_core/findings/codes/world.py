@@ -140,10 +140,18 @@ LENGTH_UNIT = Explanation(
 )
 
 STEP_UNIT = Explanation(
-    "A time step or pose of a model is probably in another unit.",
-    "The run is slow or inaccurate, or the part is far from where it should be.",
-    'Write steps with a unit, positions in m and angles in rad; SDF has `<pose degrees="true">`.',
-    "{n} time steps or poses are probably in another unit",
+    "A time step of a physics engine is probably in another unit.",
+    "The run is slow, or contacts and controllers are inaccurate.",
+    "Write the step with its unit: `timestep: 2 ms`.",
+    "{n} time steps are probably in another unit",
+    Weight.REMARK,
+)
+
+POSE_UNIT = Explanation(
+    "A pose in a model is probably in another unit.",
+    "The part is far from where it should be, or turned.",
+    'Write positions in m and angles in rad; SDF has `<pose degrees="true">`.',
+    "{n} poses are probably in another unit",
     Weight.REMARK,
 )
 

@@ -392,7 +392,7 @@ def _check_angles(pose: Element, notes: Notes) -> None:
             f"the <pose> {pose.text} has an angle of {widest:g} rad, more than a turn; "
             'is it meant in degrees? In SDF <pose degrees="true"> reads it so; xacro has ${radians(...)}'
         )
-        notes.warn(pose, Code.NRP372, message, subject=pose.text)
+        notes.warn(pose, Code.NRP381, message, subject=pose.text)
 
 
 def _without_effect(parent: Element, child: Element) -> Iterator[str]:
