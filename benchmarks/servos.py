@@ -92,7 +92,7 @@ def led(firm: FirmJoints, model: Model, goals: Sequence[float]) -> tuple[str, ..
     """Give each joint its first target; return the names of the joints."""
     names = tuple(joint.name for joint in commandable(model))
     for name, goal in zip(names, goals, strict=True):
-        firm.aim((model.name, name), ServoTarget(stiffness=1.0, position=goal, firm=True))
+        firm.set_target((model.name, name), ServoTarget(stiffness=1.0, position=goal, firm=True))
     return names
 
 

@@ -145,7 +145,7 @@ def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
     servo, actuators = next(iter(built.drives.values()))
     base = Floating(model, data, built.bodies["husky"][servo.body][1])
     drive = Drive(data, servo, base, actuators, SUBSTEP_NS / 1e9)
-    drive.aim(BodyVelocity())
+    drive.set_velocity(BodyVelocity())
     mujoco.mj_forward(model, data)
     cameras = cameras_of(
         case,
@@ -158,7 +158,7 @@ def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
 
     def step(k: int) -> None:
         forward, turn = command(k)
-        drive.aim(BodyVelocity(forward, 0.0, turn))
+        drive.set_velocity(BodyVelocity(forward, 0.0, turn))
         before = substeps_to_image(k) if case.renderer else None
         if before is not None:
             mujoco.mj_step(model, data, before)
@@ -198,7 +198,7 @@ def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
 
     def step(k: int) -> None:
         forward, turn = command(k)
-        drive.aim(BodyVelocity(forward, 0.0, turn))
+        drive.set_velocity(BodyVelocity(forward, 0.0, turn))
         before = substeps_to_image(k) if case.renderer else None
         for number in range(1, SUBSTEPS + 1):
             drive.push()

@@ -197,7 +197,7 @@ def takes(function: Callable[..., object], number: int) -> bool:
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_SEVERAL: Final = (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
+_VARIADIC: Final = (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
 _UNEXPECTED: Final = "unexpected keyword argument"
 
 
@@ -267,7 +267,7 @@ def _require_all(
     arguments, failure = _bind_arguments(declared, args, named)
     for name, value in arguments.items():
         kind = declared.parameters[name].kind
-        hint = hints.get(name, Any) if kind in _SEVERAL else overrides.get(name, hints.get(name, Any))
+        hint = hints.get(name, Any) if kind in _VARIADIC else overrides.get(name, hints.get(name, Any))
         for called, one in _named_values(name, value, kind) if name not in skip else ():
             require_kind(owner, called, hint, one)
     if failure is not None:
@@ -300,7 +300,9 @@ def _reason(failure: TypeError, declared: Signature, named: dict[str, Any]) -> s
     if _UNEXPECTED not in str(failure):
         return str(failure)
     unknown = next(name for name in named if name not in declared.parameters)
-    names = [name for name, one in declared.parameters.items() if one.kind not in _SEVERAL and name != "self"]
+    names = [
+        name for name, one in declared.parameters.items() if one.kind not in _VARIADIC and name != "self"
+    ]
     return f"there is no argument '{unknown}'{did_you_mean(unknown, names)}"
 
 

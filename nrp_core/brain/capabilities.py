@@ -39,7 +39,7 @@ class Quantity:
     meaning: str = ""
     is_detail: bool = False
 
-    def shown(self, value: Value) -> str:
+    def value_text(self, value: Value) -> str:
         """Return a value as text with its unit; a dash for None."""
         if value is None:
             return "-"
@@ -57,7 +57,7 @@ class Fact:
     value: Value
 
     def __str__(self) -> str:
-        return self.quantity.shown(self.value)
+        return self.quantity.value_text(self.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,9 +78,11 @@ class Table:
     rows: tuple[tuple[Value, ...], ...]
     is_detail: bool = False
 
-    def shown(self) -> list[list[str]]:
+    def cell_texts(self) -> list[list[str]]:
         """Return all values as text with their units."""
-        return [[c.shown(value) for c, value in zip(self.columns, row, strict=True)] for row in self.rows]
+        return [
+            [c.value_text(value) for c, value in zip(self.columns, row, strict=True)] for row in self.rows
+        ]
 
     def is_number(self, column: int) -> bool:
         """Whether a column holds only numbers, which are aligned to the right."""

@@ -465,7 +465,7 @@ class ClosedLoop(Closing):
         """Make a call between two steps and return its result; any thread may call this."""
         return self._requests.make(call)
 
-    def attended(self) -> AbstractContextManager[None]:
+    def serving_calls(self) -> AbstractContextManager[None]:
         """Let this thread make the calls of all others until the end of the block, between runs too."""
         return self._requests.running()
 

@@ -199,9 +199,9 @@ class Explained:
         about, where = self.one.parameter, "" if self.side is None else _WHERE[self.side]
         yield f"{self.key}: {about.doc}" if about.doc else self.key
         yield ""
-        yield f"  value: {about.shown(self.one.value)}"
+        yield f"  value: {about.value_text(self.one.value)}"
         yield f"  set by: {self.one.set_by or 'nothing; it is the default'}"
-        yield f"  default: {about.shown(about.default)}"
+        yield f"  default: {about.value_text(about.default)}"
         yield f"  valid: {about.kind}{', ' if about.range else ''}{about.range}"
         yield f"  declared: {about.place}{where}"
 

@@ -145,7 +145,7 @@ class LeakyIntegratorDevice(Device):
     __slots__ = ()
     voltage = ReadOnlyAttribute("Membrane voltage now, mV.")
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         return f"voltage = {self.voltage:g}"
 
 
@@ -155,7 +155,7 @@ class PopulationRateDevice(Device):
     __slots__ = ()
     rate = ReadOnlyAttribute("Sum of the firing rates now, Hz.")
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         return f"rate = {self.rate:g}"
 
 
@@ -225,7 +225,7 @@ class StateRecorderDevice(RecorderDevice):
         values: npt.NDArray[np.float64] = self._seen[1]
         return values
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         return f"{len(self.times)} samples"
 
 
@@ -286,7 +286,7 @@ class SpikeRecorderDevice(RecorderDevice):
         """Name of the population of the neurons."""
         return self.selection.label
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         return f"times = {len(self._seen)} rows of neuron and ms"
 
 
@@ -379,5 +379,5 @@ class DeviceGroup(Adapter):
         for device in self._devices:
             device.release()
 
-    def shown(self) -> str:
-        return ", ".join(device.shown() for device in self._devices[:8])
+    def value_text(self) -> str:
+        return ", ".join(device.value_text() for device in self._devices[:8])

@@ -335,7 +335,7 @@ class TransferFunction:
 
     def inputs(self) -> dict[str, str]:
         """Return the values of its parameters as text, for reports."""
-        shown = {name: adapter.shown() for name, adapter in self._adapters.items()}
+        shown = {name: adapter.value_text() for name, adapter in self._adapters.items()}
         return {name: text for name, text in shown.items() if text}
 
     # -- Python's protocols

@@ -72,7 +72,7 @@ class Variable(Adapter):
         """Whether a number of the value has become NaN, so that whatever is computed with it is NaN."""
         return _has_nan(self.value) and not _has_nan(self._initial)
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         return f"value = {brief(self.value)}"
 
 
@@ -133,7 +133,7 @@ class CSVRecorder(Adapter):
         rows, self._is_first_after_reset = saved
         self.rows[:] = rows
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         return f"{len(self.rows)} rows"
 
 

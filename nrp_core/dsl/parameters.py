@@ -56,7 +56,7 @@ class Adapter:
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         """Return the value that the function reads as text, for reports; empty if it only writes."""
         return ""
 
@@ -301,7 +301,7 @@ class SubscribedTopic(Adapter):
     def release(self) -> None:
         self._world.unsubscribe(self._subscription)
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         return f"value = {brief(self.value)}"
 
 

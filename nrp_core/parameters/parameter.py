@@ -94,7 +94,7 @@ class Parameter:
         """``file:line`` of the declaration, as far as known."""
         return ExperimentError("", path=self.path and self.path.name, line=self.line).location
 
-    def shown(self, value: Value) -> str:
+    def value_text(self, value: Value) -> str:
         """Return a value with its unit."""
         text = {True: "true", False: "false"}[value] if isinstance(value, bool) else repr(value)
         return f"{text} {self.unit}" if self.unit else text

@@ -183,9 +183,9 @@ def test_a_process_that_works_longer_than_the_limit_is_waited_for():
     process = subprocess.Popen(["sh", "-c", f"{sys.executable} -c '{script}'; true"])  # a child does the work
     watch, looks = Watchdog(process.pid, 0.2, AssertionError), 0
     while process.poll() is None:
-        time.sleep(watch.between_looks_s)
+        time.sleep(watch.between_checks_s)
         if process.poll() is None:
-            watch.look()
+            watch.check()
             looks += 1
     assert looks > 4
 

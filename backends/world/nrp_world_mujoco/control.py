@@ -114,11 +114,11 @@ class Control:
         self.firm = MujocoFirmJoints(built, data, step_s)
         self.release()
 
-    def aim(self, model: str, joint: str, aim: ServoTarget) -> None:
+    def set_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo."""
         actuator = self._built.servos[model, joint]
         if (model, joint) in self._built.firm:
-            if self.firm.aim((model, joint), aim):
+            if self.firm.set_target((model, joint), aim):
                 return
             if aim.firm is not None:
                 aim = ServoTarget()
@@ -138,7 +138,7 @@ class Control:
         for model, firm in ((model, firm) for (model, _), firm in self._built.firm.items() if firm.axis == 0):
             self.orient(model, firm.joint.name, None)
         for model, joint in self._built.servos:
-            self.aim(model, joint, ServoTarget())
+            self.set_target(model, joint, ServoTarget())
 
     def restore(self, firm: object) -> None:
         """Restore the firm joints from a state of theirs.

@@ -45,7 +45,7 @@ class Drive:
         self._places: Any = ... if in_a_row else places
         self.command: BodyVelocity | None = BodyVelocity()
 
-    def aim(self, velocity: BodyVelocity) -> None:
+    def set_velocity(self, velocity: BodyVelocity) -> None:
         """Set the target velocity of the body."""
         servo, before = self.servo, self.command
         if before == velocity:

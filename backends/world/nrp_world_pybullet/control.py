@@ -232,14 +232,14 @@ class Control:
         for firm in self._firm:
             firm.add_efforts(model, states)
 
-    def aim(self, model: str, joint: str, aim: ServoTarget) -> None:
+    def set_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo."""
         path = model, joint
-        if path in self._firm_by_path and self._firm_by_path[path].aim(path, aim):
+        if path in self._firm_by_path and self._firm_by_path[path].set_target(path, aim):
             return
         tree, number = self._numbers[path]
         tree.damp(number, aim.firm is None)
-        tree.servos.aim(number, ServoTarget() if aim.firm is not None else aim)
+        tree.servos.set_target(number, ServoTarget() if aim.firm is not None else aim)
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         """Lead a ball joint to an orientation, or release it."""

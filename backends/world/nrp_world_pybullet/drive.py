@@ -53,9 +53,9 @@ class Drive:
         self._centre = (in_engine @ Pose(servo.centre)).position
         self._left, self._right = ((in_engine @ Pose(point)).position for point in servo.points[:2])
         self._command: BodyVelocity | None = None
-        self.aim(BodyVelocity())
+        self.set_velocity(BodyVelocity())
 
-    def aim(self, velocity: BodyVelocity) -> None:
+    def set_velocity(self, velocity: BodyVelocity) -> None:
         """Set the target velocity of the body."""
         if self._limit and self._command not in (None, velocity):
             self._base.set_velocity(self._servo.changed(self._base(), self._command, velocity))

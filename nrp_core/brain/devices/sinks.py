@@ -49,16 +49,16 @@ class SinkPort(ABC):
         self.neurons = neurons
         self.name = name
         self.active = True
-        self._heard = np.zeros(n_neurons, bool)
-        self._heard[neurons] = True
-        self._hears_all = bool(self._heard.all())
+        self._received = np.zeros(n_neurons, bool)
+        self._received[neurons] = True
+        self._receives_all = bool(self._received.all())
 
     def receive(self, spikes: Spikes, until_ms: float) -> None:
         """Receive the spikes of all neurons in the window that ends at ``until_ms``."""
         if not self.active:
             spikes = NO_SPIKES
-        elif not self._hears_all and len(spikes):
-            spikes = spikes.among(self._heard)
+        elif not self._receives_all and len(spikes):
+            spikes = spikes.among(self._received)
         self._absorb(spikes, until_ms)
 
     @abstractmethod
@@ -215,7 +215,9 @@ class _FilterPort(SinkPort):
             ShortTermSynapses,
         )  # imported here since it loads a compiler
 
-        self._synapses = ShortTermSynapses(synapse_type, np.full(len(self._heard), self._kernel.tau_syn_ms))
+        self._synapses = ShortTermSynapses(
+            synapse_type, np.full(len(self._received), self._kernel.tau_syn_ms)
+        )
 
     def reset(self) -> None:
         if self._synapses is not None:

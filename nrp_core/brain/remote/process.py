@@ -28,7 +28,7 @@ _STATE: Final = 0
 """Indices of the fields after the program's name in ``/proc/PID/stat``, see proc(5)."""
 _TIMES: Final = slice(11, 15)
 """CPU time in user and system mode, of the process and of its finished children."""
-_LOOKS: Final = 4
+_CHECKS: Final = 4
 
 
 class Watchdog:
@@ -44,7 +44,7 @@ class Watchdog:
     """
 
     def __init__(self, pid: int, limit_s: float, error: Callable[[], Exception]) -> None:
-        self.between_looks_s = limit_s / _LOOKS
+        self.between_checks_s = limit_s / _CHECKS
         self._pid, self._error = pid, error
         self._spent, self._idle = -1, 0
 
@@ -52,7 +52,7 @@ class Watchdog:
         """Restart the count: the process has received a request."""
         self._spent, self._idle = -1, 0
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Check whether the process has been active since the last check.
 
         Raises:
@@ -61,7 +61,7 @@ class Watchdog:
         spent, busy = activity(self._pid)
         self._idle = self._idle + 1 if spent == self._spent and not busy else 0
         self._spent = spent
-        if self._idle >= _LOOKS - 1:
+        if self._idle >= _CHECKS - 1:
             raise self._error()
 
 
@@ -147,8 +147,8 @@ class BrainProcess:
                 command, pass_fds=descriptors, stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
             )
         self._watch = Watchdog(self._process.pid, kind.time_limit_s, self._hangs)
-        _time_out(ours, self._watch.between_looks_s)
-        self._channel = Channel(ours, self.columns, self._watch.look)
+        _time_out(ours, self._watch.between_checks_s)
+        self._channel = Channel(ours, self.columns, self._watch.check)
         self._greeted = self._opened = self._waiting = self._failed = False
 
     @property

@@ -157,7 +157,7 @@ def _rich_table(table: Table) -> Any:
         title_style="bold",
     )
     chosen = [index for index, column in enumerate(table.columns) if not column.is_detail]
-    rows = table.shown()
+    rows = table.cell_texts()
     for index in chosen:
         widest = max(len(row[index]) for row in rows)
         is_number = table.is_number(index)

@@ -67,7 +67,7 @@ class Judge(ABC):
         self._is_over = False  # whether later steps change nothing, not even the degree
 
     @final
-    def look(self, now_ns: int, times: Times, where: GroundPositions) -> None:
+    def evaluate(self, now_ns: int, times: Times, where: GroundPositions) -> None:
         """Evaluate one step; ``times`` are those of the past events."""
         if self._is_over:
             return
@@ -76,7 +76,7 @@ class Judge(ABC):
             if begins_ns is None or now_ns < begins_ns:
                 return
             self._began_ns = begins_ns
-        self._look(now_ns, self._began_ns, times, where)
+        self._evaluate(now_ns, self._began_ns, times, where)
 
     @final
     def finish(self, now_ns: int) -> None:
@@ -132,7 +132,7 @@ class Judge(ABC):
         """Return how nearly the criterion is met so far; None before its first step."""
 
     @abstractmethod
-    def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None: ...
+    def _evaluate(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None: ...
 
     @abstractmethod
     def _finish(self, now_ns: int) -> None: ...
@@ -159,7 +159,7 @@ class ComesNear(Judge):
             return 1.0 if self._passed else None
         return (self._first - self._distance) / (self._first - self._within)
 
-    def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
+    def _evaluate(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
         if self._time_ns is not None and now_ns > began_ns + self._time_ns:
             self._decide(False, now_ns, f"{self._nearest()} after {seconds(self._time_ns):g} s")
             return
@@ -196,7 +196,7 @@ class Throughout(Judge):
             return None if self._passed is None else 0.0
         return self._held / self._steps
 
-    def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
+    def _evaluate(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
         until_ns = start_or_event_ns(self._until, times)
         if until_ns is None or now_ns <= until_ns:
             wrong = self._wrong(now_ns, times, where)

@@ -201,9 +201,9 @@ class ParameterValue:
         """Return value, range and description in one line."""
         about = [self.parameter.range, self.parameter.doc]
         if self.set_by is not None:
-            about.insert(0, f"default {self.parameter.shown(self.parameter.default)}")
+            about.insert(0, f"default {self.parameter.value_text(self.parameter.default)}")
         details = "; ".join(filter(None, about))
-        return f"{self.parameter.name} = {self.parameter.shown(self.value)}" + (
+        return f"{self.parameter.name} = {self.parameter.value_text(self.value)}" + (
             f"  ({details})" if details else ""
         )
 

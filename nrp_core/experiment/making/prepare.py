@@ -511,7 +511,7 @@ def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], 
                     yield ("criteria", name, kind, "during", key), point
 
 
-def open_side(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
+def open_engine(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
     """Open the brain or the world of a section of an experiment."""
     with named_errors(section.backend, "open"):
         return side.backend.open(content, seed=seed, options=side.options)
@@ -535,7 +535,7 @@ def open_world(experiment: Experiment) -> World:
         InvalidExperimentError: the experiment is wrong; it carries all findings.
     """
     plan = prepare(experiment)
-    world: World = open_side(experiment.world, plan.world, plan.scene, experiment.seed)
+    world: World = open_engine(experiment.world, plan.world, plan.scene, experiment.seed)
     collector = Collector(experiment.source)
     try:
         declare_own(experiment, world, collector)

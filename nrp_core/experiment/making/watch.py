@@ -30,12 +30,12 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
         with collector.during(Code.NRP212, "topics", name):
             world.declare(name, kind)
     for alias, topic in experiment.aliases.items():
-        with collector.during(Code.NRP212, "aliases", alias, level=_lapse(experiment)):
+        with collector.during(Code.NRP212, "aliases", alias, level=_severity(experiment)):
             world.add_alias(alias, topic)
     return not has_errors(collector.findings[findings_before:])
 
 
-def _lapse(experiment: Experiment) -> Level:
+def _severity(experiment: Experiment) -> Level:
     """Return the level of a finding about a missing topic."""
     return Level.ERROR if experiment.strict else Level.WARNING
 
@@ -90,7 +90,7 @@ class Watch:
         for name, event in experiment.events.items():
             actions: list[Action] = []
             for i, publish in enumerate(event.publish):
-                with collector.during(Code.NRP213, "events", name, "publish", i, level=_lapse(experiment)):
+                with collector.during(Code.NRP213, "events", name, "publish", i, level=_severity(experiment)):
                     actions.append(action_of(publish, world))
             with collector.during(Code.NRP213, "events", name, "when"):
                 self.events.add(name, trigger(event, world, self.where), actions)
@@ -120,12 +120,12 @@ class Watch:
             if name in judges:
                 judge.restore(judges[name])
 
-    def look(self, now_ns: int) -> None:
+    def evaluate(self, now_ns: int) -> None:
         """Process the time that the world has reached; called once for each time."""
         self.where.refresh()
         self.events.fire_due(now_ns)
         for judge in self._judges.values():
-            judge.look(now_ns, self.events.times, self.where)
+            judge.evaluate(now_ns, self.events.times, self.where)
 
     def outcomes(self, end_ns: int | None = None) -> dict[str, Verdict]:
         """Return the outcome of each criterion so far.

@@ -56,7 +56,7 @@ class FallWatch:
         """Forget all falls."""
         self._fallen: dict[str, Finding] = {}
 
-    def look(self, now_ns: int, poses: Mapping[str, Pose]) -> None:
+    def check(self, now_ns: int, poses: Mapping[str, Pose]) -> None:
         """Check the poses at a time."""
         for name, limit_m in self._limits_m.items():
             if name not in self._fallen and name in poses and poses[name].position[2] < limit_m:
@@ -205,15 +205,15 @@ class Observation:
         self._looked_at_ns: int | None = None
         self.digest = TrajectoryDigest()
 
-    def look(self, loop: ClosedLoop) -> None:
+    def evaluate(self, loop: ClosedLoop) -> None:
         """Evaluate a time, after the step to it or before the first step; once for each time."""
         now_ns = loop.now_ns
         if now_ns != self._looked_at_ns:
             self._looked_at_ns = now_ns
-            self.watch.look(now_ns)
+            self.watch.evaluate(now_ns)
             poses = self.poses()
             self.digest.add(poses.values())
-            self.falls.look(now_ns, poses)
+            self.falls.check(now_ns, poses)
 
     def poses(self) -> dict[str, Pose]:
         """Return the poses of the present robots: some may have been left out or deleted."""

@@ -22,7 +22,7 @@ from nrp_core.experiment.making.prepare import (
     Plan,
     ProgressCallback,
     no_progress,
-    open_side,
+    open_engine,
     open_world_like,
     prepare,
 )
@@ -89,13 +89,13 @@ class OpenExperiment(Closing):
         with CollectorPaused(), ExitStack() as opened:
             progress(f"opening the world ({experiment.world.backend})")
             self.world: World = opened.enter_context(
-                open_side(experiment.world, plan.world, plan.scene, self.seed)
+                open_engine(experiment.world, plan.world, plan.scene, self.seed)
                 if beside is None
                 else open_world_like(beside.world, experiment.world, plan.world, self.seed)
             )
             progress(f"opening the brain ({experiment.brain.backend})")
             self.brain: Brain = opened.enter_context(
-                open_side(experiment.brain, plan.brain, plan.network, self.seed)
+                open_engine(experiment.brain, plan.brain, plan.network, self.seed)
             )
             collector = Collector(experiment.source)
             declare_own(experiment, self.world, collector)
@@ -123,8 +123,8 @@ class OpenExperiment(Closing):
             function_time_limit_s=None if limit_ns is None else seconds(limit_ns),
             pacing=pacing_of(self.experiment.pace),
         )
-        loop.hooks.before_step.append(self._observation.look)
-        loop.hooks.after_step.extend((self._observation.look, self._after_step))
+        loop.hooks.before_step.append(self._observation.evaluate)
+        loop.hooks.after_step.extend((self._observation.evaluate, self._after_step))
         loop.hooks.after_reset.append(self._after_reset)
         return loop
 

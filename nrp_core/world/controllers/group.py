@@ -46,7 +46,7 @@ class JointGroup:
         rate = targets.rates[number] if targets.rates else 0.0
         return self._topic, Target(targets.values[number], rate, targets.smooth)
 
-    def lose(self) -> None:
+    def release(self) -> None:
         """One of the joints got another command."""
         self._holds = False
 
@@ -144,6 +144,6 @@ class PairPart(JointsPart[PairController]):
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         controller = self._controller
         first, second = (part.target_now(controller.kind) for part in self._parts.values())
-        values = controller.apart(float(message.data), first, second)
+        values = controller.split(float(message.data), first, second)
         for part, value in zip(self._parts.values(), values, strict=True):
             part.lead(topic, Target(value), now_ns)

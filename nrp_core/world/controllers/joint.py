@@ -44,7 +44,7 @@ class OrientationPart(Part):
         norm = sqrt(x * x + y * y + z * z + w * w)
         if not (isfinite(norm) and abs(norm - 1.0) <= _TOLERANCE):
             raise TopicError(f"{topic}: ({x:g}, {y:g}, {z:g}, {w:g}) is not a unit quaternion")
-        self._aim((x / norm, y / norm, z / norm, w / norm))
+        self._set_target((x / norm, y / norm, z / norm, w / norm))
 
     def reset(self) -> None:
         self._wanted = None
@@ -54,9 +54,9 @@ class OrientationPart(Part):
 
     def restore(self, saved: Any) -> None:
         if saved is not None or self._wanted is not None:
-            self._aim(saved)
+            self._set_target(saved)
 
-    def _aim(self, orientation: Orientation | None) -> None:
+    def _set_target(self, orientation: Orientation | None) -> None:
         self._wanted = orientation
         self._engine.set_ball_target(self._model, self._joint, orientation)
 
@@ -89,7 +89,7 @@ class Leader(Protocol):
     def command(self, number: int) -> Command:
         """Return the command of a joint."""
 
-    def lose(self) -> None:
+    def release(self) -> None:
         """Take note that one of the joints got another command."""
 
 
@@ -153,7 +153,7 @@ class ControllerPart(Part):
     @_command.setter
     def _command(self, command: Command | None) -> None:
         if self._leader is not None:
-            self._leader.lose()
+            self._leader.release()
         self._own, self._leader = command, None
 
     def follow(self, leader: Leader, number: int) -> None:
@@ -197,11 +197,11 @@ class ControllerPart(Part):
         """Make a topic the source of the command from now on."""
         if self.obeys not in (topic, None):
             self._integral = 0.0
-        bounded = self._laws[topic].bounded(target)
+        bounded = self._laws[topic].within_limits(target)
         if bounded.value != target.value and topic not in self._exceeded:
             self._report(topic, target.value, bounded.value)
         self._command = topic, bounded
-        self._aim(now_ns)
+        self._set_target(now_ns)
 
     def _report(self, topic: str, value: float, limit: float) -> None:
         """Report the first command on a topic that is beyond the limits of the joint."""
@@ -220,11 +220,11 @@ class ControllerPart(Part):
         gains, error = law.gains, target.value - self._now(law.controller.kind)
         integral = self._integral + gains.i * error * seconds(self._engine.step_ns)
         self._integral = min(max(integral, -gains.i_limit), gains.i_limit)
-        self._aim(now_ns)
+        self._set_target(now_ns)
 
     def begin(self) -> None:
         if self._initial is not None:
-            self._aim(0)
+            self._set_target(0)
 
     def reset(self) -> None:
         self._command, self._integral = self._initial, 0.0
@@ -237,15 +237,15 @@ class ControllerPart(Part):
         before = self._command
         self._command, self._integral, deadline_ns = saved
         if before is not None or self._command is not None:
-            self._aim(0)
+            self._set_target(0)
         self.deadline_ns = deadline_ns
 
-    def _aim(self, now_ns: int) -> None:
+    def _set_target(self, now_ns: int) -> None:
         self.deadline_ns, aim = None, ServoTarget()
         if self._command is not None:
             topic, target = self._command
             law = self._laws[topic]
-            aim = law.aim(target, self._integral)
+            aim = law.servo_target(target, self._integral)
             if law.integrates:
                 self.deadline_ns = now_ns + self._engine.step_ns
         self._engine.set_servo_target(self._model, self._joint, aim)
@@ -275,12 +275,12 @@ class _Law:
             "effort": (-joint.effort, joint.effort),
         }[controller.kind]
 
-    def bounded(self, target: Target) -> Target:
+    def within_limits(self, target: Target) -> Target:
         """Return a command within the limits of the joint."""
         value = min(max(target.value, self.lower), self.upper)
         return target if value == target.value else Target(value, 0.0, target.smooth)
 
-    def aim(self, target: Target, integral: float) -> ServoTarget:
+    def servo_target(self, target: Target, integral: float) -> ServoTarget:
         """Return the target of the servo."""
         gains, value = self.gains, target.value
         firm = target.smooth if self.controller.is_firm else None

@@ -120,7 +120,7 @@ class FirmServos:
         self.paths["highest"] = [each.joint.upper for each in firm]
         self.moving = False
 
-    def aim(self, number: int, aim: ServoTarget) -> None:
+    def set_target(self, number: int, aim: ServoTarget) -> None:
         """Set the target of a joint, or release it."""
         kind = FREE if aim.firm is None else POSITION if aim.stiffness else VELOCITY
         target = aim.position if kind == POSITION else aim.velocity
@@ -208,11 +208,11 @@ class FirmJoints(ABC):
         self._columns: dict[str, tuple[Span, Span]] = {}
         self._restored: FloatArray | None = None
 
-    def aim(self, path: JointPath, aim: ServoTarget) -> bool:
+    def set_target(self, path: JointPath, aim: ServoTarget) -> bool:
         """Set the target of a joint, or release it; return whether it was led before and after."""
         number = self._numbers[path]
         before = self.servos.kinds[number]
-        self.servos.aim(number, aim)
+        self.servos.set_target(number, aim)
         after = self.servos.kinds[number]
         if before != after:
             if self._restored is not None:
@@ -226,7 +226,7 @@ class FirmJoints(ABC):
         numbers = [self._numbers[model, f"{joint}_{axis}"] for axis in "xyz"]
         aim = ServoTarget() if orientation is None else ServoTarget(stiffness=1.0, firm=True)
         for number in numbers:
-            self.aim(self.paths[number], aim)
+            self.set_target(self.paths[number], aim)
         if orientation is not None and (self.orientations[numbers] != orientation).any():
             self.orientations[numbers] = orientation
             self.servos.forget(numbers)

@@ -62,7 +62,7 @@ class ExplicitServos:
         """Set the damper of one joint."""
         self._dampers[number] = damping
 
-    def aim(self, number: int, aim: ServoTarget) -> None:
+    def set_target(self, number: int, aim: ServoTarget) -> None:
         """Set the target of one joint."""
         idle = self.idle
         self._aims[number] = aim.stiffness, aim.damping, aim.position, aim.velocity, aim.effort

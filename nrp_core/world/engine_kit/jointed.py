@@ -70,7 +70,7 @@ class Built(Protocol):
 class Drive(Protocol):
     """Moves a body as commanded."""
 
-    def aim(self, velocity: BodyVelocity) -> None:
+    def set_velocity(self, velocity: BodyVelocity) -> None:
         """Set the target velocity of the body."""
 
     def forget(self) -> None:
@@ -97,7 +97,7 @@ class Base(Protocol):
 class Control(Protocol):
     """Forces on bodies and joints besides drives, and measurements of forces."""
 
-    def aim(self, model: str, joint: str, aim: ServoTarget) -> None:
+    def set_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo."""
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
@@ -208,10 +208,10 @@ class JointedEngine(Engine):
         raise AssertionError(f"no joint '{joint}' connects two bodies of '{model}'")  # sensors' joints all do
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        self._drives[model, drive].aim(velocity)
+        self._drives[model, drive].set_velocity(velocity)
 
     def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
-        self._control.aim(model, joint, aim)
+        self._control.set_target(model, joint, aim)
 
     def _do_set_ball_target(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         self._control.orient(model, joint, orientation)

@@ -85,7 +85,7 @@ class RealisticCameras(RasterCameras):
         if not self._mapped or not np.array_equal(now[1], self._mapped[1]):
             self._framed = self._mesh.framed(points)
         self._mapped = now
-        self._lamps.look(*self._lit_sphere(points), lambda *view: self._view.draw(points, *view))
+        self._lamps.draw_shadows(*self._lit_sphere(points), lambda *view: self._view.draw(points, *view))
 
     def _lit_sphere(self, points: FloatArray) -> tuple[FloatArray, float]:
         """Return centre and radius of the region in which directional lights cast shadows."""

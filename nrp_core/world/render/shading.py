@@ -226,7 +226,7 @@ class Lamps:
         self.eyes = np.empty((ends[-1], 3, 4))
         self.focals = np.empty(ends[-1])
 
-    def look(self, centre: FloatArray, radius: float, draw: DrawMap) -> None:
+    def draw_shadows(self, centre: FloatArray, radius: float, draw: DrawMap) -> None:
         """Draw all shadow maps.
 
         Args:

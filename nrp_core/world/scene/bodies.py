@@ -43,7 +43,7 @@ TINTS = "tints"
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Appearance:
     """The look of a visual in a file.
 
     Args:
@@ -82,7 +82,7 @@ class VisualInFile:
 
     name: str
     shapes: Sequence[Shape]
-    look: Look
+    look: Appearance
 
 
 @dataclass(frozen=True, slots=True)

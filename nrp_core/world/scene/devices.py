@@ -290,7 +290,7 @@ class PairController:
         """Return the mean or the difference of two numbers."""
         return (first + second) / 2 if self.of == "mean" else first - second
 
-    def apart(self, value: float, first: float, second: float) -> tuple[float, float]:
+    def split(self, value: float, first: float, second: float) -> tuple[float, float]:
         """Return two numbers with a new mean and the old difference, or the reverse."""
         if self.of == "mean":
             return value + (first - second) / 2, value - (first - second) / 2

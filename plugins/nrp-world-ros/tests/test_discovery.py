@@ -103,12 +103,12 @@ def test_a_node_that_nobody_finds_says_so_once(
 ) -> None:
     said: list[str] = []
     audience = Audience(node, said.append)
-    audience.look()
+    audience.update()
     assert said == []
     now_s = time.monotonic() + 5.1
     monkeypatch.setattr("time.monotonic", lambda: now_s)
-    audience.look()
-    audience.look()
+    audience.update()
+    audience.update()
     assert said == ["no other node listens or publishes here after 5 s; where it is"] * reports
 
 

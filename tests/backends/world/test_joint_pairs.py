@@ -42,7 +42,7 @@ def head(*pairs: PairController, joints: tuple[str, str] = EYES) -> Model:
 def test_one_of_mean_and_difference_changes_and_the_other_stays(a: float, b: float, value: float) -> None:
     mean, difference = pair("mean"), pair("difference")
     for changed, kept in ((mean, difference), (difference, mean)):
-        after = changed.apart(value, a, b)
+        after = changed.split(value, a, b)
         assert changed.value(*after) == pytest.approx(value, abs=1e-9)
         assert kept.value(*after) == pytest.approx(kept.value(a, b), abs=1e-9)
 

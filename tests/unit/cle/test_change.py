@@ -280,7 +280,7 @@ def test_a_thread_that_attends_makes_the_calls_of_others_between_runs_and_in_the
         for _ in range(3):
             loop.between_steps(lambda: makers.append(threading.get_ident()))
 
-    with loop.attended():
+    with loop.serving_calls():
         other = threading.Thread(target=ask)
         other.start()
         while len(makers) < 2:
@@ -297,6 +297,6 @@ def test_a_thread_that_attends_makes_the_calls_of_others_between_runs_and_in_the
 def test_attending_returns_without_a_call_in_time() -> None:
     loop = loop_of()
     began = time.monotonic()
-    with loop.attended():
+    with loop.serving_calls():
         loop.attend(0.01)
     assert 0.01 <= time.monotonic() - began < 10

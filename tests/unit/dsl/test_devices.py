@@ -91,7 +91,7 @@ def test_a_recorder_gives_the_spikes_since_the_function_last_ran() -> None:
     brain.run_until(20 * MS)
     recorder.refresh(brain.now_ns)
     assert recorder.times.tolist() == [[0, 1.0], [2, 3.0]]
-    assert recorder.shown() == "times = 2 rows of neuron and ms"
+    assert recorder.value_text() == "times = 2 rows of neuron and ms"
     assert recorder.spiked
     brain.run_until(40 * MS)
     recorder.refresh(brain.now_ns)

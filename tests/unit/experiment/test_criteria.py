@@ -25,7 +25,7 @@ def judged(world: World, criterion: dict[str, Any], times: Times, *, speed: floa
     judge, where = judge_of(Criterion.model_validate(criterion), world), GroundPositions(world)
     drive = world.advertise("/husky/cmd_vel")
     for step in range(steps):
-        judge.look(step * 20 * MS, {k: t for k, t in times.items() if t <= step * 20 * MS}, where)
+        judge.evaluate(step * 20 * MS, {k: t for k, t in times.items() if t <= step * 20 * MS}, where)
         drive.publish(Twist(Vector3(speed, 0.0, 0.0)))
         world.run_until((step + 1) * 20 * MS)
         where.refresh()
@@ -66,7 +66,7 @@ def test_the_degree_of_staying_is_the_share_of_the_steps_also_after_leaving(worl
     assert judge.outcome.degree == pytest.approx(26 / 51)
     assert (judge.outcome.decided_s, judge.outcome.distance) == (0.52, pytest.approx(0.52))
     saved = judge.save()
-    judge.look(world.now_ns, {}, GroundPositions(world))
+    judge.evaluate(world.now_ns, {}, GroundPositions(world))
     judge.restore(saved)
     assert judge.outcome.degree == pytest.approx(26 / 51)
 
@@ -177,7 +177,7 @@ def test_a_topic_that_stays_within_its_range_passes(
     judge, where = judge_of(Criterion.model_validate(criterion), world), GroundPositions(world)
     says = world.advertise("/level")
     for step, value in enumerate((0.1, level, 0.1, 9.0)):  # after the last moment anything may be said
-        judge.look(step * 20 * MS, {}, where)
+        judge.evaluate(step * 20 * MS, {}, where)
         says.publish(Float64(value))
         world.run_until((step + 1) * 20 * MS)
     judge.finish(world.now_ns)
@@ -188,7 +188,7 @@ def test_a_topic_that_never_carries_a_message_does_not_stay_in_its_range(world: 
     world.declare("/level", Float64)
     judge = judge_of(Criterion.model_validate({"topic_stays": CALM}), world)
     for step in range(3):
-        judge.look(step * 20 * MS, {}, GroundPositions(world))
+        judge.evaluate(step * 20 * MS, {}, GroundPositions(world))
     assert judge.outcome.passed is None
     judge.finish(60 * MS)
     assert (judge.outcome.passed, judge.outcome.reason) == (False, "/level never carried a message")

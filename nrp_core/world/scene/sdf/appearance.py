@@ -12,7 +12,7 @@ from pathlib import Path
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.rigid import Pose, Vector
-from nrp_core.world.scene.bodies import TINTS, Look
+from nrp_core.world.scene.bodies import TINTS, Appearance
 from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.meshes import MAX_BYTES_BESIDE
 from nrp_core.world.scene.meshes.stl import mean_color
@@ -191,35 +191,35 @@ def _contents(path: Path, limit: int) -> bytes:
     return b""
 
 
-def read_look(visual: Element, reading: Reading) -> Look:
-    """Return the look of a ``<visual>``: the emissive colour, else the diffuse one."""
+def read_appearance(visual: Element, reading: Reading) -> Appearance:
+    """Return the appearance of a ``<visual>``: the emissive colour, else the diffuse one."""
     material = visual.find("material")
     opacity = 1 - read_share(visual, "transparency", 0.0, reading)
     if material is None:
-        return Look(None, opacity)
+        return Appearance(None, opacity)
     look = _surface(material, reading)
     specular = read_color(material, "specular", reading)
     finish = read_finish(material, specular, reading)
     return replace(look, opacity=opacity, finish=finish, tints=TINTS in material.attributes)
 
 
-def _surface(material: Element, reading: Reading) -> Look:
+def _surface(material: Element, reading: Reading) -> Appearance:
     """Return the colour of a material, whether it glows, and its image."""
     emissive, diffuse, ambient = (
         read_color(material, tag, reading) for tag in ("emissive", "diffuse", "ambient")
     )
     if emissive and any(emissive[:3]):
-        return Look(emissive, glows=True)
+        return Appearance(emissive, glows=True)
     albedo = albedo_map(material, reading)
     if albedo:
         (red, green, blue), (r, g, b, alpha) = albedo.mean, diffuse or (1.0, 1.0, 1.0, 1.0)
-        return Look((r * red, g * green, b * blue, alpha), texture=texture_of(albedo.path, (r, g, b)))
+        return Appearance((r * red, g * green, b * blue, alpha), texture=texture_of(albedo.path, (r, g, b)))
     if diffuse:
-        return Look(diffuse)
+        return Appearance(diffuse)
     found = _script(material, reading)
     if found is None:
-        return Look(ambient)
-    return Look(found.rgba, glows=found.glows, texture=texture_of(found.image))
+        return Appearance(ambient)
+    return Appearance(found.rgba, glows=found.glows, texture=texture_of(found.image))
 
 
 def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:

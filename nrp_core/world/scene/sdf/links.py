@@ -24,7 +24,7 @@ from nrp_core.world.scene.reading.repairs import (
     usable_inertial,
 )
 from nrp_core.world.scene.reading.sensors import Mount, link_sensors
-from nrp_core.world.scene.sdf.appearance import read_look
+from nrp_core.world.scene.sdf.appearance import read_appearance
 from nrp_core.world.scene.sdf.frames import Frames
 
 _ALL: Final = 0xFFFF
@@ -108,7 +108,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
 
     shown = []
     for unique, visual in _with_unique_names(link, "visual", reading):
-        look = replace(read_look(visual, reading), label=label_of(visual))
+        look = replace(read_appearance(visual, reading), label=label_of(visual))
         seen = shapes(visual, "colored") if look.tints or not look.rgba else []
         if look.rgba and not any(shape.texture for shape in seen):
             seen = shapes(visual, "whole")

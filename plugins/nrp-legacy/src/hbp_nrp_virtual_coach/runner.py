@@ -149,7 +149,7 @@ class Runner:
         try:
             with open_checked_run(self._read()) as run:
                 run.on_step(self._look_at_clock)
-                with run.loop.attended():
+                with run.loop.serving_calls():
                     self._run, self._reported_at = run, time.monotonic()
                     _log_problems(run)
                     known = {problem.message for problem in run.problems}

@@ -85,9 +85,9 @@ class Tree:
         self._sent = np.zeros(len(places))
         self.servos = ExplicitServos([place.joint.effort for place in places.values()], step_s)
 
-    def aim(self, joint: str, aim: ServoTarget) -> None:
+    def set_target(self, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint."""
-        self.servos.aim(self._places[joint][0], aim)
+        self.servos.set_target(self._places[joint][0], aim)
         if self.servos.idle:
             self._send(self._given)
 
@@ -154,11 +154,11 @@ class Control:
             if not tree.servos.idle:
                 tree.push()
 
-    def aim(self, model: str, joint: str, aim: ServoTarget) -> None:
+    def set_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo."""
         if (model, joint) in self._firm:
-            self.firm.aim((model, joint), aim)
-        self._trees[model].aim(joint, ServoTarget() if aim.firm is not None else aim)
+            self.firm.set_target((model, joint), aim)
+        self._trees[model].set_target(joint, ServoTarget() if aim.firm is not None else aim)
 
     def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
         raise AssertionError(f"Gazebo has no ball joints, such as '{model}/{joint}'")  # refused before

@@ -44,9 +44,9 @@ class Drive:
         gain = servo.explicit_gain(step_s)
         row = (*frame, *servo.centre, servo.lever, gain, servo.limit)
         gazebo.do(operation("d", place.link, values=row))
-        self.aim(BodyVelocity())
+        self.set_velocity(BodyVelocity())
 
-    def aim(self, velocity: BodyVelocity) -> None:
+    def set_velocity(self, velocity: BodyVelocity) -> None:
         """Set the target velocity of the body."""
         servo, known = self._servo, self._command
         if servo.limit and known not in (None, velocity):
@@ -77,7 +77,7 @@ class PluginDrive:
         self._gazebo, self._model, self._left = gazebo, model, left
         self._command: BodyVelocity | None = BodyVelocity()
 
-    def aim(self, velocity: BodyVelocity) -> None:
+    def set_velocity(self, velocity: BodyVelocity) -> None:
         """Send the plugin a velocity of the body."""
         if velocity != self._command:
             self._command = velocity

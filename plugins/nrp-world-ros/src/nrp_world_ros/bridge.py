@@ -36,7 +36,7 @@ class Audience:
         self._node, self._tell = node, tell
         self._until_s: float | None = time.monotonic() + _PATIENCE_S
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Report when the time is over; calling it often is cheap."""
         if self._until_s is None:
             return
@@ -211,7 +211,7 @@ class Bridge(Closing):
         self._describe()
         self.report()
         if self._audience is not None:
-            self._audience.look()
+            self._audience.update()
 
     def _describe(self) -> None:
         """Offer the URDF of the robots, once for each scene; a body of another loop needs none."""

@@ -20,7 +20,7 @@ def run(aim: ServoTarget, inertia: np.ndarray, load: np.ndarray, steps: int, lim
     n = len(load)
     servos = ExplicitServos([limit] * n, DT)
     for number in range(n):
-        servos.aim(number, aim)
+        servos.set_target(number, aim)
     positions, velocities = np.zeros(n), np.zeros(n)
     efforts = np.zeros(n)
     for _ in range(steps):
@@ -73,7 +73,7 @@ def test_a_joint_brakes_under_load_as_by_backward_euler_however_strong_its_dampe
 
 def test_a_servo_at_its_limit_drives_a_strong_damper_as_fast_as_it_can():
     servos = ExplicitServos([2.0], DT, np.array([50.0]))
-    servos.aim(0, ServoTarget(1e6, 1e3, position=1.0))
+    servos.set_target(0, ServoTarget(1e6, 1e3, position=1.0))
     position, velocity, inertia = np.zeros(1), np.zeros(1), np.array([[0.001]])
     for _ in range(500):
         effort = servos.push(position, velocity, inertia)

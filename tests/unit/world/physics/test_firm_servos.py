@@ -37,7 +37,7 @@ def follow(servo: FirmServos, steps: int, start: float = 0.0) -> np.ndarray:
 
 def test_a_position_is_approached_as_by_a_critically_damped_spring():
     servo = servos()
-    servo.aim(0, to(0.8))
+    servo.set_target(0, to(0.8))
     seen = follow(servo, 100)
     for step in (1, 10, 50, 100):
         t = step * STEP_S / LAG
@@ -46,7 +46,7 @@ def test_a_position_is_approached_as_by_a_critically_damped_spring():
 
 def test_a_velocity_is_approached_with_one_time_constant():
     servo = servos()
-    servo.aim(0, ServoTarget(damping=1.0, velocity=2.0, firm=True))
+    servo.set_target(0, ServoTarget(damping=1.0, velocity=2.0, firm=True))
     assert follow(servo, 50)[-1][1] == pytest.approx(2.0 * (1 - exp(-50 * STEP_S / LAG)))
 
 
@@ -60,7 +60,7 @@ def test_a_velocity_is_approached_with_one_time_constant():
 def test_a_path_keeps_its_speed_limit_goes_without_jumps_and_ends_at_its_target(start, goals, speed, steps):
     servo, last = servos(speed), start
     for goal in goals:
-        servo.aim(0, to(goal))
+        servo.set_target(0, to(goal))
         for x, v in follow(servo, steps, start):
             assert abs(x - last) <= speed * STEP_S * (1 + 1e-9)
             assert abs(v) <= speed
@@ -72,13 +72,13 @@ def test_a_path_keeps_its_speed_limit_goes_without_jumps_and_ends_at_its_target(
 
 def test_a_point_of_a_path_is_taken_at_once_with_its_rate():
     servo = servos()
-    servo.aim(0, ServoTarget(stiffness=1.0, position=0.3, velocity=1.5, firm=False))
+    servo.set_target(0, ServoTarget(stiffness=1.0, position=0.3, velocity=1.5, firm=False))
     assert follow(servo, 1)[0] == pytest.approx((0.3, 1.5))
 
 
 def test_a_pushed_joint_is_taken_back_to_its_path():
     servo = servos()
-    servo.aim(0, to(0.0))
+    servo.set_target(0, to(0.0))
     follow(servo, 1)
     assert servo.velocities(np.array([0.01]))[0] == pytest.approx(-0.01 / (0.005 + STEP_S))
 
@@ -86,7 +86,7 @@ def test_a_pushed_joint_is_taken_back_to_its_path():
 def test_a_joint_far_off_its_path_is_taken_back_no_faster_than_it_can_brake():
     effort, inertia, off = 12.0, 0.4, 0.1
     servo = FirmServos([FirmJoint(Joint("j", "revolute", "a", "b", effort=effort), inertia)], STEP_S)
-    servo.aim(0, to(0.0))
+    servo.set_target(0, to(0.0))
     follow(servo, 1)
     speed = -servo.velocities(np.array([off]))[0]
     assert speed**2 / (2 * BRAKING * effort / inertia) == pytest.approx(off)  # v^2 / 2a
@@ -97,13 +97,13 @@ def test_a_joint_far_off_its_path_is_taken_back_no_faster_than_it_can_brake():
 def test_a_rate_that_came_between_is_gone_with_the_next_target_at_rest(between: str) -> None:
     servo, whole = servos(), slice(0, 1)
     saved = servos()
-    saved.aim(0, ServoTarget(stiffness=1.0, position=0.1, velocity=0.3, firm=True))
-    servo.aim(0, ServoTarget(stiffness=1.0, position=0.1, firm=True))
+    saved.set_target(0, ServoTarget(stiffness=1.0, position=0.1, velocity=0.3, firm=True))
+    servo.set_target(0, ServoTarget(stiffness=1.0, position=0.1, firm=True))
     servo.retarget(whole, JointTargets(("j",), [0.2], (), smooth=True))
     if between == "rates":
         servo.retarget(whole, JointTargets(("j",), [0.2], [0.3], smooth=False))
     elif between == "aim":
-        servo.aim(0, ServoTarget(stiffness=1.0, position=0.2, velocity=0.3, firm=True))
+        servo.set_target(0, ServoTarget(stiffness=1.0, position=0.2, velocity=0.3, firm=True))
     else:
         servo.restore(saved.save())
     assert servo.paths["rate"][0] == 0.3

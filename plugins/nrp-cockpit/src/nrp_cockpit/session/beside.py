@@ -43,7 +43,7 @@ class Beside(LiveSession):
         self.difference = Difference(lead.run, run)
         self._since_ns = run.loop.now_ns
         self._unpaced_always()
-        self.difference.look()
+        self.difference.update()
 
     @property
     def state(self) -> str:
@@ -57,7 +57,7 @@ class Beside(LiveSession):
             self.mode = Mode.RUNNING
             self._guarded(lambda: self._run_through(until_ns))
         if self.now_ns == until_ns:
-            self.difference.look()
+            self.difference.update()
 
     def go_from_here(self) -> None:
         """Forget the later past, because the lead continues from here."""

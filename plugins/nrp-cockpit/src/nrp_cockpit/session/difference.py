@@ -36,7 +36,7 @@ class Difference:
         self._steps = 0
         self._first: dict[str, int] = {}
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Compare them now."""
         now_ns = self._one.loop.now_ns
         distance_m = self.distance_m

@@ -57,7 +57,7 @@ class SweepSession:
     def _follow(self) -> None:
         """Tell what is new. A file that is being replaced is read with the next look."""
         try:
-            if self._sheet.look():
+            if self._sheet.update():
                 self._tell()
         except (NrpError, OSError):
             return

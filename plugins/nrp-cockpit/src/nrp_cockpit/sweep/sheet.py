@@ -44,9 +44,9 @@ class Sheet:
         self._about: dict[str, Any] = {}
         self._table: SweepTable | None = None
         self._ended = self._failed = 0
-        self.look()
+        self.update()
 
-    def look(self) -> bool:
+    def update(self) -> bool:
         """Read the files again if they have changed; return whether they have."""
         files = [self.folder / ABOUT, self.folder / CSV, *sorted(self.folder.glob(JOURNALS))]
         seen = [(file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files if file.is_file()]
