@@ -12,7 +12,19 @@ from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Joint, Model, Scene, Tie
+from nrp_core.world.scene.model import (
+    Box,
+    Capsule,
+    ConcaveMesh,
+    Cylinder,
+    Geometry,
+    Joint,
+    Mesh,
+    Model,
+    Scene,
+    Sphere,
+    Tie,
+)
 from nrp_core.world.scene.reading.context import Element, Notes, Reading
 from nrp_core.world.scene.reading.plugins import warn_of_plugin
 from nrp_core.world.scene.sdf.appearance import read_light
@@ -80,6 +92,7 @@ class StateChanges:
         inserted: elements whose children are added.
         deleted: the names of what is removed.
         named: the models and lights that have a state.
+        scales: the factors of the shapes of models.
     """
 
     poses: dict[tuple[str, str], Pose] = field(default_factory=dict)
@@ -88,6 +101,7 @@ class StateChanges:
     inserted: list[Element] = field(default_factory=list)
     deleted: set[str] = field(default_factory=set)
     named: dict[str, Element] = field(default_factory=dict)
+    scales: dict[str, Vector] = field(default_factory=dict)
 
     @classmethod
     def read(cls, states: Iterable[Element], notes: Notes) -> StateChanges:
@@ -103,7 +117,8 @@ class StateChanges:
                 if thing.find("pose") is not None:
                     result.poses[kind, name] = read_pose(thing, WORLD)[0]
                 result.named[name] = thing
-                _warn_of_scale(thing, kind, notes)
+                if kind == "model" and (scale := thing.section("scale")).text:
+                    result.scales[name] = _factors(scale, notes)
                 result.links[name] = dict(_links(thing, ""))
                 result.joints[name] = dict(_joints(thing, ""))
             result.inserted += state.all("insertions")
@@ -122,7 +137,9 @@ class StateChanges:
                 notes.warn(self.named[name], Code.NRP264, message, subject=name)
 
     def of(self, model: Model) -> Model:
-        """Return a model where it was last, with its joints where they were."""
+        """Return a model where and as large as it was last, with its joints where they were."""
+        scale = self.scales.get(model.name, _UNIT)
+        model = model if scale == _UNIT else _scaled(model, scale)
         placed = replace(model, pose=self.poses.get(("model", model.name), model.pose))
         links, positions = self.links.get(model.name, {}), self.joints.get(model.name, {})
         starts = dict(placed.starts)
@@ -141,10 +158,47 @@ def _of(parent: Element, *kinds: str) -> Iterable[Element]:
     return parent.all(*kinds, *(f"{kind}_state" for kind in kinds))
 
 
-def _warn_of_scale(thing: Element, kind: str, notes: Notes) -> None:
-    scale = thing.section("scale")
-    if scale.text and any(part != 1 for part in scale.numbers(3)):
-        notes.warn(scale, Code.NRP264, f"the <scale> {scale.text} of a <{kind}> is not supported")
+_UNIT: Vector = (1.0, 1.0, 1.0)
+
+
+def _factors(scale: Element, notes: Notes) -> Vector:
+    x, y, z = scale.numbers(3)
+    if min(x, y, z) > 0:
+        return x, y, z
+    notes.warn(scale, Code.NRP264, f"the <scale> '{scale.text}' is not used: all factors must be above 0")
+    return _UNIT
+
+
+def _scaled(model: Model, scale: Vector) -> Model:
+    """Return a model with scaled shapes at unscaled poses, as in Gazebo Classic."""
+    links = tuple(
+        replace(
+            link,
+            visuals=tuple(replace(each, geometry=_larger(each.geometry, *scale)) for each in link.visuals),
+            collisions=tuple(
+                replace(each, geometry=_larger(each.geometry, *scale)) for each in link.collisions
+            ),
+        )
+        for link in model.links
+    )
+    return replace(model, links=links)
+
+
+def _larger(geometry: Geometry, x: float, y: float, z: float) -> Geometry:
+    """Return a scaled shape, round as it was; a plane has no end."""
+    match geometry:
+        case Box((a, b, c)):
+            return Box((a * x, b * y, c * z))
+        case Sphere(radius):
+            return Sphere(radius * max(x, y, z))
+        case Cylinder(radius, length) | Capsule(radius, length):
+            return replace(geometry, radius=radius * max(x, y), length=length * z)
+        case Mesh(_, (a, b, c)):
+            larger = replace(geometry, scale=(a * x, b * y, c * z))
+            if isinstance(larger, ConcaveMesh):
+                return replace(larger, depth=larger.depth * min(x, y, z))
+            return larger
+    return geometry
 
 
 def _links(model: Element, prefix: str) -> Iterator[tuple[str, Pose]]:

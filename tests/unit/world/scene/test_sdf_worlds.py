@@ -10,7 +10,7 @@ from nrp_core.errors import SceneError
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
-from nrp_core.world.scene.model import Mesh, Plane, Scene
+from nrp_core.world.scene.model import Box, Cylinder, Mesh, Plane, Scene, Sphere
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 WorldReader = Callable[..., Scene]
@@ -107,16 +107,28 @@ def test_a_saved_world_has_its_things_where_they_were_last(world: WorldReader) -
     assert scene.lights[0].pose.position == (0, 0, 2)
 
 
-@pytest.mark.parametrize(("scale", "warned"), [("1 1 1", False), ("1 2 1", True)])
-def test_models_scaled_in_a_saved_world_cause_a_warning(world: WorldReader, scale: str, warned: bool) -> None:
-    scene = world(
-        f'<model name="ball">{LINK}</model>'
-        f'<state world_name="room"><model name="ball"><scale>{scale}</scale></model></state>'
+def test_models_are_as_large_as_they_were_in_a_saved_world(world: WorldReader) -> None:
+    """Gazebo saves the shapes without the scale; a round one stays round, and poses stay as they are."""
+    shapes = {
+        "<box><size>1 2 3</size></box>": Box((2, 6, 12)),
+        "<sphere><radius>1</radius></sphere>": Sphere(4),
+        "<cylinder><radius>1</radius><length>2</length></cylinder>": Cylinder(3, 8),
+        "<plane><normal>0 0 1</normal><size>1 1</size></plane>": Plane((1, 1)),
+    }
+    parts = "".join(
+        f'<collision name="c{i}"><pose>1 0 0 0 0 0</pose><geometry>{shape}</geometry></collision>'
+        f'<visual name="v{i}"><geometry>{shape}</geometry></visual>'
+        for i, shape in enumerate(shapes)
     )
-    assert (
-        any("the <scale> 1 2 1 of a <model> is not supported" in str(each) for each in scene.warnings)
-        is warned
-    )
+    model = f'<model name="thing"><static>1</static><link name="l">{parts}</link></model>'
+    state = '<state world_name="room"><model name="thing"><scale>{}</scale></model></state>'
+    (link,) = world(model + state.format("2 3 4")).models[0].links
+    assert [each.geometry for each in link.collisions] == list(shapes.values())
+    assert [each.geometry for each in link.visuals] == list(shapes.values())
+    assert {each.pose.position for each in link.collisions} == {(1, 0, 0)}
+    same, refused = (world(model + state.format(scale)) for scale in ("1 1 1", "0 1 1"))
+    assert same.models == refused.models
+    assert [len(scene.warnings) for scene in (same, refused)] == [0, 1]
 
 
 # -- includes
