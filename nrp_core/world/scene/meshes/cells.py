@@ -21,6 +21,7 @@ MAX_CORNERS = 32
 """Maximum number of corners of several polygons in one cell."""
 
 _MIN_AREA = 1e-12  # m^2
+_MIN_WIDTH = 1e-4  # m; nothing falls through narrower gaps
 _ALIGNED = 0.8  # minimum cosine of the angle between polygons that are joined to one
 _SMOOTH = 0.9  # the same across an edge where the surface goes on
 _PASSES = 4
@@ -362,8 +363,14 @@ def _thick(
     firsts = np.sort(firsts)
     firsts = firsts[np.argsort(owners[firsts], kind="stable")]
     ends = np.cumsum(np.bincount(owners[firsts], minlength=count))[:-1]
-    fronts = np.split(ring[kept][firsts], ends)
+    fronts = (points[front] for front in np.split(ring[kept][firsts], ends))
     return [
-        np.concatenate([points[front], points[front] - depth * normal])
+        np.concatenate([front, front - depth * normal])
         for front, normal, depth in zip(fronts, normals, depths, strict=True)
+        if len(front) > 2 and _width(front) > _MIN_WIDTH
     ]
+
+
+def _width(points: Points) -> float:
+    """Return the second extent of points along their principal axes."""
+    return float(np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1])

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TypeAlias, TypeVar
+from urllib.parse import unquote
 
 from nrp_core import xml as xml_tree
 from nrp_core.errors import BackendError, SceneError
@@ -164,6 +166,8 @@ INSTALLED = "AMENT_PREFIX_PATH"
 SHIPPED = Path(__file__).parents[1] / "models"
 
 _SCHEMES = ("model", "package", "file")
+_FUEL = re.compile(r"(fuel\.[^/]+)/[^/]+/([^/]+)/models/([^/]+)(?:/(\d+|tip))?(?:/files)?/?(.*)")
+_FUEL_CACHES = Path("~/.gz/fuel"), Path("~/.ignition/fuel")
 _MAIN_FILES = (".sdf", ".world", ".urdf", ".xacro")
 
 
@@ -230,6 +234,8 @@ class Resources:
 
     def _candidates(self, uri: str, user: Path) -> Iterator[Path]:
         scheme, separator, rest = uri.partition("://")
+        if scheme in ("http", "https"):
+            yield from self._of_fuel(unquote(rest))
         if separator and scheme not in _SCHEMES:
             return
         beside = user.absolute().parent
@@ -243,6 +249,20 @@ class Resources:
                 yield from (folder / inner for folder in in_workspace(name, user))
             else:  # package:///meshes/a.stl is in the package of the file
                 yield from (folder / inner for folder in beside.parents)
+
+    def _of_fuel(self, rest: str) -> Iterator[Path]:
+        """Yield where a model of Gazebo Fuel may be: in the cache of Gazebo, or a folder with its name."""
+        found = _FUEL.match(rest)
+        if found is None:
+            return
+        server, owner, name, version, inner = found.groups()
+        for home in _FUEL_CACHES:
+            kept = home.expanduser() / server / owner.lower() / "models" / name.lower()
+            versions = sorted(kept.glob("*"), key=lambda folder: (len(folder.name), folder.name))
+            chosen = [folder for folder in versions if version in (None, "tip", folder.name)]
+            yield from (folder / inner for folder in chosen[-1:])
+        for folder in self._folders:
+            yield from (folder / each / inner for each in (name, name.lower().replace(" ", "_")))
 
 
 def main_file(folder: Path) -> Path | None:

@@ -291,7 +291,7 @@ def _with_unique_names(placed: list[Placed], reading: Reading) -> list[Placed]:
     result: list[Placed] = []
     for thing in placed:
         tag, name = thing.element.tag, thing.name
-        included = thing.user is not thing.element and not thing.user.word("name")
+        included = thing.user is not thing.element
         if included and not thing.merged and (tag, name) in seen:
             free = next(f"{name}_{n}" for n in count() if (tag, f"{name}_{n}") not in names)
             reading.notes.warn(

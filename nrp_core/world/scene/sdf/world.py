@@ -293,6 +293,10 @@ def _models(
                 message = f"the model '{model.name}' has no <link>: left out"
                 reading.notes.warn(model.user, Code.NRP260, message, subject=model.name)
             continue
+        if reading.lenient and (gone := _missing(model.element, reading)):
+            message = f"there is no '{gone}', of which the model '{model.name}' consists: left out"
+            reading.notes.warn(model.user, Code.NRP260, message, subject=gone)
+            continue
         own = replace(reading, robot=model.name)
         parts = read_parts(model, own, static=model.static)
         frames.add_model(model.name, model.pose(WORLD, parts.frames), parts.frames, model.user)
@@ -311,6 +315,14 @@ def _models(
         rows = tuple(in_model(row, model.name, pose) for row in inner)
         models.append(build_model(model, replace(parts, rows=parts.rows + rows), model.name, pose, own))
     return models, tuple(tie for _, _, tie in held if tie is not None)
+
+
+def _missing(model: Element, reading: Reading) -> str:
+    """Return what a model of nothing but missing includes includes first; empty for others."""
+    uris = [include.section("uri") for include in model.all("include")]
+    if model.all("link", "model") or any(reading.resources.locate(uri) for uri in uris):
+        return ""
+    return uris[0].text if uris else ""
 
 
 def _step_s(world: Element) -> float | None:

@@ -214,3 +214,34 @@ def test_without_xacro_the_remedy_is_named(tmp_path: Path, monkeypatch: pytest.M
     robot.write_text('<robot name="cart" xmlns:xacro="x"><xacro:arg name="a" default="1"/></robot>')
     with pytest.raises(SceneError, match=r"pip install 'nrp-core\[models\]'"):
         read_model(robot)
+
+
+# -- Gazebo Fuel
+
+
+def test_models_of_fuel_are_those_of_gazebos_cache_or_of_folders_with_their_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tetrahedron: Triangles
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    kept = tmp_path / ".gz/fuel/fuel.gazebosim.org/openrobotics/models/blue cart"
+    for version in ("2", "10"):
+        (kept / version / "meshes").mkdir(parents=True)
+        mass = f"<inertial><mass>{version}</mass></inertial>"
+        mesh = "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Blue%20Cart/2/files/meshes/a.stl"
+        text = SDF.format(MESH.format(mesh)).replace("<inertial/>", mass)
+        (kept / version / "model.sdf").write_text(text)
+    write_stl(kept / "2/meshes/a.stl", tetrahedron)
+    room = tmp_path / "room.sdf"
+    uri = "https://fuel.{}.org/1.0/OpenRobotics/models/{}"
+    for name, mass in (("Blue Cart", 10), ("Blue Cart/2", 2), ("Blue Cart/tip", 10)):
+        include = f"<include><uri>{uri.format('gazebosim', name)}</uri></include>"
+        room.write_text(f'<sdf version="1.9"><world name="w">{include}</world></sdf>')
+        scene = read_scene(room)
+        assert scene.models[0].links[0].inertial.mass == mass
+        assert isinstance(scene.models[0].links[0].visuals[0].geometry, Mesh)
+    names = ("Ground Plane", "Sun")
+    includes = "".join(
+        f"<include><uri>{uri.format('ignitionrobotics', name)}</uri></include>" for name in names
+    )
+    room.write_text(f'<sdf version="1.9"><world name="w">{includes}</world></sdf>')
+    assert [model.name for model in read_scene(room).models] == ["ground_plane"]

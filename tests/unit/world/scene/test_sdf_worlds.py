@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
@@ -233,6 +234,9 @@ def test_a_lenient_reader_leaves_models_out_that_are_not_there_and_names_each_on
     assert "room.sdf:4: there is no 'model://gone': left out (and 1 more)" in str(warning)
     with pytest.raises(SceneError, match="there is no 'model://gone'"):
         world(room)
+    around = world(f'<model name="m">{gone.format("a")}</model><model name="n">{LINK}</model>', lenient=True)
+    assert [model.name for model in around.models] == ["n"]
+    assert [(each.code, each.subject) for each in around.warnings] == [(Code.NRP260, "model://gone")]
 
 
 def test_includes_of_one_model_without_names_are_counted_as_gazebo_does(
@@ -248,11 +252,13 @@ def test_includes_of_one_model_without_names_are_counted_as_gazebo_does(
     ]
 
 
-def test_two_models_to_which_a_file_gives_one_name_are_its_mistake(world: WorldReader, write: Writer) -> None:
+def test_includes_with_one_name_are_counted_as_gazebo_classic_reads_them(
+    world: WorldReader, write: Writer
+) -> None:
     write(f'<model name="box">{LINK}</model>', name="box.sdf")
-    named = "<include><uri>box.sdf</uri><name>mine</name></include>"
-    with pytest.raises(SceneError, match="mine"):
-        world(named * 2)
+    scene = world("<include><uri>box.sdf</uri><name>mine</name></include>" * 2)
+    assert [model.name for model in scene.models] == ["mine", "mine_0"]
+    assert [warning.code for warning in scene.warnings] == [Code.NRP266]
 
 
 def test_nothing_is_fetched_from_the_network(world: WorldReader) -> None:
