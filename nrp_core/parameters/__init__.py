@@ -1,7 +1,6 @@
 """Parameters of brain scripts and transfer functions: declared there, set by experiments."""
 
-from nrp_core.parameters.given import GivenParameters, fitting
-from nrp_core.parameters.parameter import Parameter, Value
+from nrp_core.parameters.parameter import GivenParameters, Parameter, Value, fitting
 from nrp_core.parameters.reading import BRAIN, FUNCTIONS, Declared, read_parameters
 
 __all__ = [

@@ -6,31 +6,87 @@ import ast
 import logging
 import sys
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import ValidationError
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
 from nrp_core.brain.changes import Rewirings, Synapses
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.synapses import PLASTIC
 from nrp_core.brain.pynn.export import network_of, unique
-from nrp_core.brain.pynn.populations import SPIKE_TIMES
+from nrp_core.brain.pynn.populations import SPIKE_TIMES, ids_of, parts_of
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError, did_you_mean
 from nrp_core.findings import Findings
 from nrp_core.pynn.currents import Current, Waveform
-from nrp_core.pynn.shares import Shares
 from nrp_core.seeds import Seeds
 
 _LOOKUPS = (ast.Name, ast.Attribute, ast.Subscript)
 _ACTIVE = (ast.Call, ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)
 """Expressions with effects."""
+DEFAULT_BACKEND = "event"
+_SHORTEST_MS = 1.0
+"""The shortest run in which something can be seen: cells fire less often, and synapses take about as long."""
+_logger = logging.getLogger(__name__)
+
+
+class Shares:
+    """The projections of the network that the projections of a script became.
+
+    A projection between assemblies becomes one for each pair of populations.
+
+    Args:
+        state: the state of the script.
+        network: the network that runs.
+    """
+
+    def __init__(self, state: State, network: Network) -> None:
+        self._network = network
+        parts = iter(network.projections)
+        self._parts = {
+            projection: list(islice(parts, len(_owners(projection.pre)) * len(_owners(projection.post))))
+            for projection in state.projections
+        }
+        self._found: dict[Any, list[tuple[str, Any]]] = {}
+
+    def __contains__(self, projection: Any) -> bool:
+        return projection in self._parts
+
+    def of(self, projection: Any) -> list[tuple[str, Any]]:
+        """Return the label of each share of a script's projection, and the index of its synapses in that."""
+        if projection not in self._found:
+            self._found[projection] = list(self._split(projection))
+        return self._found[projection]
+
+    def _split(self, projection: Any) -> Iterator[tuple[str, Any]]:
+        parts = self._parts[projection]
+        if len(parts) == 1:  # all of them; a list of these would be larger than the network
+            yield parts[0].label, slice(None)
+            return
+        pre = ids_of(projection.pre)[projection.pre_index]
+        post = ids_of(projection.post)[projection.post_index]
+        for part in parts:
+            inside = _of(self._network, part.pre, pre) & _of(self._network, part.post, post)
+            yield part.label, np.flatnonzero(inside)
+
+
+def _owners(cells: Any) -> set[Any]:
+    return {part._owner() for part in parts_of(cells)}
+
+
+def _of(network: Network, label: str, ids: IntArray) -> npt.NDArray[np.bool_]:
+    first = network.offsets[label]
+    inside: npt.NDArray[np.bool_] = (ids >= first) & (ids < first + network.populations[label].size)
+    return inside
 
 
 def acts(value: ast.expr) -> bool:
@@ -69,12 +125,6 @@ def useless_expressions(script: bytes) -> Iterator[str]:
             and (message := useless_expression(node.value))
         ):
             yield f"line {node.lineno}: {message}"
-
-
-DEFAULT_BACKEND = "event"
-_SHORTEST_MS = 1.0
-"""The shortest run in which something can be seen: cells fire less often, and synapses take about as long."""
-_logger = logging.getLogger(__name__)
 
 
 class RunningState(State):
