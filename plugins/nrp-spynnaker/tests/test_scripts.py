@@ -284,6 +284,7 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
             "no argument 'databse_notify_port_num'; did you mean 'database_notify_port_num'",
         ),
         ("p.external_devices.activate_live_output_for('cells')", "its population is 'cells'; it must be"),
+        ("p.Projection(input, input, p.OneToOneConnector(), p.StaticSynapse())", "its source is <built"),
         ("live(['a']); p.Population(1, cell); p.run(1)", "names 'a', which has no live output"),
         ("p.external_devices.activate_live_output_for(p.Population(1, cell), port=70000)", "port is 70000"),
         (

@@ -17,7 +17,8 @@ _SIMULATOR: Final = "spynnaker.pyNN"
 _EXCEPTIONS: Final = (
     "SpynnakerException", "ConfigurationException", "DelayExtensionException", "FilterableException",
     "InvalidParameterType", "MemReadException", "PacmanConfigurationException", "SpinnFrontEndException",
-    "SpinnmanException", "SpynnakerSplitterConfigurationException", "SynapseRowTooBigException",
+    "SpinnmanException", "SpinnmanIOException", "SpinnmanTimeoutException",
+    "SpynnakerSplitterConfigurationException", "SynapseRowTooBigException",
     "SynapticBlockGenerationException", "SynapticBlockReadException", "SynapticConfigurationException",
     "SynapticMaxIncomingAtomsSupportException",
 )  # fmt: skip
