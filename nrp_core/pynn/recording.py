@@ -162,7 +162,10 @@ class Recorder(recording.Recorder):
         chosen = set(self.recorded) if variables == "all" else set(self.recorded) & set(variables)
         segment = super()._get_current_segment(filter_ids, chosen - {REWIRING}, clear)
         if len(segment.spiketrains):
-            segment.spiketrains = SpikeTrains(segment.spiketrains)
+            ids = np.array(sorted(self.filter_recorded(SPIKES, filter_ids)), dtype=np.int64)
+            segment.spiketrains = SpikeTrains(segment.spiketrains, ids)
+        for signal in segment.analogsignals:  # as the trains, with PyNN's name until 0.9
+            signal.annotate(source_ids=signal.annotations["channel_ids"])
         if not len(segment.analogsignals):
             names = sorted(one.name for one in self.recorded if self.recorded[one])
             segment.description += f"\nThere are no signals here; recorded: {', '.join(names) or 'nothing'}."

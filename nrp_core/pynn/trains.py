@@ -20,11 +20,14 @@ class SpikeTrains(SpikeTrainList):
 
     Args:
         found: the list that PyNN made from arrays.
+        source_id: a further annotation of the trains, one for each.
     """
 
-    def __init__(self, found: SpikeTrainList) -> None:
+    def __init__(self, found: SpikeTrainList, source_id: Any = None) -> None:
         super().__init__()
         self.__dict__.update(vars(found))
+        if source_id is not None:
+            self._annotations: dict[str, Any] = {**vars(found)["_annotations"], "source_id": source_id}
 
     def __reduce__(self) -> Any:
         """Return a copy as Neo's own class, so that files of it need only Neo."""

@@ -188,3 +188,12 @@ def test_samples_at_longer_intervals_begin_with_a_run(tmp_path: Path) -> None:
     )
     assert [one.shape for one in script.first.segments[0].analogsignals] == [(4, 2)] * 2  # 0, 3, 6, 9 ms
     assert [one.shape for one in script.cells.get_data().segments[0].analogsignals] == [(3, 2)] * 2
+
+
+def test_data_name_their_cells_as_those_of_a_machine(tmp_path: Path) -> None:
+    """``source_id`` and ``source_ids`` as in ``neo_csv.py`` of sPyNNaker 7.4.1, and in PyNN until 0.9."""
+    lines = "p.Population(3, p.IF_curr_exp())\ncells = p.Population(2, p.IF_curr_exp())\n"
+    script = run(tmp_path, f"{HEAD}{lines}cells.record(['spikes', 'v'])\np.run(2)\ndata = cells.get_data()\n")
+    segment, first = script.data.segments[0], int(script.cells.first_id)
+    assert [train.annotations["source_id"] - first for train in segment.spiketrains] == [0, 1]
+    assert (segment.analogsignals[0].annotations["source_ids"] - first).tolist() == [0, 1]
