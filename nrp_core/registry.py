@@ -28,6 +28,11 @@ from nrp_core.errors import (
 T = TypeVar("T")
 
 OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
+    "nrp-ebrains": {
+        "nrp_core.experiment_readers": [".json"],
+        "nrp_core.importers": [".json"],
+        "nrp_core.platforms": ["nrp_core_4"],
+    },
     "nrp-formats": {
         "nrp_core.commands": ["import-connectome"],
         "nrp_core.networks": [".json", ".nir"],

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from nrp_core.experiment.reading.reader import read_form as read_form
     from nrp_core.experiment.reading.reader import read_form_tree as read_form_tree
     from nrp_core.experiment.reading.reader import read_yaml as read_yaml
+    from nrp_core.experiment.reading.yaml_tree import parse_tree as parse_tree
     from nrp_core.experiment.running.observers import Participant as Participant
     from nrp_core.experiment.running.observers import RunObserver as RunObserver
     from nrp_core.experiment.running.result import Result as Result
@@ -65,6 +66,7 @@ else:
             "nrp_core.experiment.reading.reader": (
                 "Platform experiment_of form_of overridden read_form read_form_tree read_yaml"
             ),
+            "nrp_core.experiment.reading.yaml_tree": "parse_tree",
             "nrp_core.experiment.running.observers": "Participant RunObserver",
             "nrp_core.experiment.running.result": "Result recorded_judgement",
             "nrp_core.experiment.running.run": "Run",

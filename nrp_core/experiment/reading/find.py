@@ -23,6 +23,8 @@ from nrp_core.paths import MissingFileError, require_target
 from nrp_core.registry import Registry
 
 Reader = Callable[[Path, Sequence[str]], Experiment]
+"""Reads a file with overrides. If other files have its suffix, too, it has an attribute ``recognizes``, a
+function that returns whether a file is an experiment."""
 
 SHIPPED: Registry[ModuleType] = Registry("nrp_core.experiments", "experiment")
 READERS: Registry[Reader] = Registry("nrp_core.experiment_readers", "experiment reader")
@@ -140,7 +142,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
 
 def _in_archive(archive: Path) -> Path:
     suffixes, top = READERS.names(), unpack(archive)
-    found = [path for path in top.rglob("*") if path.suffix in suffixes and path.name[:1] != "."]
+    found = [path for path in top.rglob("*") if path.name[:1] != "." and _is_experiment(path)]
     if not found:
         _require_readers(top.rglob("*"))
         raise ExperimentError(
@@ -152,7 +154,7 @@ def _in_archive(archive: Path) -> Path:
 
 
 def _in_folder(folder: Path) -> Path:
-    found = sorted(path for path in folder.iterdir() if path.suffix in READERS.names())
+    found = sorted(path for path in folder.iterdir() if _is_experiment(path))
     named = [path for path in found if path.stem == STEM] or found
     if len(named) == 1:
         try:
@@ -165,6 +167,14 @@ def _in_folder(folder: Path) -> Path:
         raise ExperimentError("the folder does not contain an experiment (experiment.yaml)", path=folder)
     several = ", ".join(path.name for path in named)
     raise ExperimentError(f"the folder holds several experiments; name one: {several}", path=folder)
+
+
+def _is_experiment(path: Path) -> bool:
+    """Return whether a file is one that an installed reader reads."""
+    if path.suffix not in READERS.names():
+        return False
+    recognizes = getattr(READERS.load(path.suffix), "recognizes", None)
+    return recognizes is None or recognizes(path)
 
 
 def _require_readers(paths: Iterable[Path]) -> None:
@@ -184,7 +194,6 @@ def _require_readers(paths: Iterable[Path]) -> None:
 def _variants(package: str) -> dict[str, Path]:
     """Return the files of a shipped package by the names that users give them."""
     folder = Path(str(SHIPPED.load(package).__file__)).parent
-    suffixes = READERS.names()
-    files = (path for path in folder.iterdir() if path.suffix in suffixes)
+    files = (path for path in folder.iterdir() if _is_experiment(path))
     ordered = sorted(files, key=lambda path: (path.stem != STEM, path.name))
     return {package if path.stem == STEM else f"{package}/{path.stem}": path for path in ordered}

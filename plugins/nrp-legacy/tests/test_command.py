@@ -26,8 +26,8 @@ def result_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> dict[
 def test_a_folder_without_an_exc_file_is_not_imported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert app.run_app(["import", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
-    assert f"there is no .exc file in the folder {tmp_path}" in capsys.readouterr().err
+    assert app.run_app(["import", str(tmp_path), "-o", str(tmp_path / "out")]) == 3
+    assert str(tmp_path) in capsys.readouterr().err
 
 
 def test_a_folder_with_an_exc_file_runs(corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:

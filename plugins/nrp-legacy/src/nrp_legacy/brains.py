@@ -355,19 +355,31 @@ def _keep(
     built: BuiltBrain, kernel: RunningKernel, network: Network, variables: dict[str, Any], sim: ModuleType
 ) -> None:
     """Connect the variables of a brain file to the brain that will run."""
-    made = Conversion(kernel)
-    built.network = network
+    made = connect_nest(built, kernel, network)
     contents = Contents(built, made.cells_of)
     contents.replace(variables)
     built.variables, built.show = variables, contents.shown
-    if kernel.groups:
-        nodes = {cell: node for node, cell in made.ids.items()}
-        built.node_of = lambda neuron: nodes[neuron]
-    recorded = _recorded_by_nest(kernel, made) if kernel.groups else _recorded_by_pynn(sim)
+    recorded = [cells.tolist() for cells in built.recorded] if kernel.groups else _recorded_by_pynn(sim)
     heard = [cells.tolist() for cells in kernel.joined.recorded.values()]
     recorded += [cells for cells in heard if cells not in map(sorted, recorded)]
     built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
     built.recorded_states = [] if kernel.groups else _states_recorded_by_pynn(sim)
+
+
+def connect_nest(built: BuiltBrain, kernel: RunningKernel, network: Network) -> Conversion:
+    """Connect the nodes of NEST, if there are any, to the brain that will run.
+
+    Returns:
+        the conversion of the nodes.
+    """
+    made = Conversion(kernel)
+    built.network = network
+    if kernel.groups:
+        nodes = {cell: node for node, cell in made.ids.items()}
+        built.node_of = lambda neuron: nodes[neuron]
+        recorded = _recorded_by_nest(kernel, made)
+        built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
+    return made
 
 
 def _recorded_by_nest(kernel: Kernel, made: Conversion) -> list[list[int]]:

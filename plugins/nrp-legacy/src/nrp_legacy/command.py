@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -9,33 +10,40 @@ import typer
 
 from nrp_core.cli.options import Json, Models
 from nrp_core.cli.output import document
+from nrp_core.registry import Registry
+
+Importer = Callable[[Path, Path, Sequence[str]], Mapping[str, object]]
+"""Writes an experiment to a folder, given overrides, and returns lists of notes by title."""
+IMPORTERS: Registry[Importer] = Registry("nrp_core.importers", "importer of experiments")
+"""Importers by the suffixes of the files that they read."""
+_FILE = "experiment.yaml"
 
 
 def import_experiment(
     file: Annotated[
-        Path, typer.Argument(metavar="EXPERIMENT.exc", help="The platform's experiment file, or its folder.")
+        Path, typer.Argument(metavar="EXPERIMENT", help="The experiment's file (.exc, .json), or its folder.")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Write to this folder.")],
     models: Models = None,
     json: Json = False,
 ) -> None:
-    """Convert an experiment of the Neurorobotics Platform to this program's own format."""
+    """Convert an experiment of another platform to this program's own format."""
     from nrp_core.cli.options import overrides_of
-    from nrp_legacy.convert.folder import FILE, write_folder
-    from nrp_legacy.reader import read_exc
+    from nrp_core.experiment import find_file
 
     if output.is_dir() and any(output.iterdir()):
         raise typer.BadParameter(f"the folder {output} is not empty", param_hint="--output")
-    documents = sorted(file.glob("*.exc")) if file.is_dir() else [file]
-    if not documents:
-        raise typer.BadParameter(f"there is no .exc file in the folder {file}", param_hint="EXPERIMENT.exc")
-    path = documents[0]
+    path = find_file(str(file))
+    if path.suffix not in IMPORTERS.names():
+        valid = ", ".join(IMPORTERS.names())
+        raise typer.BadParameter(f"{path.name} is not of another platform, whose files end in {valid}")
     overrides = overrides_of([], brain=None, world=None, models=models)
-    report = write_folder(read_exc(path, overrides), output)
+    report = IMPORTERS.load(path.suffix)(path, output, overrides)
     if json:
-        document({"file": output / FILE, **vars(report)})
+        document({"file": output / _FILE, **report})
         return
-    typer.echo(str(output / FILE))
-    for title, items in vars(report).items():
+    typer.echo(str(output / _FILE))
+    for title, items in report.items():
+        assert isinstance(items, Sequence)
         for item in items:
             typer.echo(f"{title.replace('_', ' ')}: {item}", err=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,6 +39,7 @@ from nrp_legacy.files import Library
 from nrp_legacy.imported import RESOURCES
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.namespace import Namespace
+from nrp_legacy.reader import read_exc
 from nrp_legacy.shims.service_states import SetMaterialColorServiceState
 from nrp_legacy.shims.smach import StateMachine
 from nrp_legacy.shims.states import ClientLogState, ClockDelayState, PollingState, WaitToClockState
@@ -217,6 +218,11 @@ def write_folder(experiment: Experiment, folder: Path) -> Report:
         kept |= missing
         for written in (FUNCTIONS, MACHINES):
             shutil.rmtree(folder / written, ignore_errors=True)
+
+
+def import_exc(path: Path, folder: Path, overrides: Sequence[str] = ()) -> Mapping[str, object]:
+    """Write the experiment of an ``.exc`` file into a folder, and return lists of notes by title."""
+    return vars(write_folder(read_exc(path, overrides), folder))
 
 
 def _chosen(section: BackendSection) -> dict[str, Any]:

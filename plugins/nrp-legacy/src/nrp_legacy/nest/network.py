@@ -133,6 +133,7 @@ class Conversion:
 
     Attributes:
         ids: the neurons of nodes, by their numbers.
+        sources: the sources of spikes of Poisson generators, one for each synapse, by their numbers.
         places: for each projection, the block and the indices of its synapses there, and the factor from
             NEST's unit to the network's.
         network: the network.
@@ -145,6 +146,7 @@ class Conversion:
         self._projections: list[Projection] = []
         self._labels: dict[int, str] = {}
         self.ids: dict[int, int] = {}
+        self.sources: dict[int, list[int]] = {}
         self.places: list[tuple[Block, IntArray, float]] = []
         self.network = self._made()
 
@@ -198,6 +200,9 @@ class Conversion:
 
     def _own_sources(self, source: Group, pre: IntArray) -> str:
         label = unique([*self._populations, source.model])[-1]
+        first = sum(population.size for population in self._populations.values())
+        for i, place in enumerate(pre.tolist()):
+            self.sources.setdefault(source.first + place, []).append(first + i)
         self._populations[label] = Population(label, len(pre), "SpikeSourcePoisson", trains_at(source, pre))
         return label
 

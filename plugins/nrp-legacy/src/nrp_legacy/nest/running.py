@@ -42,6 +42,7 @@ class RunningKernel(Kernel):
         super().__init__(seed)
         self._built = built
         self._now: Conversion | None = None
+        self._numbering: tuple[dict[int, int], dict[int, list[int]]] | None = None
         self._labels: list[str] | None = None
         self._since_ms: dict[int, float] = {}
         self.joined = Joined()
@@ -51,7 +52,7 @@ class RunningKernel(Kernel):
         first = deepcopy(([one.values for one in self.groups], [one.values for one in self.blocks]))
 
         def reset(_loop: object) -> None:
-            self._now = None
+            self._now = self._numbering = None
             self._since_ms.clear()
             groups, blocks = deepcopy(first)
             if not groups:
@@ -79,6 +80,13 @@ class RunningKernel(Kernel):
         if self._now is None:
             self._now = Conversion(self)
         return self._now
+
+    def _numbers(self) -> tuple[dict[int, int], dict[int, list[int]]]:
+        """Return the neurons of nodes, and the sources of Poisson generators, which never change."""
+        if self._numbering is None:
+            made = self._converted()
+            self._numbering = made.ids, made.sources
+        return self._numbering
 
     @contextmanager
     def changing(self) -> Iterator[None]:
@@ -135,10 +143,21 @@ class RunningKernel(Kernel):
                 self._since_ms[int(node)] = self._built.now_ms
             if int(node) in self.joined.sources:
                 self._set_sources(int(node), given)
+            elif given.keys() == {"rate"} and self.group_of(node).base == POISSON:
+                self._set_rate(int(node), float(given["rate"]))
             elif int(node) not in self.joined.recorded:
                 others.append((self._number(node), given))
         if others:
             super().set_nodes([node for node, _ in others], [given for _, given in others])
+
+    def _set_rate(self, node: int, rate_hz: float) -> None:
+        """Change the rate of a Poisson generator without a comparison of the whole network."""
+        group = self.group_of(node)
+        group.set("rate", [node - group.first], [rate_hz])
+        self._now = None
+        sources = np.array(self._numbers()[1].get(node, ()), dtype=np.int64)
+        if sources.size:
+            self._built.set_parameters(sources, {"rate": np.full(len(sources), rate_hz)})
 
     def _number(self, node: int) -> int:
         """Return the node that a node beside cells of PyNN has become."""
@@ -164,7 +183,7 @@ class RunningKernel(Kernel):
         values = super().node_values(self._number(node))
         if self._built.run is None:
             return values
-        cells, group = self._converted().ids, self.group_of(node)
+        cells, group = self._numbers()[0], self.group_of(node)
         if group.base in CELLS:
             values["V_m"] = float(self._built.brain.read_state("v", [cells[node]])[0])
         elif group.base in SPIKE_RECORDERS:
@@ -173,7 +192,7 @@ class RunningKernel(Kernel):
 
     def _recorded_cells(self, node: int) -> dict[str, Any]:
         """Return the spikes of a recorder so far."""
-        ids = self._converted().ids
+        ids = self._numbers()[0]
         heard = self.joined.recorded.get(int(node))
         if heard is None:
             heard = np.array(

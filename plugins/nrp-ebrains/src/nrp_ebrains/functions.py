@@ -1,0 +1,242 @@
+"""Preprocessing, transceiver and status functions: their decorators, and how their files are loaded."""
+
+# ruff: noqa: A002, N803 - the names of NRP-core 4
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from nrp_core.errors import TransferFunctionError, did_you_mean
+from nrp_core.scripts import Scope
+from nrp_ebrains.datapacks import DataPack, DataPackIdentifier, Identity, RawData
+
+
+class Kind(Enum):
+    """When a function runs, and what it returns."""
+
+    PREPROCESSING = "preprocessing"
+    """Before the others; its datapacks are for them."""
+    TRANSCEIVER = "transceiver"
+    """Its datapacks are for engines."""
+    STATUS = "status"
+    """Last; it returns whether the run is done, and a list of data."""
+
+
+@dataclass
+class Function:
+    """One function with what its decorators ask for.
+
+    Args:
+        kind: its kind.
+        engine: the engine with which it runs; empty for a status function.
+        call: the function of the file.
+        inputs: the datapack of each keyword; a list of them is given as a dictionary by name.
+        preprocessed: the keywords whose datapacks preprocessing functions make.
+        time, iteration: the keywords that get simulated time (ns) and the number of the iteration.
+        path: its file.
+    """
+
+    kind: Kind
+    engine: str
+    call: Callable[..., Any]
+    inputs: dict[str, Identity | list[Identity]] = field(default_factory=dict)
+    preprocessed: set[str] = field(default_factory=set)
+    time: str = ""
+    iteration: str = ""
+    path: Path | None = None
+
+    def requested(self) -> Iterator[Identity]:
+        """Yield the datapacks that engines must provide."""
+        for keyword, asked in self.inputs.items():
+            if keyword not in self.preprocessed:
+                yield from asked if isinstance(asked, list) else (asked,)
+
+    def arguments(self, find: Callable[[Identity], DataPack], t_ns: int, iteration: int) -> dict[str, Any]:
+        """Return the arguments of a call.
+
+        Args:
+            find: returns a datapack.
+            t_ns: simulated time.
+            iteration: number of the iteration, from 0.
+        """
+        given: dict[str, Any] = {
+            keyword: {one.name: find(one).copy() for one in asked}
+            if isinstance(asked, list)
+            else find(asked).copy()
+            for keyword, asked in self.inputs.items()
+        }
+        if self.time:
+            given[self.time] = t_ns
+        if self.iteration:
+            given[self.iteration] = iteration
+        return given
+
+
+class Decorators:
+    """The decorators of function files, which register functions here.
+
+    Attributes:
+        registered: the functions so far.
+    """
+
+    def __init__(self) -> None:
+        self.registered: list[Function] = []
+
+    def names(self) -> Mapping[str, Any]:
+        """Return the names that ``from nrp_core import *`` gives a file."""
+        return {
+            "DataPackIdentifier": DataPackIdentifier,
+            "TransceiverFunction": self.transceiver,
+            "PreprocessingFunction": self.preprocessing,
+            "StatusFunction": self.status,
+            "EngineDataPack": _engine_datapack,
+            "EngineDataPacks": _engine_datapacks,
+            "PreprocessedDataPack": _preprocessed_datapack,
+            "SimulationTime": _simulation_time,
+            "SimulationIteration": _simulation_iteration,
+        }
+
+    def transceiver(
+        self,
+        engineName: str,
+        isPreprocessing: bool = False,
+    ) -> Callable[[Callable[..., Any]], Function]:
+        """Register a function that runs with an engine."""
+        return self._registering(Kind.PREPROCESSING if isPreprocessing else Kind.TRANSCEIVER, engineName)
+
+    def preprocessing(self, engineName: str) -> Callable[[Callable[..., Any]], Function]:
+        """Register a function that makes datapacks of an engine for other functions."""
+        return self._registering(Kind.PREPROCESSING, engineName)
+
+    def status(self) -> Callable[[Callable[..., Any]], Function]:
+        """Register the function that decides whether the run is done."""
+        return self._registering(Kind.STATUS, "")
+
+    def _registering(self, kind: Kind, engine: str) -> Callable[[Callable[..., Any]], Function]:
+        def register(call: Callable[..., Any]) -> Function:
+            function = Function(kind, engine, call)
+            self.registered.append(function)
+            return function
+
+        return register
+
+
+def _on_function(change: Callable[[Function], None]) -> Callable[[Function], Function]:
+    def decorate(function: Function) -> Function:
+        if not isinstance(function, Function):
+            raise TransferFunctionError(
+                "the decorator next to 'def' must be TransceiverFunction, PreprocessingFunction or "
+                "StatusFunction; inputs stand above it"
+            )
+        change(function)
+        return function
+
+    return decorate
+
+
+def _engine_datapack(
+    keyword: str,
+    id: DataPackIdentifier,
+    isPreprocessed: bool = False,
+) -> Callable[[Function], Function]:
+    def ask(function: Function) -> None:
+        function.inputs[keyword] = id.identity
+        if isPreprocessed:
+            function.preprocessed.add(keyword)
+
+    return _on_function(ask)
+
+
+def _preprocessed_datapack(keyword: str, id: DataPackIdentifier) -> Callable[[Function], Function]:
+    return _engine_datapack(keyword, id, isPreprocessed=True)
+
+
+def _engine_datapacks(
+    keyword: str,
+    datapackNames: Sequence[str],
+    engineName: str,
+    isPreprocessed: bool = False,
+) -> Callable[[Function], Function]:
+    def ask(function: Function) -> None:
+        function.inputs[keyword] = [Identity(name, engineName) for name in datapackNames]
+        if isPreprocessed:
+            function.preprocessed.add(keyword)
+
+    return _on_function(ask)
+
+
+def _simulation_time(keyword: str) -> Callable[[Function], Function]:
+    return _on_function(lambda function: setattr(function, "time", keyword))
+
+
+def _simulation_iteration(keyword: str) -> Callable[[Function], Function]:
+    return _on_function(lambda function: setattr(function, "iteration", keyword))
+
+
+def load_function(path: Path, scope: Scope, module: Any, decorators: Decorators) -> Function:
+    """Execute a function file in the module that all of them share, and return its function.
+
+    Raises:
+        TransferFunctionError: it raises, or does not register exactly one function.
+    """
+    before = len(decorators.registered)
+    try:
+        scope.run(path, module=module)
+    except (Exception, SystemExit) as error:
+        raise scope.located(error, TransferFunctionError, path) from error
+    found = decorators.registered[before:]
+    if len(found) != 1:
+        raise TransferFunctionError(
+            f"a file must register exactly one function, and this one registers {len(found)}", path=path
+        )
+    found[0].path = path
+    return found[0]
+
+
+def datapacks_of(function: Function, result: Any) -> list[DataPack]:
+    """Return the datapacks that a call returned.
+
+    Raises:
+        TransferFunctionError: it returned something else.
+    """
+    packs = result if isinstance(result, list | tuple) else [result]
+    for pack in packs:
+        if not isinstance(pack, DataPack):
+            raise TransferFunctionError(
+                f"a {function.kind.value} function returns a list of datapacks, not {type(pack).__name__}; "
+                "an empty list for none",
+                path=function.path,
+            )
+    return list(packs)
+
+
+def status_of(function: Function, result: Any) -> tuple[bool, list[Any]]:
+    """Return whether a status function says that the run is done, and its data.
+
+    Raises:
+        TransferFunctionError: it returned something else.
+    """
+    if not (isinstance(result, tuple) and len(result) == 2 and isinstance(result[1], list | tuple)):
+        raise TransferFunctionError(
+            "a status function returns a pair: whether the run is done, and a list of data",
+            path=function.path,
+        )
+    data = [one.data if isinstance(one, RawData | DataPack) else one for one in result[1]]
+    return bool(result[0]), data
+
+
+def require_engines(functions: Sequence[Function], engines: Sequence[str]) -> None:
+    """Require that functions name engines that exist.
+
+    Raises:
+        TransferFunctionError: one does not.
+    """
+    for function in functions:
+        named = [function.engine] if function.engine else []
+        for name in (*named, *(one.engine for one in function.requested())):
+            if name not in engines:
+                message = f"there is no engine '{name}'{did_you_mean(name, engines)}"
+                raise TransferFunctionError(message, path=function.path)

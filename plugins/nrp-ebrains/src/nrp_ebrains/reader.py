@@ -1,0 +1,133 @@
+"""Read a ``simulation_config.json`` as one of our experiments, and write it as one."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+from nrp_legacy.files import EMPTY_ROOM
+from ruamel.yaml import YAML
+
+from nrp_core.clock import NS_PER_S
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment import Experiment, Place, Tree, experiment_of
+from nrp_core.findings import Code, Finding, InvalidExperimentError
+from nrp_ebrains.config import (
+    GAZEBO,
+    NEST,
+    WHAT,
+    Configuration,
+    file_in,
+    is_configuration,
+    read_configuration,
+)
+from nrp_ebrains.maker import ConfigurationMaker
+
+DURATION_S = 10.0
+"""The duration of an experiment without a timeout."""
+FILE = "experiment.yaml"
+
+
+def read_json(path: Path, overrides: Sequence[str] = ()) -> Experiment:
+    """Read an experiment of NRP-core 4, to run it unchanged.
+
+    Args:
+        path: the configuration.
+        overrides: ``dotted.key=value`` of our own format.
+
+    Raises:
+        InvalidExperimentError: it is not valid, or needs something that is not supported.
+    """
+    path = path.resolve()
+    if not is_configuration(path):
+        message = f"this JSON file is not {WHAT}: it has no EngineConfigs"
+        raise InvalidExperimentError([Finding(Code.NRP200, message, path=path)])
+    configuration, source, notes = read_configuration(path)
+    tree = _placed(_described(path, configuration), source.place)
+    experiment = experiment_of(tree, overrides)
+    return experiment.with_maker(ConfigurationMaker(path, configuration, notes)).with_overrides(overrides)
+
+
+read_json.recognizes = is_configuration  # type: ignore[attr-defined] # most JSON files are something else
+
+
+def _described(path: Path, configuration: Configuration) -> dict[str, Any]:
+    """Return the contents of the file in the keys of our experiments."""
+    folder, step_ns = path.parent, configuration.timestep_ns
+    timeout_s = configuration.SimulationTimeout or DURATION_S
+    duration_ns = ceil(round(timeout_s * NS_PER_S) / step_ns) * step_ns
+    nest, gazebo = configuration.engines(*NEST), configuration.engines(*GAZEBO)
+    model = file_in(folder, nest[0].NestInitFileName) if nest else path
+    world: dict[str, Any] = {"backend": "mujoco", "scene": str(EMPTY_ROOM)}
+    for engine in gazebo:
+        world["scene"] = str(file_in(folder, engine.GazeboWorldFile))
+        world["robots"] = {
+            one.Name: {"model": str(file_in(folder, one.File)), "pose": one.pose}
+            for one in engine.GazeboSDFModels
+        }
+    return {
+        "name": configuration.SimulationName or path.parent.name or "experiment",
+        "description": configuration.SimulationDescription,
+        "timestep": f"{step_ns} ns",
+        "duration": f"{duration_ns} ns",
+        "seed": gazebo[0].GazeboRNGSeed if gazebo else 0,
+        "brain": {"backend": "event", "model": str(model)},
+        "world": world,
+        "strict": False,
+        "models": [str(folder)],
+    }
+
+
+def _placed(data: Any, place: Place) -> Tree:
+    """Return data as a tree, all of it at the place of the file."""
+    if isinstance(data, dict):
+        return Tree({key: _placed(value, place) for key, value in data.items()}, place)
+    if isinstance(data, list):
+        return Tree([_placed(value, place) for value in data], place)
+    return Tree(data, place)
+
+
+def import_configuration(path: Path, output: Path, overrides: Sequence[str] = ()) -> dict[str, list[str]]:
+    """Write an experiment of NRP-core 4 as a folder in our own format, with a copy of its files.
+
+    Args:
+        path: the configuration.
+        output: the folder, which is made.
+        overrides: as of :func:`read_json`; only checked.
+
+    Returns:
+        lists of notes by title.
+
+    Raises:
+        InvalidExperimentError: the configuration is not valid.
+        ExperimentError: the folder is inside that of the experiment.
+    """
+    path = path.resolve()
+    read_json(path, overrides)
+    configuration, _, notes = read_configuration(path)
+    if output.resolve().is_relative_to(path.parent):
+        raise ExperimentError(f"the folder {output} is inside the experiment's own; name another")
+    shutil.copytree(
+        path.parent, output, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__", ".git")
+    )
+    described = _relative(_described(path, configuration), str(path.parent))
+    described["compatibility"] = {"platform": "nrp_core_4", "options": {"configuration": path.name}}
+    yaml = YAML()
+    yaml.default_flow_style = False
+    with (output / FILE).open("w", encoding="utf-8") as file:
+        yaml.dump(described, file)
+    return {"notes": [str(note) for note in notes]}
+
+
+def _relative(data: Any, folder: str) -> Any:
+    """Return data with paths relative to a folder."""
+    if isinstance(data, dict):
+        return {key: _relative(value, folder) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_relative(value, folder) for value in data]
+    if isinstance(data, str) and data.startswith(folder):
+        return data[len(folder) :].lstrip("/") or "."
+    return data
