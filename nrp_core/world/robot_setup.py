@@ -312,7 +312,7 @@ def _controller(model: Model, joint: str, control: JointControl) -> JointControl
     assert control.mode != "trajectory"
     topic = resolve_name(f"{joint}/{TOPICS[control.mode]}".replace("::", "/"), model.name)
     gains = Pid() if control.mode == "effort" else control.gains
-    return JointController(joint, control.mode, topic, gains)
+    return JointController(joint, control.mode, topic, gains, holds=control.mode == "position")
 
 
 def _groups(model: Model, controls: Mapping[tuple[str, str], JointControl]) -> Iterator[GroupController]:
@@ -338,7 +338,7 @@ def _groups(model: Model, controls: Mapping[tuple[str, str], JointControl]) -> I
 def _leader(model: Model, led: Mapping[str, JointControl]) -> TrajectoryController:
     command, state = (resolve_name(f"{TRAJECTORY}/{end}", model.name) for end in ("command", "state"))
     gains = tuple((joint, control.gains) for joint, control in led.items() if control.gains is not None)
-    return TrajectoryController(TRAJECTORY, command, tuple(led), gains, state_topic=state)
+    return TrajectoryController(TRAJECTORY, command, tuple(led), gains, state_topic=state, holds=True)
 
 
 _NONE: Final[Mapping[str, str]] = MappingProxyType({})

@@ -135,6 +135,8 @@ class ControllerPart(Part):
         starts = [(each.topic, Target(each.initial)) for each in every if each.initial is not None]
         self._initial = starts[-1] if starts else None
         self._own = self._initial
+        self._holder = next((each.topic for each in every if each.holds), None)
+        self._start: Command | None = None
         self._leader: Leader | None = None
         self._number = 0
         self._integral = 0.0
@@ -225,17 +227,28 @@ class ControllerPart(Part):
     def begin(self) -> None:
         if self._initial is not None:
             self._set_target(0)
+        elif self._holder is not None and self._command is None and self._engine.capabilities.joint_control:
+            self._hold(self._holder)
+
+    def _hold(self, topic: str) -> None:
+        """Hold the present position until the first command."""
+        self._command = self._start = topic, Target(self._now("position"))
+        self._set_target(self._engine.now_ns)
+
+    def on_model_moved(self) -> None:
+        if self._start is not None and self._command == self._start:
+            self._hold(self._start[0])
 
     def reset(self) -> None:
-        self._command, self._integral = self._initial, 0.0
+        self._command, self._integral, self._start = self._initial, 0.0, None
         self.deadline_ns = None
 
     def save(self) -> object:
-        return self._command, self._integral, self.deadline_ns
+        return self._command, self._integral, self.deadline_ns, self._start
 
     def restore(self, saved: Any) -> None:
         before = self._command
-        self._command, self._integral, deadline_ns = saved
+        self._command, self._integral, deadline_ns, self._start = saved
         if before is not None or self._command is not None:
             self._set_target(0)
         self.deadline_ns = deadline_ns

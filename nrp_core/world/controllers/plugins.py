@@ -46,6 +46,7 @@ def read_trajectory_system(plugin: Element, model: ModelParts, reading: Reading)
         _gains(plugin, chosen),
         tuple(zip(chosen, _values(plugin, "initial_position"), strict=False)),
         resolve_name(state, reading.robot) if state else None,
+        holds=True,
     )
     return _single_actuators(controller)
 

@@ -241,7 +241,9 @@ class JointController:
         topic: the absolute topic of commands.
         gains: gains of the error in position or in velocity, not used for efforts; None: the joint follows
             within some hundredths of a second with any load within its limits of effort and velocity.
-        initial: the target before the first command; None: the joint is free.
+        initial: the target before the first command; None: see ``holds``.
+        holds: whether the joint holds its start position before the first command, as in ros2_control; else
+            it is free, as with most plugins of Gazebo.
     """
 
     joint: str
@@ -249,6 +251,7 @@ class JointController:
     topic: str
     gains: Pid | None = Pid()
     initial: float | None = None
+    holds: bool = False
 
     @property
     def is_firm(self) -> bool:
@@ -320,8 +323,9 @@ class GroupController:
     gains: tuple[tuple[str, Pid], ...] = ()
 
     def of_joint(self, joint: str) -> JointController:
-        """Return the controller of one of its joints."""
-        return JointController(joint, self.kind, self.topic, dict(self.gains).get(joint))
+        """Return the controller of one of its joints; positions are held before the first command."""
+        gains = dict(self.gains).get(joint)
+        return JointController(joint, self.kind, self.topic, gains, holds=self.kind == "position")
 
     def renamed(self, named: Rename) -> GroupController:
         """Return the same controller for a model whose parts are renamed."""
@@ -338,9 +342,11 @@ class TrajectoryController:
         command_topic: the absolute topic of commands.
         joints: their names.
         gains: gains by joint, as those of :class:`JointController`; None for joints without gains.
-        initial: positions by joint in which it is held before the first trajectory; the others are free.
+        initial: positions by joint in which it is held before the first trajectory.
         state_topic: topic of its state (``control_msgs/JointTrajectoryControllerState``); None for none.
         rate_hz: rate of the state, Hz.
+        holds: whether the other joints hold their start positions until then, as those of
+            :class:`JointController`.
     """
 
     name: str
@@ -350,11 +356,12 @@ class TrajectoryController:
     initial: tuple[tuple[str, float], ...] = ()
     state_topic: str | None = None
     rate_hz: float = 50.0
+    holds: bool = False
 
     def of_joint(self, joint: str) -> JointController:
         """Return the controller of one of its joints."""
         gains, initial = dict(self.gains).get(joint), dict(self.initial).get(joint)
-        return JointController(joint, "position", self.command_topic, gains, initial)
+        return JointController(joint, "position", self.command_topic, gains, initial, self.holds)
 
     def renamed(self, named: Rename) -> TrajectoryController:
         """Return the same controller for a model whose parts are renamed."""

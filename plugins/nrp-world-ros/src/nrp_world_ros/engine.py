@@ -150,6 +150,9 @@ class RemotePart(PartProxy):
         self.number_topics = frozenset()
         self.pushed_topics = frozenset(topic.name for topic in outgoing if post.is_heard(topic))
 
+    def begin(self) -> None:
+        """The body does this."""
+
     def on_subscriptions_changed(self, subscribed: frozenset[str]) -> None:
         self._post.attend(self._remote, subscribed)
 
