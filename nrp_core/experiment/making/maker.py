@@ -107,7 +107,7 @@ class Maker(PartMaker):
         )
         if experiment.strict:
             return self._fit(experiment, name, read())
-        model, left_out = read_without(lambda without: read(without=without))
+        model, left_out = read_without(lambda without: read(without=without, lenient=True))
         return self._fit(experiment, name, replace(model, warnings=(*model.warnings, *left_out)))
 
     def _fit(self, experiment: Experiment, name: str, model: Model) -> Model:

@@ -6,7 +6,8 @@ same way. See https://control.ros.org/rolling/doc/ros2_controllers/doc/controlle
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import dist, inf
 from pathlib import Path
 from posixpath import join
@@ -15,7 +16,6 @@ from typing import Any, get_args
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.controllers.plugins import led_joints
-from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.mecanum import MecanumDrive
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.scene.devices import (
@@ -55,8 +55,7 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
     Returns:
         None where the plugin names no file.
 
-    Raises:
-        SceneError: the file is not YAML, or names joints that the model does not have.
+    A fault in the file costs the controllers that it concerns, with a warning.
     """
     place = plugin.find("parameters")
     if place is None or not place.text:
@@ -70,31 +69,24 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
             subject=place.text,
         )
         return Actuators()
-    file = _File(plugin, path, model.joints, reading)
-    drives: list[Drive] = []
-    single: list[JointController] = []
-    several: list[TrajectoryController] = []
-    groups: list[GroupController] = []
-    for name, entry in file.entries.items():
-        kind = str(entry.get("type", "")).rpartition("/")[2]
-        if kind == "JointTrajectoryController":
-            several.append(file.follower(name))
-        elif kind == "DiffDriveController":
-            drives.append(file.drive(name))
-        elif kind == "MecanumDriveController":
-            drives.append(file.mecanum(name))
-        elif kind in _KINDS:
-            single += file.controller(name, _KINDS[kind])
-        elif kind == _FORWARD or kind in _GROUPS:
-            groups += file.group(name, _GROUPS.get(kind))
-        elif kind and kind not in _TELLING:
-            reading.notes.warn(
-                place,
-                Code.NRP265,
-                f"controllers of type '{entry['type']}' are not supported",
-                subject=entry["type"],
-            )
-    return Actuators(tuple(drives), tuple(single), tuple(several), (), tuple(groups))
+    try:
+        file = _File(plugin, path, model.joints, reading)
+    except SceneError as error:
+        _warn_of_loss(path, error, f"the controllers of '{path.name}' are", path.name, reading)
+        return Actuators()
+    found = Actuators()
+    for name in list(file.entries):
+        try:
+            found = found.with_others(file.read(name))
+        except SceneError as error:
+            _warn_of_loss(path, error, f"the controller '{'/'.join(name)}' is", name[-1], reading)
+    return found
+
+
+def _warn_of_loss(path: Path, error: SceneError, lost: str, subject: str, reading: Reading) -> None:
+    """Warn that a fault in a file of controllers costs these alone, and not the robot."""
+    place = Element("parameters", {}, path, error.line or 1)
+    reading.notes.warn(place, Code.NRP265, f"{error.message}: {lost} left out", subject=subject)
 
 
 class _File:
@@ -112,8 +104,32 @@ class _File:
         self._plugin, self._joints, self._reading = plugin, joints, reading
         self._namespace = ros_namespace(plugin).strip("/")  # below the robot
         self.entries: Entries = {}
+        self._lines: dict[tuple[str, ...], int] = {}
         self._is_ros2 = False
-        self._collect(_read_yaml(path), ())
+        self._yaml, tree = _read_yaml(path)
+        self._collect(tree, ())
+
+    def read(self, name: tuple[str, ...]) -> Actuators:
+        """Read the controller with a name.
+
+        Raises:
+            SceneError: it is incomplete, or names joints that the model does not have.
+        """
+        self._place = replace(self._place, line=self._lines.get(name, 1))
+        given = self.entries[name].get("type", "")
+        kind = str(given).rpartition("/")[2]
+        if kind == "JointTrajectoryController":
+            return Actuators(trajectory_controllers=(self.follower(name),))
+        if kind in ("DiffDriveController", "MecanumDriveController"):
+            return Actuators((self.drive(name) if kind[0] == "D" else self.mecanum(name),))
+        if kind in _KINDS:
+            return Actuators(controllers=tuple(self.controller(name, _KINDS[kind])))
+        if kind == _FORWARD or kind in _GROUPS:
+            return Actuators(group_controllers=tuple(self.group(name, _GROUPS.get(kind))))
+        if kind and kind not in _TELLING:
+            message = f"controllers of type '{given}' are not supported"
+            self._reading.notes.warn(self._place, Code.NRP265, message, subject=given)
+        return Actuators()
 
     def follower(self, name: tuple[str, ...]) -> TrajectoryController:
         """Return the trajectory controller with a name."""
@@ -125,12 +141,15 @@ class _File:
         command, state = ("joint_trajectory", "controller_state") if self._is_ros2 else ("command", "state")
         (rate_hz,) = self._numbers(name, state_publish_rate=0.0)
         topics = self._topic(name, command), self._topic(name, state)
-        return TrajectoryController(name[-1], topics[0], joints, gains, (), topics[1], rate_hz or 50.0)
+        return TrajectoryController(
+            name[-1], topics[0], joints, gains, (), topics[1], rate_hz or 50.0, holds=True
+        )
 
     def controller(self, name: tuple[str, ...], kind: ControllerKind) -> Iterator[JointController]:
         """Yield the controllers of the single joints of a controller with a name."""
         for joint in self._led_joints([self.entries[name].get("joint")]):
-            yield JointController(joint, kind, self._topic(name, "command"), self._gains((*name, "pid")))
+            topic, gains = self._topic(name, "command"), self._gains((*name, "pid"))
+            yield JointController(joint, kind, topic, gains, holds=kind == "position")
 
     def group(self, name: tuple[str, ...], kind: ControllerKind | None) -> Iterator[GroupController]:
         """Yield the controller of a group of joints with a name, unless it is incomplete.
@@ -222,15 +241,22 @@ class _File:
         places = {joint.name: joint.pose.position for joint in self._joints}
         return dist(places[left], places[right])
 
-    def _collect(self, level: Mapping[str, Any], name: tuple[str, ...]) -> None:
-        """Collect the parameters of a level and its sublevels."""
+    def _collect(self, level: Any, name: tuple[str, ...]) -> None:
+        """Collect the parameters of a level and its sublevels; as in ROS, a level may be there twice."""
         entry = self.entries.setdefault(name, {})
-        for key, value in level.items():
+        for key_node, value in level.value:
+            key, line = str(key_node.value), key_node.start_mark.line + 1
             self._is_ros2 |= key == "ros__parameters"
-            if isinstance(value, dict):
-                self._collect(value, name if key in _LEVELS else (*name, str(key)))
+            if isinstance(value.value, list) and value.id == "mapping":
+                inner = name if key in _LEVELS else (*name, key)
+                self._lines.setdefault(inner, line)
+                self._collect(value, inner)
             else:
-                entry[str(key)] = value
+                given = self._yaml.constructor.construct_object(value, deep=True)
+                if entry.setdefault(key, given) != given:
+                    place, message = replace(self._place, line=line), f"a second '{key}' replaces the first"
+                    self._reading.notes.warn(place, Code.NRP264, message, subject=key)
+                entry[key] = given
 
     def _topic(self, name: tuple[str, ...], end: str) -> str:
         """Return the topic of a controller; the file may have the robot's namespace as a level."""
@@ -259,14 +285,22 @@ class _File:
         return led_joints(self._place, list(map(str, listed)), self._joints, self._reading)
 
 
-def _read_yaml(path: Path) -> dict[str, Any]:
-    from ruamel.yaml import YAML  # few robots have such a file
-    from ruamel.yaml.error import YAMLError
+def _read_yaml(path: Path) -> tuple[Any, Any]:
+    """Return a reader of YAML, and the root node of a file.
 
+    Raises:
+        SceneError: it is not YAML, or not a mapping.
+    """
+    from ruamel.yaml import YAML  # few robots have such a file
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    reader = YAML(typ="safe", pure=True)
     try:
-        tree = YAML(typ="safe").load(path)
+        tree = reader.compose(path)
     except (YAMLError, UnicodeDecodeError) as error:
-        raise SceneError(f"not valid YAML: {' '.join(str(error).split())}", path=path) from None
-    if not isinstance(tree, dict):
-        raise SceneError("a controller file must be a mapping from names to parameters", path=path)
-    return tree
+        mark = error.problem_mark if isinstance(error, MarkedYAMLError) else None
+        reason = f"not valid YAML: {(isinstance(error, MarkedYAMLError) and error.problem) or error}"
+        raise SceneError(" ".join(reason.split()), path=path, line=mark.line + 1 if mark else 1) from None
+    if tree is None or tree.id != "mapping":
+        raise SceneError("a controller file must be a mapping from names to parameters", path=path, line=1)
+    return reader, tree

@@ -163,9 +163,10 @@ class GroundTruth(Sensor):
         """Read ``gazebo_ros_p3d``, or the odometry of gz-sim."""
         if plugin_name(plugin) == "OdometryPublisher":
             return cls._odometry(plugin, model, reading)
-        name, topic, rate_hz, noise = plugin_sensor(plugin, reading)
-        link, offset = model.link(plugin.require("bodyName")).name, offset_of(plugin)
-        frame = plugin.word("frameName", "world").strip("/")
+        name, topic, rate_hz, noise = plugin_sensor(plugin, reading, remapped="odom")
+        body = plugin.find("body_name") or plugin.require("bodyName")
+        link, offset = model.link(body).name, offset_of(plugin)
+        frame = (plugin.word("frame_name") or plugin.word("frameName", "world")).strip("/")
         if frame not in ("map", "world", "odom"):
             reading.notes.warn(
                 plugin, Code.NRP262, f"the true pose is given in the world frame, not in '{frame}'"

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.errors import SceneError
 from nrp_core.world.drives.mecanum import MecanumDrive
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.scene.model import Model
@@ -94,8 +93,9 @@ def test_the_controller_of_ros_2_is_the_same_drive(tmp_path: Path) -> None:
     assert of_ros.command_topic == "/rover/base/reference_unstamped"
 
 
-def test_a_controller_without_its_sizes_is_refused(tmp_path: Path) -> None:
+def test_a_controller_without_its_sizes_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "controllers.yaml").write_text(CONTROLLER.partition("    kinematics")[0])
     plugin = '<plugin name="c" filename="libgz_ros2_control-system.so"><parameters>controllers.yaml'
-    with pytest.raises(SceneError, match="the drive 'base' needs four wheels and its kinematics"):
-        rover(tmp_path, f"{plugin}</parameters></plugin>")
+    model = rover(tmp_path, f"{plugin}</parameters></plugin>")
+    assert model.drives == ()
+    assert "the drive 'base' needs four wheels and its kinematics" in str(model.warnings)

@@ -38,8 +38,11 @@ def parse_xml(text: bytes, path: Path) -> Element:
 
 
 def without_lines(element: Element) -> Element:
-    """Return a generated element, with all lines 1 because it is not in a file of the user."""
-    element.line = 1
+    """Return a generated element, with all lines 1 because it is not in a file of the user.
+
+    No line can be left out of it; see :func:`read_without`.
+    """
+    element.line, element.end_line = 1, 0
     for child in element.children:
         without_lines(child)
     return element
@@ -144,6 +147,18 @@ def package_name(folder: Path) -> str:
         return ""
 
 
+def in_sources(file: Path) -> Path | None:
+    """Return where the sources of a package have a file that its installation has at a place.
+
+    A package may install the contents of its folder ``description`` or ``bringup`` as its own.
+    """
+    for root in file.parents:
+        if (root / MANIFEST).is_file():
+            places = (folder / file.relative_to(root) for folder in sorted(root.iterdir()))
+            return next((place for place in places if place.is_file()), None)
+    return None
+
+
 @lru_cache(maxsize=8)
 def _packages(sources: Path) -> Mapping[str, Path]:
     """Return the packages below a folder; of several with one name the least deep, the first by name."""
@@ -181,12 +196,13 @@ class Resources:
     def __init__(self, search_path: Iterable[Path | str] = ()) -> None:
         variables = [folder for name in ENVIRONMENT for folder in _folders_in(name)]
         installed = [folder / "share" for folder in _folders_in(INSTALLED)]
-        self._of_user = list(map(Path, search_path))
+        self._of_user = [Path(folder).absolute() for folder in search_path]
         self._folders = [*self._of_user, *variables, *installed, SHIPPED]
 
     def find(self, uri: Element) -> Path | None:
         """Return the file that a ``<uri>`` refers to, None if it does not exist."""
-        return next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
+        found = next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
+        return found or next(filter(None, map(in_sources, self._candidates(uri.text, uri.path))), None)
 
     def media(self) -> list[Path]:
         """Return the folders of the user in which scripts of materials and their textures are looked for."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -23,6 +24,7 @@ from nrp_core.world.scene.reading.plugins import (
     check_parameters,
     find_registered,
     plugin_name,
+    remapped_topic,
     ros_namespace,
     vector_in,
     warn_of_plugin,
@@ -126,19 +128,31 @@ class PluginSensor(NamedTuple):
     noise: Noise
 
 
-def plugin_sensor(plugin: Element, reading: Reading, usual: str = "") -> PluginSensor:
+def plugin_sensor(plugin: Element, reading: Reading, usual: str = "", remapped: str = "") -> PluginSensor:
     """Return the common parameters of a ROS plugin of a model.
 
     Args:
         plugin: the ``<plugin>``.
         reading: the context of the reading.
         usual: the topic of a plugin that names none; empty where one is required.
+        remapped: the topic of its form for ROS 2, which has no parameter for it, before remapping; empty for
+            a plugin without such a form.
     """
+    if remapped and plugin.find("topicName") is None:
+        usual = remapped_topic(plugin, remapped)
     topic = plugin.word("topicName", usual) or plugin.require("topicName").text
     topic = topic_in_namespace(plugin, topic, reading)
     name = plugin.attributes.get("name") or plugin_name(plugin)
-    rate_hz = plugin.number("updateRate", 0.0) or 100.0
+    rate_hz = plugin.number(_spelling(plugin, "updateRate"), 0.0) or 100.0
     return PluginSensor(name, topic, rate_hz, _noise_in(plugin))
+
+
+def _spelling(plugin: Element, tag: str) -> str:
+    """Return the tag of a parameter: as in ROS 1, or with underscores as in ROS 2."""
+    if plugin.find(tag) is None:
+        other = re.sub(r"[A-Z]", lambda capital: f"_{capital[0].lower()}", tag)
+        return other if plugin.find(other) is not None else tag
+    return tag
 
 
 def topic_in_namespace(plugin: Element, topic: str, reading: Reading) -> str:
@@ -150,7 +164,7 @@ def topic_in_namespace(plugin: Element, topic: str, reading: Reading) -> str:
 
 def _noise_in(plugin: Element) -> Noise:
     """Return the noise of a ROS plugin; the first of several numbers is used for all axes."""
-    given = [plugin.find(tag) for tag in ("accelGaussianNoise", "gaussianNoise")]
+    given = [plugin.find(tag) for tag in ("accelGaussianNoise", "gaussianNoise", "gaussian_noise")]
     numbers = next((each for each in given if each is not None and each.text), None)
     if numbers is None:
         return Noise()
@@ -162,7 +176,8 @@ def _noise_in(plugin: Element) -> Noise:
 
 def offset_of(plugin: Element) -> Pose:
     """Return the pose that a ROS plugin of a model gives its sensor in the frame of its link."""
-    return Pose.from_rpy(vector_in(plugin, "xyzOffset"), *vector_in(plugin, "rpyOffset"))
+    place, turn = (vector_in(plugin, _spelling(plugin, tag)) for tag in ("xyzOffset", "rpyOffset"))
+    return Pose.from_rpy(place, *turn)
 
 
 _OF_SENSORS = ("gz_frame_id", "ignition_frame_id", "frame_id")

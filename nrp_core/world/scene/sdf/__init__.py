@@ -44,6 +44,7 @@ def read_model(
     pose: Pose | None = None,
     search_path: Iterable[Path | str] = (),
     without: Places = MappingProxyType({}),
+    lenient: bool = False,
     args: Mapping[str, object] = MappingProxyType({}),
 ) -> Model:
     """Read a file that holds one model.
@@ -55,12 +56,13 @@ def read_model(
         pose: its pose in the world; by default the pose in the file.
         search_path: folders in which ``model://`` and relative paths are searched.
         without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.context`.
+        lenient: whether missing included files are left out with a warning instead of an error.
         args: arguments of a xacro file; others have their defaults.
 
     Raises:
         SceneError: the file cannot be used; the message names file and line.
     """
-    reading = Reading(Resources(search_path), Notes(), without=without, args=args)
+    reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient, args=args)
     source = SdfFile.open(path_of(path, SceneError), reading)
     holder = source.root.find("world") or source.root
     _warn_of_gravity(holder, reading)
@@ -103,7 +105,7 @@ def read_scene(
         path: the file.
         search_path: folders in which ``model://`` and relative paths are searched.
         without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.context`.
-        lenient: whether a missing included model is left out with a warning instead of an error.
+        lenient: whether missing included files are left out with a warning instead of an error.
         args: arguments of a xacro file; others have their defaults.
 
     Raises:

@@ -194,7 +194,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
     rows = with_coupled(rows, placed.plugins, reading)
     joints = list(chain.from_iterable(rows))
     for plugin in placed.plugins:
-        added, links = _read_plugin(plugin, links, joints, reading)
+        added, links = _plugin_or_warning(plugin, links, joints, reading)
         acting = acting.with_others(added)
     links, misplaced = with_frames(links, joints)
     for each in misplaced:
@@ -242,6 +242,24 @@ def _odometry_once(links: Iterable[Link], drives: Iterable[MountedDrive]) -> Ite
     for link in links:
         kept = (each for each in link.sensors if not (each.is_odometry and each.topic in topics))
         yield replace(link, sensors=tuple(kept))
+
+
+def _plugin_or_warning(
+    plugin: Element, links: list[Link], joints: list[Joint], reading: Reading
+) -> tuple[Actuators, list[Link]]:
+    """Return the same as :func:`_read_plugin`; a faulty plugin of an expanded file is left out.
+
+    Its line is unknown, so a lenient reading cannot leave it out alone.
+    """
+    try:
+        return _read_plugin(plugin, links, joints, reading)
+    except SceneError as error:
+        if plugin.end_line:
+            raise
+        name = plugin_name(plugin)
+        message = f"the plugin '{name}' is left out: {error.message}"
+        reading.notes.warn(plugin, Code.NRP261, message, subject=name)
+        return Actuators(), links
 
 
 def _read_plugin(

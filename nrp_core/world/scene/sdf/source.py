@@ -248,7 +248,9 @@ class SdfFile:
         if reading.args and not trail and not expands:
             raise root.error("this is not a xacro file, so it has no arguments")
         if expands:
-            root = expand_xacro(path, partial(reading.resources.package, user=path), reading.args)
+            package = partial(reading.resources.package, user=path.absolute())
+            warn = partial(reading.notes.warn, replace(root, line=1), Code.NRP260)
+            root = expand_xacro(path, package, reading.args, warn if reading.lenient else None)
         check_repeated(root, reading.notes)
         if root.tag == "robot":
             root = to_sdf(root, reading.notes)

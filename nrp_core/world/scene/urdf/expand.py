@@ -5,15 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr
+from functools import partial
 from io import StringIO
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from nrp_core.errors import SceneError, did_you_mean
-from nrp_core.world.scene.reading.context import Element, parse_xml, read_xml, without_lines
+from nrp_core.world.scene.reading.context import Element, in_sources, parse_xml, read_xml, without_lines
 from nrp_core.xml import strict_xml
 
+_PACKAGE = "package://"
 _SUBSTITUTION = ("$(", "${")
 _ARGUMENT = re.compile(r"\$\(arg (\w+)\)")
 _WITHOUT_VALUE = re.compile(r"Undefined substitution argument (\w+)")
@@ -25,23 +27,29 @@ def is_xacro(robot: Element) -> bool:
     """Return whether a ``<robot>`` must be expanded: it has macros or substitutions."""
     return any(
         child.tag.startswith("xacro:")
-        or any(mark in value for value in child.attributes.values() for mark in _SUBSTITUTION)
+        or any(mark in value for value in (*child.attributes.values(), child.text) for mark in _SUBSTITUTION)
         or is_xacro(child)
         for child in robot.children
     )
 
 
 def expand_xacro(
-    path: Path, package: Callable[[str], Path], args: Mapping[str, object] = MappingProxyType({})
+    path: Path,
+    package: Callable[[str], Path],
+    args: Mapping[str, object] = MappingProxyType({}),
+    leave_out: Callable[[str], None] | None = None,
 ) -> Element:
     """Return the expanded ``<robot>`` of a xacro file.
 
-    Lines are unknown after the expansion: all elements are in line 1.
+    Lines are unknown after the expansion: all elements are in line 1. ``$(find name)`` of a package that is
+    not here is ``package://name``, so that only what needs its files fails.
 
     Args:
         path: the file.
         package: returns the folder of a package, for ``$(find ...)``.
         args: values of its arguments; others have their defaults.
+        leave_out: receives messages about included files of missing packages, and their macros, which are
+            left out; None: they are errors.
 
     Raises:
         SceneError: xacro is not installed, or cannot expand the file, or the file declares no such argument.
@@ -59,8 +67,9 @@ def expand_xacro(
     declared: set[str] = set()
     try:
         with (
-            _finding(substitution_args, lambda name: str(package(name))),
+            _finding(substitution_args, partial(_folder_of, package)),
             _checking(xacro, declared),
+            _without_missing(xacro, leave_out),
             redirect_stderr(StringIO()),
         ):
             given = {**_early(path), **{name: _as_text(value) for name, value in args.items()}}
@@ -76,6 +85,49 @@ def expand_xacro(
         if name not in declared:
             raise SceneError(f"this file has no argument '{name}'{did_you_mean(name, declared)}", path=path)
     return without_lines(parse_xml(text, path))
+
+
+def _folder_of(package: Callable[[str], Path], name: str) -> str:
+    try:
+        return str(package(name))
+    except SceneError:
+        return f"{_PACKAGE}{name}"
+
+
+@contextmanager
+def _without_missing(xacro: Any, leave_out: Callable[[str], None] | None) -> Iterator[None]:
+    """Report included files of missing packages, and leave out these and the macros in them."""
+    include, call = xacro.get_include_files, xacro.handle_macro_call
+    missing: list[str] = []
+
+    def included(spec: str, symbols: Any) -> Iterator[str]:
+        for file in include(spec, symbols):
+            _, is_missing, rest = file.partition(_PACKAGE)
+            if not is_missing:
+                place = Path(file)
+                yield file if place.exists() else str(in_sources(place) or file)
+                continue
+            missing.append(rest.partition("/")[0])
+            message = f"there is no package '{missing[-1]}' in the search path"
+            if leave_out is None:
+                raise SceneError(message)
+            leave_out(f"{message}: its '{rest.partition('/')[2]}' is left out")
+
+    def called(node: Any, macros: Any, symbols: Any) -> Any:
+        try:
+            return call(node, macros, symbols)
+        except xacro.XacroException as error:
+            if leave_out is None or not missing or str(error) != f"unknown macro name: {node.tagName}":
+                raise
+            leave_out(f"<{node.tagName}> is left out: its macro may be in the package '{missing[-1]}'")
+            xacro.replace_node(node, by=None)
+            return True
+
+    xacro.get_include_files, xacro.handle_macro_call = included, called
+    try:
+        yield
+    finally:
+        xacro.get_include_files, xacro.handle_macro_call = include, call
 
 
 def _early(path: Path) -> dict[str, str]:

@@ -186,7 +186,7 @@ def test_substitutions_alone_make_a_xacro_file(tmp_path: Path) -> None:
     [
         ("<xacro:nothing/>", "unknown macro name: xacro:nothing"),
         ('<xacro:include filename="absent.xacro"/>', "absent.xacro"),
-        ('<link name="$(find nowhere)"/>', "there is no package 'nowhere'"),
+        ('<xacro:include filename="$(find nowhere)/a.xacro"/>', "there is no package 'nowhere'"),
     ],
 )
 def test_a_file_that_xacro_cannot_expand_is_one_error(

@@ -185,6 +185,20 @@ def test_a_true_pose(model: ModelReader) -> None:
     assert links["hand"] == (expected,)
 
 
+def test_the_true_pose_of_ros_2_is_remapped(model: ModelReader) -> None:
+    plugin = (
+        '<plugin name="p3d" filename="libgazebo_ros_p3d.so"><ros><namespace>sim</namespace>'
+        "<remapping>odom:=truth</remapping></ros><body_name>hand</body_name><frame_name>map</frame_name>"
+        "<update_rate>25</update_rate><gaussian_noise>0.01</gaussian_noise><xyz_offset>1 0 0</xyz_offset>"
+        "</plugin>"
+    )
+    read = model(ARM.format("") + plugin)
+    links = {link.name: link.sensors for link in read.links}
+    expected = GroundTruth("p3d", "/robot/sim/truth", 25.0, Pose((1.0, 0.0, 0.0)), noise=Noise(0.0, 0.01))
+    assert links["hand"] == (expected,)
+    assert read.warnings == ()
+
+
 def test_the_generic_controllers_of_the_neurorobotics_platform(model: ModelReader) -> None:
     plugin = (
         '<plugin name="c" filename="libgeneric_controller_plugin.so">'

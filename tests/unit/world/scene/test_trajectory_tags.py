@@ -147,6 +147,7 @@ def test_controllers_of_ros_1_are_read_from_the_file_that_the_plugin_names(
             (),
             "/arm/mover/state",
             25.0,
+            holds=True,
         ),
     )
     assert read.controllers == (JointController("turn", "velocity", "/arm/single/command", None),)
@@ -159,7 +160,7 @@ def test_controllers_of_ros_2_have_its_topics_and_other_types_are_warned_of(
     read = urdf(plugin("gazebo_ros2_control"), ROS_2)
     topics = "/arm/mover/joint_trajectory", "/arm/mover/controller_state"
     assert read.trajectory_controllers == (
-        TrajectoryController("mover", topics[0], ("turn",), state_topic=topics[1]),
+        TrajectoryController("mover", topics[0], ("turn",), state_topic=topics[1], holds=True),
     )
     (warning,) = read.warnings
     assert "controllers of type 'admittance_controller/AdmittanceController' are not supported" in str(
@@ -236,8 +237,8 @@ def test_a_file_of_controllers_that_is_not_there_is_warned_of(urdf: Callable[...
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("a: [", "controllers.yaml: not valid YAML"),
-        ("- a", "controllers.yaml: a controller file must be a mapping"),
+        ("a: [", "controllers.yaml:1: not valid YAML"),
+        ("- a", "controllers.yaml:1: a controller file must be a mapping"),
         ("m: {type: x/JointTrajectoryController}", "the controller 'm' names no joint that it can control"),
         ("m: {type: x/JointTrajectoryController, joints: [trun]}", "no joint 'trun'; did you mean 'turn'"),
         (
@@ -249,11 +250,34 @@ def test_a_file_of_controllers_that_is_not_there_is_warned_of(urdf: Callable[...
         ("m: {type: x/DiffDriveController, left_wheel: turn, right_wheel: turn}", "a wheel_radius"),
     ],
 )
-def test_a_file_of_controllers_that_cannot_be_is_refused(
+def test_a_faulty_controller_is_left_out_and_the_robot_stays(
     urdf: Callable[..., Model], text: str, message: str
 ) -> None:
-    with pytest.raises(SceneError, match=message):
-        urdf(plugin("gazebo_ros_control"), text)
+    model = urdf(plugin("gazebo_ros_control"), text)
+    (warning,) = [str(each) for each in model.warnings if "left out" in str(each)]
+    assert message in warning
+    assert "controllers.yaml:1" in warning
+    assert model.joints
+    assert (model.drives, model.controllers, model.trajectory_controllers) == ((), (), ())
+
+
+def test_a_faulty_controller_leaves_the_others(urdf: Callable[..., Model]) -> None:
+    kind = "type: x/JointTrajectoryController"
+    model = urdf(plugin("gazebo_ros_control"), f"bad: {{{kind}}}\ngood: {{{kind}, joints: [turn]}}")
+    assert only(model).name == "good"
+    assert [str(each).partition(": ")[0][-18:] for each in model.warnings] == ["controllers.yaml:1"]
+
+
+def test_a_key_that_is_there_twice_is_merged_as_in_ros(urdf: Callable[..., Model]) -> None:
+    text = """/**:
+  controller_manager: {ros__parameters: {update_rate: 100, arm: {type: x/JointTrajectoryController}}}
+/**:
+  arm: {ros__parameters: {joints: [turn], state_publish_rate: 5.0, state_publish_rate: 7.0}}
+"""
+    model = urdf(plugin("gazebo_ros_control"), text)
+    assert (only(model).joints, only(model).rate_hz) == (("turn",), 7.0)
+    (warning,) = model.warnings
+    assert "controllers.yaml:4: a second 'state_publish_rate'" in str(warning)
 
 
 @pytest.mark.parametrize("interface", ["Position", "Effort", "Velocity"])

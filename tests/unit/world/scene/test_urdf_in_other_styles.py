@@ -89,6 +89,63 @@ def test_the_name_of_a_robot_may_be_an_argument_that_the_file_declares_later(tmp
         read_model(file)
 
 
+ARM_XACRO = XACRO.replace("$(arg name)", "arm")
+INCLUDE = '<xacro:include filename="$(find {0})/urdf/{1}.xacro"/><link name="base">{2}</link><xacro:{1}/>{3}'
+
+
+def test_a_missing_package_costs_what_it_has_and_not_the_robot(tmp_path: Path) -> None:
+    file = tmp_path / "arm.xacro"
+    file.write_text(ARM_XACRO.format(INCLUDE.format("sensors", "lidar", MASS, "")))
+    with pytest.raises(SceneError, match="there is no package 'sensors' in the search path"):
+        read_model(file)
+    model = read_model(file, lenient=True)
+    assert [link.name for link in model.links] == ["base"]
+    texts = [str(warning) for warning in model.warnings]
+    assert "there is no package 'sensors' in the search path: its 'urdf/lidar.xacro' is left out" in texts[0]
+    assert "<xacro:lidar> is left out: its macro may be in the package 'sensors'" in texts[1]
+
+
+def test_a_file_of_a_missing_package_is_left_out_alone(tmp_path: Path) -> None:
+    """The only substitution is in a text, not in an attribute."""
+    control = CONTROL.replace("<parameters/>", "<parameters>$(find gone)/config/c.yaml</parameters>")
+    model = read_model(robot(tmp_path, control))
+    assert len(model.joints) == 3
+    (warning,) = model.warnings
+    assert "the file 'package://gone/config/c.yaml' does not exist: its controllers" in str(warning)
+
+
+def test_a_faulty_plugin_of_a_xacro_file_is_left_out_with_its_name(tmp_path: Path) -> None:
+    plugin = '<plugin name="p" filename="libgazebo_ros_p3d.so"><bodyName>${"b"}</bodyName></plugin>'
+    model = read_model(
+        robot(tmp_path, f"<gazebo>{plugin.replace('<body', '<topicName>t</topicName><body')}</gazebo>")
+    )
+    assert len(model.joints) == 3
+    (warning,) = model.warnings
+    assert "hand.urdf:1: the plugin 'gazebo_ros_p3d' is left out: the model has no link 'b'" in str(warning)
+
+
+def test_sources_of_a_package_have_its_files_one_folder_deeper(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``install(DIRECTORY description/urdf DESTINATION share/bot)``; the search path may be relative."""
+    package = tmp_path / "ws" / "bot"
+    (package / "description" / "urdf").mkdir(parents=True)
+    (package / "bringup" / "config").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>bot</name></package>")
+    macro = f'<xacro:macro name="eye"><link name="eye"/>{HELD}</xacro:macro>'
+    (package / "description" / "urdf" / "eye.xacro").write_text(ARM_XACRO.format(macro))
+    yaml = "follow: {type: x/JointTrajectoryController, joints: [left]}"
+    (package / "bringup" / "config" / "c.yaml").write_text(yaml)
+    control = CONTROL.replace("<parameters/>", "<parameters>$(find bot)/config/c.yaml</parameters>")
+    body = INCLUDE.format("bot", "eye", MASS, JOINT.format("left", "", MASS) + control)
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "arm.xacro").write_text(ARM_XACRO.format(body))
+    monkeypatch.chdir(tmp_path)
+    model = read_model(Path("elsewhere") / "arm.xacro", search_path=["ws"])
+    assert {link.name for link in model.links} == {"base", "eye", "left_link"}
+    assert [each.joints for each in model.trajectory_controllers] == [("left",)]
+
+
 @pytest.mark.parametrize(("value", "told"), [("true", True), ("1", True), ("0", False), ("false", False)])
 def test_parts_that_would_touch_each_other_in_gazebo_are_told(tmp_path: Path, value: str, told: bool) -> None:
     block = f'<gazebo reference="left_link"><selfCollide>{value}</selfCollide></gazebo>'
