@@ -38,7 +38,7 @@ from nrp_core.findings import Finding, Findings
 TIME_LIMIT_S = 20.0
 _DAY_S = 86_400.0
 _LARGE = 10_000_000
-CHILD = "nrp_core.checks.child"
+CHILD = "nrp_core.checks.sandbox"
 
 
 class ConfinedBuild:

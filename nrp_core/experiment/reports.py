@@ -73,7 +73,7 @@ def account_of(
     assert network is not None
     side.capabilities.require(network, name)
     progress("collecting reports about the network")
-    with collector.during(Code.NRP350, "brain", "model"), named_errors(name, "report about the network"):
+    with collector.during(Code.NRP216, "brain", "model"), named_errors(name, "report about the network"):
         reports = side.backend.reports(network, side.options)
     collector.raise_errors()
     synapses = sum(projection.size for projection in network.projections)

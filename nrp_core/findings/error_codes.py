@@ -23,8 +23,8 @@ _CODES: Final = {
     TopicError: Code.NRP212,
     CapabilityError: Code.NRP216,
     SlowScriptError: Code.NRP239,
-    EndlessScriptError: Code.NRP344,
-    ParameterError: Code.NRP351,
+    EndlessScriptError: Code.NRP208,
+    ParameterError: Code.NRP288,
     TriggerError: Code.NRP210,
     OutsideFolderError: Code.NRP210,
 }

@@ -93,20 +93,6 @@ def test_two_controllers_of_one_joint_are_reported(tmp_path: Path) -> None:
     assert codes(model) == [Code.NRP376]
 
 
-SLIDE = """<sdf version="1.9"><model name="lift">
-  <link name="base"><inertial><mass>5</mass></inertial>
-    <collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision></link>
-  <link name="fork"><inertial><mass>1</mass></inertial></link>
-  <joint name="mast" type="prismatic"><parent>base</parent><child>fork</child><axis><xyz>0 0 1</xyz>
-    <limit><lower>0</lower><upper>{}</upper></limit></axis></joint></model></sdf>"""
-
-
-@pytest.mark.parametrize(("upper", "is_reported"), [(0.9, False), (90.0, True), (1e16, False), (6.28, False)])
-def test_a_slide_in_millimetres_is_reported(tmp_path: Path, upper: float, is_reported: bool) -> None:
-    (tmp_path / "lift.sdf").write_text(SLIDE.format(upper))
-    assert codes(read_model(tmp_path / "lift.sdf")) == [Code.NRP371] * is_reported
-
-
 @pytest.mark.parametrize(("step", "found"), [("2 ms", []), ("20 ms", [Code.NRP372]), ("2 us", [Code.NRP372])])
 def test_steps_of_physics_in_another_unit_are_reported(husky: Path, step: str, found: list[Code]) -> None:
     findings = validate_file(husky / "experiment.yaml", [f"world.options.timestep={step}"])

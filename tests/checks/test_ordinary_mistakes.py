@@ -71,12 +71,12 @@ MISTAKES = [
     ("a negative rate", CODE, "50 + 300 * red.left, ", "-50, ", "NRP240", 13),
     ("a source that is never set", CODE, "left.rate, right.rate = 50", "left.rate = 50", "NRP231", 11),
     ("not a number", CODE, "50 + 300 * red.left, ", 'float("nan") * red.left, ', "NRP247", 13),
-    ("a time in milliseconds", CODE, "    red = nrp", "    t > 5000 or print(t)\n    red = nrp", "NRP248", 12),
+    ("a time in milliseconds", CODE, "    red = nrp", "    t > 5e3 or print(t)\n    red = nrp", "NRP248", 12),
     # the brain
     ("a misspelt function", BRAIN, "sim.setup", "sim.setpu", "NRP208", 4),
     ("a misspelt parameter of a cell", BRAIN, "tau_refrac=2.0", "tau_ref=2.0", "NRP208", 5),
     ("a synapse beyond the population", BRAIN, "(1, 0)", "(2, 0)", "NRP208", 8),
-    ("weights that are too small", BRAIN, "weight=20.0", "weight=0.002", "NRP377", 5),
+    ("weights that are too small", BRAIN, "weight=20.0", "weight=0.02", "NRP377", 5),
     ("weights that are too large", BRAIN, "weight=20.0", "weight=20000", "NRP297", 5),
 ]  # fmt: skip
 

@@ -220,13 +220,10 @@ def test_a_seed_from_the_clock_is_reported_and_a_time_alone_is_not(husky: Path) 
     assert all("is part of a seed and another one in each run [NRP243]" in one for one in (first, second))
 
 
-SCREEN = ("room.sdf", "0 -2.44 0.65", "0 -2.44 {}")
 JOINT = ("husky.sdf", "<axis><xyz>0 1 0</xyz></axis>", "<axis><xyz>0 1 0</xyz>{}</axis>")
 RATE = ("husky.sdf", "<update_rate>30<", "<update_rate>{}<")
 LIMITS = "<limit><lower>-{0}</lower><upper>{0}</upper></limit>"
 FILES = [
-    (SCREEN, "-3", "the model 'left_vr_screen' lies below 'floor/link/floor', which the robots stand"),
-    (SCREEN, "0.1", ""),  # its stand is in the floor
     (JOINT, LIMITS.format(1), "'back_left_joint' is continuous: it turns past its <limit> of -1 to 1 rad"),
     (JOINT, LIMITS.format(3.14159), ""),
     (JOINT, LIMITS.format(1e16), ""),

@@ -58,6 +58,6 @@ def test_activity_that_no_neuron_has_is_reported_once(
         (tmp_path / name).write_text(text)
     with Run(load_experiment(str(tmp_path / "experiment.yaml"))) as run:
         run.run()
-        found = [str(one) for one in run.problems if "NRP325" in str(one)]
+        found = [str(one) for one in run.problems if "NRP297" in str(one)]
     assert len(found) == len(words)
     assert all(word in one for word, one in zip(words, found, strict=True))

@@ -179,7 +179,7 @@ def test_a_function_that_was_stopped_before_a_snapshot_is_missing_after_it(tmp_p
         again.restore(snapshot)
         again.run()
         result = again.result()
-        assert [problem.code.name for problem in result.problems] == ["NRP272", "NRP322"]
+        assert [problem.code.name for problem in result.problems] == ["NRP272", "NRP248"]
         assert (result.complete, result.failures) == (False, [])
         again.loop.reset()
         assert again.result().complete

@@ -122,8 +122,8 @@ TABLE = {
     ),
     "a function hangs": Row((*HUSKY, STAYS, LIMIT), False, False, 1, "NRP276", HANGS),
     "a function hangs, quarantine": Row((*HUSKY, STAYS, LIMIT, QUARANTINE), False, None, 1, "NRP272", HANGS),
-    "the world fails": Row((*HUSKY, STAYS, "world.backend=faulty"), False, False, 1, "NRP275"),
-    "the brain fails": Row((*HUSKY, SOON, "brain.backend=faulty"), False, False, 1, "NRP275"),
+    "the world fails": Row((*HUSKY, STAYS, "world.backend=faulty"), False, False, 1, "NRP276"),
+    "the brain fails": Row((*HUSKY, SOON, "brain.backend=faulty"), False, False, 1, "NRP276"),
     "interrupted": Row((*HUSKY, SOON), False, None, 130, "NRP294", STOPS),
     "the room is left out": Row(("bare/bare.exc",), False, None, 1),
     "the brain is left out": Row(

@@ -24,7 +24,7 @@ _SERVICES = {
 
 
 @checks_experiment(Code.NRP216)
-def the_world_has_the_sensors(static: StaticExperiment) -> Iterator[Finding]:
+def check_sensors(static: StaticExperiment) -> Iterator[Finding]:
     """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
     if static.scene is None:
         return
@@ -49,7 +49,7 @@ def the_world_has_the_sensors(static: StaticExperiment) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP216)
-def the_world_reports_distances(static: StaticExperiment) -> Iterator[Finding]:
+def check_distances(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events and criteria about distances in a world that does not report where models are."""
     if static.world is None or static.world.capabilities.poses:
         return
@@ -68,7 +68,7 @@ def the_world_reports_distances(static: StaticExperiment) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP216)
-def the_world_does_what_is_commanded(static: StaticExperiment) -> Iterator[Finding]:
+def check_commands(static: StaticExperiment) -> Iterator[Finding]:
     """Look for joints, forces and changes that a function or an event commands and the world refuses."""
     if static.scene is None:
         return
@@ -90,7 +90,7 @@ def the_world_does_what_is_commanded(static: StaticExperiment) -> Iterator[Findi
 
 
 @checks_experiment(Code.NRP216)
-def the_world_moves_the_robots(static: StaticExperiment) -> Iterator[Finding]:
+def check_dynamics(static: StaticExperiment) -> Iterator[Finding]:
     """Look for models that need forces to move or hold, in a world without dynamics."""
     if static.world is None or static.scene is None:
         return

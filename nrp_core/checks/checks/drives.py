@@ -40,7 +40,7 @@ class Wheeled(Protocol):
 
 
 @checks_experiment(Code.NRP370, Code.NRP375, Code.NRP376)
-def drives_can_move_their_robots(static: StaticExperiment) -> Iterator[Finding]:
+def check_drives(static: StaticExperiment) -> Iterator[Finding]:
     """Check the drives and controllers of robots."""
     if static.scene is None or static.world is None or not bodies_fall(static.world.capabilities):
         return

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from math import dist, hypot, inf
 from typing import Final
 
@@ -28,20 +27,10 @@ LEAST_DENSITY: Final = 1e-3
 UNIT_RATIOS: Final = (80.0, 125.0), (800.0, 1250.0)
 """Ratios of two sizes of the same form if one is in cm or mm and the other in m."""
 THINNEST_M: Final = 1e-3
-FAR: Final = 30.0
-"""Distance of a shape, in sizes of the other shapes of its model, whose place is in mm."""
-FEWEST_SHAPES: Final = 4
-"""Shapes of a model below which none of them is the exception."""
 FAR_LINK: Final = 100.0
 """Distance between two jointed links, in sizes of the largest link."""
 FAR_PART: Final = 10.0
-"""Distance of a sensor or centre of mass from its link, in sizes of the robot."""
-LONGEST_SLIDE_M: Final = 7.0
-"""Beyond the limits of a revolute joint, 2 pi, which files also write for prismatic joints."""
-UNLIMITED_M: Final = 100.0
-"""A travel that stands for an unlimited one."""
-LONGEST_SLIDE: Final = 20.0
-"""Travel of a prismatic joint, in sizes of the largest link."""
+"""Distance of a sensor, shape or centre of mass from its link, in sizes of all shapes together."""
 MAX_STEPS: Final = 1000
 """Steps of a physics engine in one step of the loop; the smallest robots need a hundred."""
 LONGEST_STEP_NS: Final = 10 * NS_PER_MS
@@ -49,7 +38,7 @@ LONGEST_STEP_NS: Final = 10 * NS_PER_MS
 
 
 @checks_experiment(Code.NRP371, Code.NRP381)
-def lengths_are_in_metres(static: StaticExperiment) -> Iterator[Finding]:
+def check_lengths(static: StaticExperiment) -> Iterator[Finding]:
     """Check sizes and places in the models of a scene against each other."""
     for model in static.scene.models if static.scene is not None else ():
         is_robot = model.name in static.experiment.world.robots
@@ -76,11 +65,9 @@ def unlikely_lengths(model: Model, *, is_robot: bool) -> Iterator[tuple[Code, st
         more = f" (and {len(mismatched) - 1} more links)" if len(mismatched) > 1 else ""
         yield Code.NRP371, mismatched[0] + more
         return
-    yield from ((Code.NRP381, sentence) for sentence in _distant_shapes(model))
     if model.static:
         return
     yield from ((Code.NRP381, sentence) for sentence in (*_distant_links(model), *_distant_parts(model)))
-    yield from ((Code.NRP371, sentence) for sentence in _long_slides(model))
     if is_robot:
         yield from ((Code.NRP371, sentence) for sentence in _low_density(model))
 
@@ -96,42 +83,6 @@ def _mismatched_shapes(link: Link, model: Model) -> Iterator[str]:
             f"the visuals of the link '{link.name}' of '{model.name}' are {_listed(shown)} m, and its "
             f"collision shapes {_listed(solid)} m; is one of them in another unit?"
         )
-
-
-def _distant_shapes(model: Model) -> Iterator[str]:
-    """Yield the shapes that are far from all others."""
-    placed = list(_placed_shapes(model))
-    if len(placed) < FEWEST_SHAPES:
-        return
-    centres, sizes = np.array([one.centre for one in placed]), np.array([one.size_m for one in placed])
-    away_m = np.linalg.norm(centres - np.median(centres, axis=0), axis=1)
-    near = away_m <= FAR * (np.median(away_m) + np.median(sizes))
-    # a shape that is large itself reaches the others, and half of the shapes are not an exception
-    if near.all() or near.sum() <= len(placed) / 2 or sizes[~near].max() > away_m[~near].min():
-        return
-    spread_m = float((away_m + sizes)[near].max())
-    for i in np.flatnonzero(~near & (away_m > FAR * spread_m)):
-        yield (
-            f"{placed[i].name} is {away_m[i]:.3g} m away from the other shapes, which are within "
-            f"{spread_m:.2g} m; is its pose in mm?"
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class _PlacedShape:
-    name: str
-    centre: FloatArray
-    size_m: float
-
-
-def _placed_shapes(model: Model) -> Iterator[_PlacedShape]:
-    for link in model.links:
-        for shape in shapes_of(link):
-            box = box_around([(link.pose @ shape.pose, shape.geometry)])
-            if box is not None:
-                kind = "collision" if isinstance(shape, Collision) else "visual"
-                name = f"the {kind} '{shape.name}' of the link '{link.name}' of '{model.name}'"
-                yield _PlacedShape(name, (box[0] + box[1]) / 2, float(np.linalg.norm(box[1] - box[0])))
 
 
 def _distant_links(model: Model) -> Iterator[str]:
@@ -150,34 +101,24 @@ def _distant_links(model: Model) -> Iterator[str]:
 
 
 def _distant_parts(model: Model) -> Iterator[str]:
-    """Yield the first sensor or centre of mass that is far from its link."""
-    size_m = _size_m(model)
+    """Yield the first sensor, shape or centre of mass that is far from its link."""
+    sides = (_sides([one]) for link in model.links for one in shapes_of(link))
+    size_m = sum(float(np.linalg.norm(one)) for one in sides if one is not None) or inf
     for link in model.links:
         # a camera may watch its robot from afar
-        found = (
+        parts = [
             (f"sensor '{one.name}'", getattr(one, "pose", None)) for one in link.sensors if not one.views
-        )
-        poses = [(part, pose) for part, pose in found if isinstance(pose, Pose)]
-        poses += [("centre of mass", link.inertial.pose)] if link.inertial is not None else []
-        for part, pose in poses:
-            away_m = hypot(*pose.position)
+        ]
+        parts += [(f"shape '{one.name}'", one.pose) for one in shapes_of(link)]
+        parts += [("centre of mass", link.inertial.pose)] if link.inertial is not None else []
+        for part, pose in parts:
+            away_m = hypot(*pose.position) if isinstance(pose, Pose) else 0.0
             if away_m > FAR_PART * size_m:
                 yield (
                     f"the {part} of the link '{link.name}' of '{model.name}' is {away_m:.3g} m from the "
-                    f"link, and the robot is {size_m:.3g} m large; is its pose in mm?"
+                    f"link, and all shapes together measure {size_m:.3g} m; is its pose in mm?"
                 )
                 return
-
-
-def _long_slides(model: Model) -> Iterator[str]:
-    largest_m = _largest_link_m(model)
-    for joint in model.joints:
-        is_slide = joint.kind == "prismatic" and joint.lower >= 0
-        if is_slide and max(LONGEST_SLIDE_M, LONGEST_SLIDE * largest_m) < joint.upper < UNLIMITED_M:
-            yield (
-                f"the joint '{joint.name}' of '{model.name}' slides from {joint.lower:g} to {joint.upper:g} "
-                f"m, and the largest link is {largest_m:.2g} m; are its limits in mm?"
-            )
 
 
 def _low_density(model: Model) -> Iterator[str]:
@@ -201,12 +142,6 @@ def _sides_of_model(model: Model) -> FloatArray | None:
     return None if box is None else box[1] - box[0]
 
 
-def _size_m(model: Model) -> float:
-    """Return the diagonal of the box around a model; infinite without shapes."""
-    sides = _sides_of_model(model)
-    return inf if sides is None else float(np.linalg.norm(sides))
-
-
 def _largest_link_m(model: Model) -> float:
     """Return the diagonal of the largest link; infinite without shapes."""
     sides = (_sides(shapes_of(link)) for link in model.links)
@@ -218,7 +153,7 @@ def _listed(sides: FloatArray) -> str:
 
 
 @checks_experiment(Code.NRP372)
-def physics_steps_have_usual_lengths(static: StaticExperiment) -> Iterator[Finding]:
+def check_physics_step(static: StaticExperiment) -> Iterator[Finding]:
     """Check the step of the physics engine against that of the loop."""
     if static.world is None or not static.world.capabilities.step_ns:
         return

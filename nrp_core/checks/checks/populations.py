@@ -19,7 +19,7 @@ _MANY: Final = 8
 
 
 @checks_experiment(Code.NRP290, Code.NRP377)
-def populations_take_part(static: StaticExperiment) -> Iterator[Finding]:
+def check_populations(static: StaticExperiment) -> Iterator[Finding]:
     """Look for populations without a synapse and without a device, as far as all devices are known.
 
     Look also for those whose spikes a function reads although nothing can make them fire.
@@ -74,7 +74,7 @@ def _forgotten(static: StaticExperiment, label: str) -> list[int]:
 
 
 @checks_experiment(Code.NRP290)
-def driven_cells_lead_to_those_that_are_read(static: StaticExperiment) -> Iterator[Finding]:
+def check_paths(static: StaticExperiment) -> Iterator[Finding]:
     """Look for networks in which no synapses lead from what functions drive to what they read."""
     if static.network is None or not _knows_devices(static) or static.experiment.compatibility:
         return
@@ -113,7 +113,7 @@ def _listed(labels: set[str]) -> str:
 
 
 @checks_experiment(Code.NRP211)
-def neurons_are_picked_once(static: StaticExperiment) -> Iterator[Finding]:
+def check_views(static: StaticExperiment) -> Iterator[Finding]:
     """Look for named populations that have a neuron twice."""
     if static.network is None:
         return
@@ -126,7 +126,7 @@ def neurons_are_picked_once(static: StaticExperiment) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP297, Code.NRP308)
-def networks_use_usual_units(static: StaticExperiment) -> Iterator[Finding]:
+def report_network(static: StaticExperiment) -> Iterator[Finding]:
     """Report values in another unit, and what the script or file has that the network lacks."""
     collector = Collector(static.experiment.source)
     collector.place(static.summary.findings, "brain", "model")

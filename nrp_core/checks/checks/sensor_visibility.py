@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from math import inf
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.checks.checks.time_conditions import read_topics
@@ -25,7 +23,7 @@ from nrp_core.world.render.raster import RasterCameras
 from nrp_core.world.rigid import BodyPath, ReadFrames, matrix_of
 from nrp_core.world.scene.devices import MountedSensor, View
 from nrp_core.world.scene.merged_bodies import Body, bodies_of
-from nrp_core.world.scene.model import Link, Model, Scene
+from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.posture import body_poses
 from nrp_core.world.sensors.camera import Camera
 
@@ -34,11 +32,6 @@ COVERED: Final = 0.9
 COLUMNS: Final = 16
 MAX_ROWS: Final = 64
 """Size of an image whose pixels are only counted."""
-OTHER_MODEL: Final = 2**16 - 1
-"""Label of the pixels that show another model."""
-
-Labels = npt.NDArray[np.int64]
-"""Of each ray: 1 + the index of the link of its robot on which it ends; another value for anything else."""
 
 _Frames = Callable[[Sequence[BodyPath]], ReadFrames]
 
@@ -51,19 +44,17 @@ class OwnRobotView:
         link: the link that carries the sensor.
         sensor: the sensor.
         share: the share of its rays that end on its own robot.
-        most: the name of the link that is hit most; empty without any.
         nearest_m: the length of the shortest of these rays; infinite without any.
     """
 
     link: str
     sensor: MountedSensor
     share: float
-    most: str
     nearest_m: float
 
 
 @checks_experiment(Code.NRP374)
-def sensors_see_more_than_their_robot(static: StaticExperiment) -> Iterator[Finding]:
+def check_own_robot_views(static: StaticExperiment) -> Iterator[Finding]:
     """Look for scanners and cameras that are read and see only their own robot."""
     read = _read_topics(static)
     for model in _robots(static):
@@ -76,15 +67,14 @@ def sensors_see_more_than_their_robot(static: StaticExperiment) -> Iterator[Find
                     kind, rays = ("camera", "pixels") if view.sensor.views else ("scanner", "beams")
                     message = (
                         f"the {kind} '{view.sensor.name}' on '{model.name}/{view.link}' sees its own robot "
-                        f"with {view.share:.0%} of its {rays}, mostly the link '{view.most}', from "
-                        f"{view.nearest_m:.2g} m"
+                        f"with {view.share:.0%} of its {rays}, from {view.nearest_m:.2g} m"
                     )
                     place = static.experiment.place("world", "robots", model.name)
                     yield place.finding(Code.NRP374, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP295)
-def cameras_have_light(static: StaticExperiment) -> Iterator[Finding]:
+def check_light(static: StaticExperiment) -> Iterator[Finding]:
     """Look for realistic images of a scene without light."""
     renderer = getattr(static.world.options, "renderer", None) if static.world else None
     if static.scene is None or static.scene.lights or renderer != "realistic":
@@ -125,33 +115,37 @@ def _is_read(sensor: MountedSensor, model: Model, static: StaticExperiment, read
 def own_robot_views(scene: Scene, model: Model) -> Iterator[OwnRobotView]:
     """Yield how much each scanner and camera of a model sees of the model itself at the start.
 
+    A ray ends on its own robot if it is as long as in a scene with nothing else.
+
     Raises:
         SceneError: a mesh cannot be read.
     """
-    bodies = {one.name: bodies_of(one) for one in scene.models}
-    read = _frames_at_start(scene, bodies)
+    everything = {one.name: bodies_of(one) for one in scene.models}
+    alone = {model.name: everything[model.name]}
+    read = _frames_at_start(scene, everything)
     views: dict[CameraPath, View] = {
         (model.name, link.name, name): view
         for link in model.links
         for sensor in link.sensors
         for name, view in sensor.views.items()
     }
-    cameras = _labelled_cameras(model, bodies, views, read) if views else None
+    cameras = [_coarse_cameras(bodies, views, read) for bodies in (everything, alone)] if views else []
     for link in model.links:
         for sensor in link.sensors:
             beams = getattr(sensor, "beams", None)
             if isinstance(beams, Beams):
-                labels, lengths_m = _scan(model, link, beams, bodies, read)
-            elif sensor.views and cameras is not None:
+                far = replace(beams, reach=(beams.reach[0], inf))
+                spaces = (CollisionSpace(bodies, read) for bodies in (everything, alone))
+                lengths_m, own_m = (one.scan(model.name, link.name, far) for one in spaces)
+            elif sensor.views:
                 paths = [(model.name, link.name, name) for name in sensor.views]
-                labels = np.concatenate([cameras.segments(path)[..., 0].ravel() for path in paths])
-                lengths_m = np.concatenate([cameras.depth(path).ravel() for path in paths])
+                lengths_m, own_m = (
+                    np.concatenate([one.depth(path).ravel() for path in paths]) for one in cameras
+                )
             else:
                 continue
-            own = (labels > 0) & (labels != OTHER_MODEL)
-            most = model.links[int(np.bincount(labels[own]).argmax()) - 1].name if own.any() else ""
-            nearest_m = float(lengths_m[own].min(initial=inf))
-            yield OwnRobotView(link.name, sensor, float(own.mean()), most, nearest_m)
+            is_own = np.isfinite(own_m) & (own_m > 0.0) & (own_m <= lengths_m)
+            yield OwnRobotView(link.name, sensor, float(is_own.mean()), float(own_m[is_own].min(initial=inf)))
 
 
 def _frames_at_start(scene: Scene, bodies: Mapping[str, Sequence[Body]]) -> _Frames:
@@ -167,54 +161,12 @@ def _frames_at_start(scene: Scene, bodies: Mapping[str, Sequence[Body]]) -> _Fra
     return reader
 
 
-def _scan(
-    model: Model, link: Link, beams: Beams, bodies: Mapping[str, Sequence[Body]], read: _Frames
-) -> tuple[Labels, FloatArray]:
-    """Return the labels and the lengths of the rays of a scanner, however far it reaches."""
-    far = replace(beams, reach=(beams.reach[0], inf))
-    lengths_m = CollisionSpace(bodies, read).scan(model.name, link.name, far)
-    labels = np.zeros(len(lengths_m), np.int64)
-    for number, other in enumerate(model.links, start=1):
-        if other.collisions:
-            alone = {model.name: _only(bodies[model.name], other.name)}
-            own_m = CollisionSpace(alone, read).scan(model.name, link.name, far)
-            labels[np.isfinite(lengths_m) & (own_m <= lengths_m)] = number
-    return labels, lengths_m
-
-
-def _only(bodies: Sequence[Body], link: str) -> list[Body]:
-    """Return bodies with the collision shapes of one link."""
-    return [
-        replace(
-            body,
-            links=tuple(one if one.name == link else replace(one, collisions=()) for one in body.links),
-        )
-        for body in bodies
-    ]
-
-
-def _labelled_cameras(
-    model: Model, bodies: Mapping[str, Sequence[Body]], views: Mapping[CameraPath, View], read: _Frames
+def _coarse_cameras(
+    bodies: Mapping[str, Sequence[Body]], views: Mapping[CameraPath, View], read: _Frames
 ) -> RasterCameras:
-    """Return cameras that show which link of a model each pixel shows."""
-    numbers = {link.name: number for number, link in enumerate(model.links, start=1)}
-
-    def labelled(numbers: Mapping[str, int], link: Link) -> Link:
-        label = numbers.get(link.name, OTHER_MODEL)
-        return replace(link, visuals=tuple(replace(one, label=label, texture=None) for one in link.visuals))
-
-    marked = {
-        name: [
-            replace(
-                body, links=tuple(map(partial(labelled, numbers if name == model.name else {}), body.links))
-            )
-            for body in each
-        ]
-        for name, each in bodies.items()
-    }
-    coarse = {path: replace(view, width=COLUMNS, height=_rows(view)) for path, view in views.items()}
-    return RasterCameras(marked, {path: Optics.of(view, 1.0) for path, view in coarse.items()}, read)
-
-
-def _rows(view: View) -> int:
-    return max(1, min(MAX_ROWS, round(COLUMNS * view.height / view.width)))
+    """Return cameras with few pixels."""
+    optics = {}
+    for path, view in views.items():
+        n_rows = max(1, min(MAX_ROWS, round(COLUMNS * view.height / view.width)))
+        optics[path] = Optics.of(replace(view, width=COLUMNS, height=n_rows), 1.0)
+    return RasterCameras(bodies, optics, read)

@@ -14,7 +14,6 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
 from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.experiment.running.observation import bodies_fall
@@ -33,7 +32,7 @@ MAX_TOLERANCE_M: Final = 0.05
 
 
 @checks_experiment(Code.NRP264)
-def joints_start_at_zero(static: StaticExperiment) -> Iterator[Finding]:
+def check_start_joints(static: StaticExperiment) -> Iterator[Finding]:
     """Report the robots with joints that cannot start at 0, and for which the experiment gives no start."""
     for model in static.scene.models if static.scene is not None else ():
         if model.name not in static.experiment.world.robots:
@@ -47,7 +46,7 @@ def joints_start_at_zero(static: StaticExperiment) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP291)
-def robots_start_apart(static: StaticExperiment) -> Iterator[Finding]:
+def check_start_places(static: StaticExperiment) -> Iterator[Finding]:
     """Look for robots that start inside each other."""
     if static.scene is None:
         return
@@ -63,20 +62,17 @@ def robots_start_apart(static: StaticExperiment) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP291, Code.NRP292, Code.NRP306)
-def models_start_at_possible_poses(static: StaticExperiment) -> Iterator[Finding]:
+def check_start_poses(static: StaticExperiment) -> Iterator[Finding]:
     """Check the start poses of robots and of the loose models of the room."""
     if static.scene is None or static.world is None or not bodies_fall(static.world.capabilities):
         return
     scene = replace(static.scene, models=tuple(map(at_start, static.scene.models)))
     robots = static.experiment.world.robots
     room = static.experiment.place("world", "scene")
-    for model, ground in below_ground(scene, robots):
-        message = f"the model '{model}' lies below '{ground}', which the robots stand on"
-        yield room.finding(Code.NRP306, message, Level.WARNING)
     for robot, top_m, ground in buried(scene, robots):
         message = f"the robot '{robot}' reaches up to z {top_m:.3g} m, which is below '{ground}'"
         yield static.experiment.place("world", "robots", robot).finding(Code.NRP306, message, Level.WARNING)
-    for message in falling(scene, robots):
+    for message in falling_models(scene, robots):
         yield room.finding(Code.NRP292, message, Level.WARNING)
     for robot, code, message in wrong_starts(scene, robots):
         yield static.experiment.place("world", "robots", robot).finding(code, message, Level.WARNING)
@@ -110,7 +106,7 @@ def wrong_starts(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, Cod
             yield from _wrong_heights(model, scene)
 
 
-def falling(scene: Scene, robots: Iterable[str]) -> Iterator[str]:
+def falling_models(scene: Scene, robots: Iterable[str]) -> Iterator[str]:
     """Yield a sentence for each model of a room that nothing holds, and with nothing below it.
 
     Args:
@@ -213,32 +209,6 @@ def height_above_ground_m(model: Model, scene: Scene) -> float:
     return max(0.0, float(points[:, 2].min()) - max(tops)) if tops else 0.0
 
 
-def below_ground(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Yield each static model below the ground that robots stand on, with the collision shape that covers it.
-
-    A model with something below it is in a cellar, and one that is as wide as the shape above it is its
-    foundation.
-
-    Args:
-        scene: the scene with the robots at their start poses.
-        robots: names of the robots.
-    """
-    names = set(robots)
-    feet = [solid.lowest_m for model in scene.models if model.name in names for solid in solids_of(model)]
-    room = room_of(scene)
-    for model in scene.models if feet else ():
-        own = list(solids_of(model))
-        if not model.static or model.name in names or not own or any(solid.is_endless for solid in own):
-            continue
-        points = np.vstack([corner for solid in own for corner in solid.box])
-        others = [solid for solid in room if solid not in own]
-        covers = [
-            one for one in others if one.highest_m < min(feet) + MAX_TOLERANCE_M and _covers(one, points)
-        ]
-        if covers and not any(one.is_below(points) for one in others if one not in covers):
-            yield model.name, covers[0].name
-
-
 def buried(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, float, str]]:
     """Yield each robot that cannot fall and is below a ground without end, its top (m), and the ground.
 
@@ -254,19 +224,6 @@ def buried(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, float, st
         box = box_around((model.pose @ link.pose @ one.pose, one.geometry) for link, one in shapes)
         if lowest is not None and box is not None and box[1][2] < lowest.highest_m - MAX_TOLERANCE_M:
             yield model.name, float(box[1][2]), lowest.name
-
-
-def _covers(ground: Solid, points: FloatArray) -> bool:
-    """Return whether points are below a much wider shape, with room between them."""
-    low, high = points.min(0), points.max(0)
-    if high[2] > ground.highest_m - MAX_TOLERANCE_M:
-        return False
-    if ground.is_endless:
-        return ground.highest_m < inf
-    ground_low, ground_high = ground.box
-    inside = bool(((ground_low <= low) & (high <= ground_high))[:2].all())
-    wide = float(np.prod((high - low)[:2])) < 0.5 * float(np.prod((ground_high - ground_low)[:2]))
-    return inside and wide and bool(high[2] < ground_low[2] + MAX_TOLERANCE_M)
 
 
 def _near(part: Solid, solid: Solid) -> bool:

@@ -120,13 +120,13 @@ def report_latency(static: StaticExperiment) -> Iterator[Finding]:
         yield last.finding(Code.NRP238, last.nodes.get(""), message, Level.NOTE)
 
 
-@checks_experiment(Code.NRP296)
+@checks_experiment(Code.NRP372)
 def check_step_of_loop(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a time step that is too long for a closed loop."""
     step_ns = static.experiment.timestep
     if step_ns > NS_PER_S:
         message = f"timestep: sensors reach the brain, and this the robot, only every {seconds(step_ns):g} s"
-        yield static.experiment.place("timestep").finding(Code.NRP296, message, Level.WARNING)
+        yield static.experiment.place("timestep").finding(Code.NRP372, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP248)

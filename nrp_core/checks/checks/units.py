@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core.brain.network.data import Network, Population
-from nrp_core.checks.code.values import NUMBER, Known, adapter_of, is_message
+from nrp_core.checks.code.values import Known, adapter_of, is_message
 from nrp_core.checks.network_units import too_strong
 from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
@@ -246,25 +246,3 @@ def _in_degrees(info: TopicInfo, angle: float | None) -> str:
         f"'{info.name}' takes radians, and {angle:g} is {abs(angle) / (2 * pi):.0f} turns; "
         f"{angle:g} degrees are {radians(angle):.4g}"
     )
-
-
-@checks_function(Code.NRP233)
-def check_recorded_times(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for times of a recorder, in ms, that are combined with the time 't', in s."""
-    for node in function.declared.own:
-        match node:
-            case ast.BinOp(one, ast.Add() | ast.Sub(), other) | ast.Compare(one, _, [other]):
-                for read, time in ((one, other), (other, one)):
-                    is_time = ast.unparse(time) == "t" and function.body.shape(time) == NUMBER
-                    if is_time and _is_recorded_time(function, read):
-                        text = ast.unparse(node)
-                        message = f"times of recorders are in ms, and '{text}' combines one with s"
-                        yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
-
-
-def _is_recorded_time(function: CheckedFunction, node: ast.expr) -> bool:
-    while isinstance(node, ast.Subscript):
-        node = node.value
-    if not isinstance(node, ast.Attribute) or node.attr != "times":
-        return False
-    return isinstance(adapter_of(function.body.shape(node.value)), Device)

@@ -70,7 +70,7 @@ def validate(
 
 
 def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool, details: bool) -> None:
-    from nrp_core.checks.formats import github, sarif
+    from nrp_core.cli.finding_formats import github, sarif
     from nrp_core.cli.summary import print_findings
 
     if form is FindingFormat.JSON:

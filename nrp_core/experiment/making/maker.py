@@ -261,7 +261,7 @@ def _check_values(
     declared: Declared, given: Mapping[str, object], collector: Collector, *keys: Key
 ) -> dict[str, ParameterValue]:
     for mistake in declared.mistakes:
-        with collector.during(Code.NRP289):
+        with collector.during(Code.NRP288):
             raise mistake
     for parameter in () if declared.mistakes else declared.unused:
         message = f"nothing reads the parameter '{parameter.name}': every value gives the same result"

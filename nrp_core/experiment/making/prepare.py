@@ -253,8 +253,7 @@ def build_network(experiment: Experiment, collector: Collector, build: Build | N
         build: makes the network; by default in this process, within the time limit of the experiment.
     """
     before = len(collector.findings)
-    is_script = experiment.brain.model.suffix == ".py"
-    with collector.during(Code.NRP208 if is_script else Code.NRP343, "brain", "model"):
+    with collector.during(Code.NRP208, "brain", "model"):
         try:
             network = maker_of(experiment).network(experiment, build or partial(built_in_time, experiment))
             return with_variants(network, experiment, collector)
@@ -262,13 +261,11 @@ def build_network(experiment: Experiment, collector: Collector, build: Build | N
             keys = ("brain", "populations", error.subject or "")
             collector.add(Code.NRP211, error.message, *keys, subject=error.subject)
     # a declaration of a parameter that is wrong ends the script, too
-    known = {
-        (one.path, one.line) for one in collector.findings[:before] if one.code in (Code.NRP289, Code.NRP351)
-    }
+    known = {(one.path, one.line) for one in collector.findings[:before] if one.code is Code.NRP288}
     collector.findings[before:] = [
         one
         for one in collector.findings[before:]
-        if one.code not in (Code.NRP208, Code.NRP351) or (one.path, one.line) not in known
+        if one.code not in (Code.NRP208, Code.NRP288) or (one.path, one.line) not in known
     ]
     return None
 
@@ -321,7 +318,7 @@ def _is_accepted(
     check_capabilities(experiment, brain.capabilities, collector)
     with collector.during(Code.NRP216, "brain", "backend"):
         brain.capabilities.require(network, name)
-        with collector.during(Code.NRP350, "brain", "model"), named_errors(name, "accept the network"):
+        with collector.during(Code.NRP216, "brain", "model"), named_errors(name, "accept the network"):
             collector.place(review(brain, network), "brain", "model")
     return not has_errors(collector.findings[before:])
 

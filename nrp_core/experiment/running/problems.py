@@ -12,7 +12,6 @@ from nrp_core.clock import seconds
 from nrp_core.dsl.devices import DeviceGroup, SpikeGenerator
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.mappings import Variable
-from nrp_core.errors import RecordingError, SimulationError, TransferFunctionRaisedError
 from nrp_core.experiment.events.events import Times
 from nrp_core.experiment.model.event_schema import causes_of
 from nrp_core.experiment.model.experiment import Experiment
@@ -76,7 +75,7 @@ def at_the_end(
         if name in reported and not after:
             continue
         message = f"the event '{name}' never happened" + (f", and so not {', '.join(after)}" if after else "")
-        yield experiment.place("events", name).finding(Code.NRP322, message, Level.WARNING)
+        yield experiment.place("events", name).finding(Code.NRP248, message, Level.WARNING)
 
 
 def _is_reported(name: str, experiment: Experiment, found: Iterable[Finding]) -> bool:
@@ -153,7 +152,7 @@ def too_fast(
                 "current in another unit?"
             )
             place = experiment.place("brain", "model")
-            yield place.finding(Code.NRP325, message, Level.WARNING)
+            yield place.finding(Code.NRP297, message, Level.WARNING)
 
 
 Reporter = Callable[[], Iterable[Finding]]
@@ -220,8 +219,5 @@ def _quarantine(failure: Failure) -> Finding:
 def _end(error: BaseException, now_s: float) -> Finding:
     if state_of(error) == INTERRUPTED:
         return interruption("interrupted at", now_s)
-    by_engine = isinstance(error, SimulationError) and not isinstance(
-        error, (TransferFunctionRaisedError, RecordingError)
-    )
     text = next(iter(str(error).splitlines()), type(error).__name__)
-    return Finding(Code.NRP275 if by_engine else Code.NRP276, text, Level.WARNING)
+    return Finding(Code.NRP276, text, Level.WARNING)

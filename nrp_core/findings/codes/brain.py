@@ -3,36 +3,11 @@
 from nrp_core.findings.codes.explanation import Explanation, Weight
 
 SCRIPT_FAILED = Explanation(
-    "A brain script that fails, or builds an invalid network.",
+    "A brain script or file that does not give a network: it fails, is invalid, or takes too long.",
     "Without a network there are no neurons to simulate or connect.",
-    "Correct the line or value in the message; `nrp run --debug` adds the whole traceback.",
-    "{n} brain scripts end with an error",
-    Weight.ALTERED,
-)
-
-NO_NETWORK_IN_FILE = Explanation(
-    "A file that is not a script and cannot be read as a network.",
-    "Without a network there are no neurons to simulate or connect.",
-    "Use a complete file in a supported format (docs/howto/keep-a-network.md), or write "
-    "it again with the program that created it.",
-    "{n} files cannot be read as networks",
-    Weight.ALTERED,
-)
-
-ENDLESS_SCRIPT = Explanation(
-    "The brain script takes longer than `brain.time_limit`.",
-    "The script was stopped, so there is no network.",
-    "Check the loops of the script, from the line in the message; if the script needs the time, increase "
-    "`brain.time_limit` or set it to `off`.",
-    "{n} brain scripts take longer than their limit",
-    Weight.ALTERED,
-)
-
-REFUSED_NETWORK = Explanation(
-    "A network that the brain backend rejects.",
-    "The network is valid, but this backend cannot simulate the value or part in the message.",
-    "Change that value or part, or choose another brain backend (`nrp backends`).",
-    "{n} networks are rejected by the brain backend",
+    "Correct the line or value in the message; `nrp run --debug` adds the whole traceback, and "
+    "`brain.time_limit` sets the time of a script.",
+    "{n} brain scripts or files do not give a network",
     Weight.ALTERED,
 )
 
@@ -52,14 +27,6 @@ BRAIN_LEFT_OUT = Explanation(
     Weight.INCOMPLETE,
 )
 
-EMPTY_POPULATION = Explanation(
-    "A population of the experiment has no neurons in the brain file.",
-    "Devices on this population have no effect.",
-    "Correct the name, or the neurons that the experiment lists for it.",
-    "{n} populations have no neurons",
-    Weight.ALTERED,
-)
-
 UNCONNECTED = Explanation(
     "A population without connections, without excitatory input, or without a path to a device.",
     "Its neurons do not affect the robot: they never fire, or their spikes have no target.",
@@ -68,16 +35,8 @@ UNCONNECTED = Explanation(
     Weight.REMARK,
 )
 
-TOO_FAST = Explanation(
-    "A population has an implausibly high firing rate.",
-    "A weight, a current or a time constant is probably in another unit; the run uses it unchanged.",
-    "Compare the cell parameters and the incoming weights with the units of the cell model.",
-    "{n} populations have an implausibly high firing rate",
-    Weight.REMARK,
-)
-
 IMPLAUSIBLE = Explanation(
-    "A value of the network is probably in another unit.",
+    "A value of the network is probably in another unit, or a population fires as often as no neuron does.",
     "The network is simulated unchanged. PyNN's units are ms, mV, nF, nA, uS and Hz.",
     "Compare the value with the unit in the message; no action is needed if it is intended.",
     "{n} values of the network are probably in another unit",

@@ -50,14 +50,6 @@ STEPS_DO_NOT_DIVIDE = Explanation(
     Weight.ALTERED,
 )
 
-LONG_STEP = Explanation(
-    "A time step does not suit a closed loop, or that of its environment.",
-    "The robot reacts late, or brain and body simulate different times between two observations.",
-    "Set the step that the message names; 20 ms is usual for the loop.",
-    "{n} time steps do not suit the loop",
-    Weight.REMARK,
-)
-
 NO_SUCH_REFERENCE = Explanation(
     "An event or criterion refers to something that does not exist.",
     "The event could never happen, or the criterion could never be decided.",
@@ -67,18 +59,10 @@ NO_SUCH_REFERENCE = Explanation(
 )
 
 NEVER = Explanation(
-    "An event, condition or state that can never happen.",
+    "An event, condition or state that can never happen, or did not happen by the end of the run.",
     "Its messages are not published, and what waits for it does not happen either.",
     "Check the times: an experiment file needs units; `t` is in seconds from the start of the run.",
-    "{n} events, conditions or states can never happen",
-    Weight.REMARK,
-)
-
-MISSED_EVENT = Explanation(
-    "An event did not happen by the end of the run.",
-    "Its messages were never published, and criteria that count from it were never evaluated.",
-    "Correct its condition, or give the run more time.",
-    "{n} events never happened",
+    "{n} events, conditions or states never happen",
     Weight.REMARK,
 )
 
@@ -91,26 +75,11 @@ DEGREES = Explanation(
 )
 
 WRONG_PARAMETER = Explanation(
-    "A parameter that the script does not declare, or a value that does not fit its declaration.",
+    "A parameter that is not declared, a value that does not fit, or a declaration that contradicts itself "
+    "or cannot be read.",
     "The script would run with another value than the one that you intended.",
-    "Use a declared name, and a value of its type, in a unit that can be converted, within its range; "
-    "`nrp inspect EXPERIMENT` lists the parameters.",
+    "Declare it with literals; use a declared name, and a value of its type, in a unit that can be "
+    "converted, within its range; `nrp inspect EXPERIMENT` lists the parameters.",
     "{n} parameters do not fit",
-    Weight.ALTERED,
-)
-
-UNREADABLE_PARAMETER = Explanation(
-    "A declaration of a parameter that cannot be read.",
-    "Parameters are checked without executing the script, so their declarations must be readable.",
-    'Declare it with literals: `gain = sim.parameter("gain", 1.0, unit="mV", low=0, high=5, doc="...")`.',
-    "{n} declarations of parameters cannot be read",
-    Weight.ALTERED,
-)
-
-CONTRADICTORY_PARAMETER = Explanation(
-    "A declaration of a parameter that contradicts itself or another one.",
-    "No value satisfies the declarations, so the script is not executed.",
-    "Make default, range and unit consistent; two declarations of one name must be equal.",
-    "{n} declarations of parameters contradict themselves or each other",
     Weight.ALTERED,
 )

@@ -44,14 +44,6 @@ SILENT_SOURCE = Explanation(
     Weight.REMARK,
 )
 
-WRONG_UNIT = Explanation(
-    "A quantity in one unit is used as a quantity in another unit.",
-    "This is correct only if a factor has the missing unit; such a factor should have a name.",
-    "Check the gain: `rate_hz = GAIN_HZ_PER_MV * sink.voltage`.",
-    "{n} quantities are used in another unit",
-    Weight.REMARK,
-)
-
 SAME_NAME = Explanation(
     "Two transfer functions have the same name.",
     "Reports and recordings identify a function by its name.",

@@ -44,7 +44,6 @@ class Code(Enum):
     NRP219 = functions.MAPPING_MISMATCH
     NRP229 = functions.TWO_PUBLISHERS
     NRP231 = functions.SILENT_SOURCE
-    NRP233 = functions.WRONG_UNIT
     NRP235 = functions.SAME_NAME
     NRP237 = functions.RETURN_VALUE
     NRP238 = functions.DELAY
@@ -66,9 +65,7 @@ class Code(Enum):
     NRP265 = world.NOT_CONTROLLED
     NRP266 = world.RENAMED
     NRP269 = brain.BRAIN_LEFT_OUT
-    NRP271 = brain.EMPTY_POPULATION
     NRP272 = running.FUNCTION_LEFT_OUT
-    NRP275 = running.ENGINE_FAILED
     NRP276 = running.ENDED_BY_ERROR
     NRP277 = running.NUMERICAL
     NRP278 = running.REPORTED
@@ -80,13 +77,11 @@ class Code(Enum):
     NRP284 = running.RECORDING_INCOMPLETE
     NRP285 = running.REPLAY_DIFFERS
     NRP288 = experiment.WRONG_PARAMETER
-    NRP289 = experiment.UNREADABLE_PARAMETER
     NRP290 = brain.UNCONNECTED
     NRP291 = world.STARTS_INSIDE
     NRP292 = world.NO_GROUND
     NRP294 = running.INTERRUPTED
     NRP295 = world.NO_LIGHT
-    NRP296 = experiment.LONG_STEP
     NRP297 = brain.IMPLAUSIBLE
     NRP299 = world.BEYOND_LIMIT
     NRP301 = functions.HIDDEN_STATE
@@ -94,14 +89,8 @@ class Code(Enum):
     NRP306 = world.STARTS_HIGH
     NRP308 = brain.UNLIKE_SCRIPT
     NRP319 = functions.MESSAGE_OVERWRITTEN
-    NRP322 = experiment.MISSED_EVENT
-    NRP325 = brain.TOO_FAST
     NRP330 = functions.NOT_KEPT
     NRP335 = brain.IMPOSSIBLE_VARIANT
-    NRP343 = brain.NO_NETWORK_IN_FILE
-    NRP344 = brain.ENDLESS_SCRIPT
-    NRP350 = brain.REFUSED_NETWORK
-    NRP351 = experiment.CONTRADICTORY_PARAMETER
     NRP353 = running.BEYOND_THE_END
     NRP355 = functions.MESSAGE_NOT_SENT
     NRP356 = functions.NO_PREPROCESSED_RESULT

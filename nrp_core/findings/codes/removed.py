@@ -8,6 +8,7 @@ REMOVED: Final = {
     "0.3": (
         "NRP220",
         "NRP232",
+        "NRP233",
         "NRP234",
         "NRP236",
         "NRP242",
@@ -68,13 +69,23 @@ MERGED: Final = {
     "NRP327": "NRP248",
     "NRP332": "NRP240",
     "NRP336": "NRP279",
-    "NRP340": "NRP296",
+    "NRP340": "NRP372",
     "NRP345": "NRP260",
     "NRP346": "NRP266",
     "NRP354": "NRP277",
     "NRP359": "NRP379",
     "NRP360": "NRP380",
     "NRP373": "NRP381",
+    "NRP343": "NRP208",
+    "NRP344": "NRP208",
+    "NRP350": "NRP216",
+    "NRP289": "NRP288",
+    "NRP351": "NRP288",
+    "NRP275": "NRP276",
+    "NRP325": "NRP297",
+    "NRP322": "NRP248",
+    "NRP296": "NRP372",
+    "NRP271": "NRP211",
 }
 """Codes of 0.2 whose findings have another code since 0.3."""
 

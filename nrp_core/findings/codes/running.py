@@ -10,16 +10,8 @@ FUNCTION_LEFT_OUT = Explanation(
     Weight.INCOMPLETE,
 )
 
-ENGINE_FAILED = Explanation(
-    "A brain or physics engine failed.",
-    "The run ended at this time, because the loop needs both sides.",
-    "Correct the cause that the message names; another backend may be able to run the experiment.",
-    "{n} engines failed",
-    Weight.INCOMPLETE,
-)
-
 ENDED_BY_ERROR = Explanation(
-    "An error ended the run early.",
+    "An error of an engine or of the experiment ended the run early.",
     "Everything after this time is missing.",
     "Correct the cause that the message names.",
     "{n} errors ended the run",

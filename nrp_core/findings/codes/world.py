@@ -140,10 +140,10 @@ LENGTH_UNIT = Explanation(
 )
 
 STEP_UNIT = Explanation(
-    "A time step of a physics engine is probably in another unit.",
-    "The run is slow, or contacts and controllers are inaccurate.",
-    "Write the step with its unit: `timestep: 2 ms`.",
-    "{n} time steps are probably in another unit",
+    "A time step is probably in another unit, or does not suit the loop or its environment.",
+    "The run is slow or inaccurate, or the robot reacts late.",
+    "Write steps with their unit; 20 ms is usual for the loop, and 1 to 5 ms for physics.",
+    "{n} time steps do not suit",
     Weight.REMARK,
 )
 

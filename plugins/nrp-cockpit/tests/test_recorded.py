@@ -39,7 +39,7 @@ RED_S, LENGTH_S, STEP_S = 0.5, 2.0, 0.02
 CAMERA, COMMANDS, SPIKES = "/husky/camera", "/husky/cmd_vel", "/brain/circuit/spikes"
 STATES = (CAMERA, "/tf", "/gazebo/model_states", "/brain/devices/eye_sensor_transmit/green_blue_eye/rate")
 SCREEN = "left_vr_screen/body/screen_glass"
-MISSED = "NRP322"
+MISSED = "NRP248"
 """The finding of events that are due after the end, as the other screen's here."""
 Raw = list[tuple[str, int, bytes]]
 

@@ -38,7 +38,7 @@ def test_without_such_an_experiment_it_is_checked_on_a_plain_floor(corpus: Path)
     [
         ("two_cells.py", "no_cells.py", Code.NRP269, "brain 'brain_model/no_cells.py' not found"),
         ("husky_model/model.sdf", "husky_model/moddel.sdf", Code.NRP256, "robot 'husky_model/moddel.sdf'"),
-        ('to="1"', 'to="0"', Code.NRP271, "population 'left' has no neurons"),
+        ('to="1"', 'to="0"', Code.NRP211, "population 'left' has no neurons"),
         ('to="1"', 'to="9"', Code.NRP211, "population 'left' goes to neuron 8, and "),
         ("</bibi>", "</bib>", Code.NRP200, "not well-formed XML"),
     ],

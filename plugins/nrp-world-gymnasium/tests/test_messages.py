@@ -121,7 +121,7 @@ def test_a_value_that_is_not_a_number_is_an_error(open_world):
 
 def test_another_time_step_than_that_of_the_environment_is_reported(open_world):
     (finding,) = open_world("Pendulum-v1").warnings
-    assert finding.code is Code.NRP296
+    assert finding.code is Code.NRP372
     assert "simulates 50 ms, but the option 'timestep' is 20 ms" in finding.message
     assert not list(open_world("Pendulum-v1", timestep="50 ms").warnings)
 

@@ -132,12 +132,12 @@ def test_a_declaration_that_is_not_literal_is_one_finding_with_its_line(folder):
     file = folder / "brain.py"
     file.write_text(BRAIN.replace('"delay", 1.0', '"delay", 2 * cells'))
     (finding,) = errors(validate_file(folder, ["brain.parameters.delay=3"]))
-    assert (finding.code.name, finding.path, finding.line) == ("NRP289", file, 5)
+    assert (finding.code.name, finding.path, finding.line) == ("NRP288", file, 5)
 
 
 @pytest.mark.parametrize(
     ("wrong", "code"),
-    [('"delay", low=5, high=0', "NRP289"), ('"delay", 9.0, low=0, high=5', "NRP351")],
+    [('"delay", low=5, high=0', "NRP288"), ('"delay", 9.0, low=0, high=5', "NRP288")],
 )
 def test_a_declaration_that_ends_the_script_is_one_finding(folder, wrong, code):
     file = folder / "brain.py"
@@ -248,7 +248,7 @@ def test_a_declaration_that_cannot_be_read_is_told_by_inspect_and_explain(nrp, f
     file = folder / "brain.py"
     file.write_text(BRAIN.replace('"delay", 1.0', '"delay", 2 * cells'))
     for command in ("inspect", "explain"):
-        assert nrp(command, file).err.count("NRP289") == 1
+        assert nrp(command, file).err.count("NRP288") == 1
 
 
 def test_a_script_that_runs_by_itself_has_the_defaults(tmp_path):

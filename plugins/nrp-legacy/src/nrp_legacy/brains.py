@@ -442,7 +442,7 @@ def remark(path: Path, populations: Mapping[str, Element], network: Network, not
             message = f"population '{name}' has no neurons in {path.name}: {', '.join(asked)}".rstrip(": ")
             if not len(circuit) and path.suffix == ".py":
                 message += f"; the script has no variable '{CIRCUIT}' with cells, from which they are chosen"
-            notes(Code.NRP271, message, subject=name)
+            notes(Code.NRP211, message, subject=name)
         elif len(circuit) and last is not None and last >= len(circuit):
             message = (
                 f"population '{name}' goes to neuron {last}, and {path.name} has {len(circuit)}: the others "

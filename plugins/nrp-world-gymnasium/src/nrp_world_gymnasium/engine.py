@@ -82,7 +82,7 @@ class GymnasiumEngine(Engine):
             step_s = getattr(env.unwrapped, name, None)
             if isinstance(step_s, float) and not np.isclose(step_s, seconds(options.timestep)):
                 self.warnings.add(
-                    Code.NRP296,
+                    Code.NRP372,
                     f"a step of '{options.env}' simulates {1000 * step_s:g} ms, but the option 'timestep' is "
                     f"{milliseconds(options.timestep):g} ms",
                 )
