@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from nrp_core.cli.options import refuse_given
-from nrp_core.cli.output import INVALID, complain, document
+from nrp_core.cli.output import INVALID, complain, document, warn
 from nrp_core.clock import seconds
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def inspect_functions(context: typer.Context, file: Path, overrides: Sequence[st
     for one in parameters:
         typer.echo(f"parameter {one}")
     for finding in found:
-        complain(str(finding), label="warning", color="yellow")
+        warn(str(finding))
 
 
 def declared_parameters(file: Path) -> tuple[list[ParameterValue], list[Finding]]:

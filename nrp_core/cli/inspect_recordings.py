@@ -10,7 +10,7 @@ from typing import Any
 import typer
 
 from nrp_core._support.json_values import to_jsonable
-from nrp_core.cli.output import NO, complain, document, size_text
+from nrp_core.cli.output import NO, complain, document, size_text, warn
 from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.result import recorded_judgement
@@ -70,9 +70,9 @@ def inspect_recording(path: Path, *, as_json: bool, details: bool) -> None:
     data = _data(recording)
     if not data["intact"]:
         advice = f"'nrp recover {path}' restores its intact part"
-        complain(f"the recording is truncated or damaged; {advice}", label="warning", color="yellow")
+        warn(f"the recording is truncated or damaged; {advice}")
     for message in _contradictions(recording, data):
-        complain(message, label="warning", color="yellow")
+        warn(message)
     if as_json:
         document(data)
         return

@@ -6,12 +6,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.output import complain
+from nrp_core.cli.output import complain, warn
 from nrp_core.registry import Registry
+
+if TYPE_CHECKING:
+    from nrp_core.recording.reading.recording import Recording
 
 
 def _backend_option(side: str) -> Any:
@@ -42,6 +45,7 @@ experiment_names = beginning_with(_experiments)
 Json = Annotated[
     bool, typer.Option("--json", envvar="NRP_JSON", help="Write one JSON document to standard output.")
 ]
+RecordingPath = Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")]
 ExperimentName = Annotated[
     str,
     typer.Argument(
@@ -172,6 +176,25 @@ def usage_errors(option: str) -> Iterator[None]:
         yield
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint=option) from error
+
+
+def open_recording(folder: Path, use: str) -> Recording:
+    """Open the recording of a command; warn if it is not complete.
+
+    Args:
+        folder: the first argument of the command.
+        use: what happens to its intact part, such as ``drawn``.
+
+    Raises:
+        typer.BadParameter: the folder is not a recording.
+    """
+    from nrp_core.recording.reading.recording import Recording
+
+    with usage_errors("DIR"):
+        recording = Recording(folder)
+    if not recording.complete:
+        warn(f"the recording is truncated or damaged: only its intact part is {use}")
+    return recording
 
 
 def time_s(text: str, option: str) -> float:

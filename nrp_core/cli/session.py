@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from nrp_core.cli.options import usage_errors
-from nrp_core.cli.output import INTERRUPTED, NO, as_data, complain, document, lines
+from nrp_core.cli.output import INTERRUPTED, NO, as_data, complain, document, lines, warn
 from nrp_core.cli.progress import Display, display
 from nrp_core.cli.summary import summary
 from nrp_core.clock import from_seconds, milliseconds, seconds
@@ -251,7 +251,7 @@ def _announce(simulation: Run) -> None:
     missing, warnings = counts.pop(Weight.INCOMPLETE), sum(counts.values())
     if missing:
         parts = "a part of the experiment is" if missing == 1 else f"{missing} parts of the experiment are"
-        complain(f"{parts} left out, so the run will not be complete", label="warning", color="yellow")
+        warn(f"{parts} left out, so the run will not be complete")
     if warnings:
         count = "1 warning" if warnings == 1 else f"{warnings} warnings"
         complain(f"{count}, shown at the end; nrp validate shows them now", label="note")

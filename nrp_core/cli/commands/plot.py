@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.options import Json, beginning_with, time_s, usage_errors
+from nrp_core.cli.options import Json, RecordingPath, beginning_with, open_recording, time_s, usage_errors
 from nrp_core.cli.output import complain, document
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ PANELS = ("map", "timeline", "spikes", "devices", "commands", "camera")
 
 
 def plot(
-    recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    recording: RecordingPath,
     kind: Annotated[
         str,
         typer.Argument(
@@ -72,22 +72,14 @@ def plot(
     """Draw a figure of a recorded run: all of it, or one part."""
     from nrp_core.errors import did_you_mean
     from nrp_core.recording import figures as figure
-    from nrp_core.recording.reading.recording import Recording
 
-    with usage_errors("DIR"):
-        source = Recording(recording)
+    source = open_recording(recording, "drawn")
     with usage_errors("FIGURE"):
         if kind not in (known := [one.value for one in figure.What]):
             raise ValueError(f"unknown figure '{kind}'{did_you_mean(kind, known)}")
     target = output or Path(f"{kind}.png")
     with usage_errors("--output"):
         figure.check_target(target)
-    if not source.complete:
-        complain(
-            "the recording is truncated or damaged: only its intact part is drawn",
-            label="warning",
-            color="yellow",
-        )
     if panels is not None and kind != figure.What.RUN:
         complain(f"--panels has no effect on '{kind}', which is one part", label="note")
     if dpi != _DPI and target.suffix.lower() != ".png":

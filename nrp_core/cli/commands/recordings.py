@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.options import Json, beginning_with, usage_errors
-from nrp_core.cli.output import complain, document
+from nrp_core.cli.options import Json, RecordingPath, beginning_with, open_recording, usage_errors
+from nrp_core.cli.output import document
 
 FORMATS = ("nwb", "sonata", "csv")
 _FILES = (".csv", ".h5", ".nwb")
@@ -48,7 +48,7 @@ def recover(
 
 
 def export(
-    recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    recording: RecordingPath,
     kind: Annotated[
         str,
         typer.Option(
@@ -80,18 +80,10 @@ def export(
         )
     from nrp_core.recording.export import Format
     from nrp_core.recording.export import export as write
-    from nrp_core.recording.reading.recording import Recording
 
-    with usage_errors("DIR"):
-        source = Recording(recording)
+    source = open_recording(recording, "exported")
     name = source.folder.resolve().name
     target = output or Path(f"{name}.nwb" if kind == Format.NWB else f"{name}-{kind}")
-    if not source.complete:
-        complain(
-            "the recording is truncated or damaged: only its intact part is exported",
-            label="warning",
-            color="yellow",
-        )
     if kind != Format.NWB and target.suffix in _FILES:
         raise typer.BadParameter(
             f"{kind} is written as a folder of files, and '{target.name}' is the name of a file",

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.options import Json, usage_errors
-from nrp_core.cli.output import NO, complain, document
+from nrp_core.cli.options import Json, RecordingPath, usage_errors
+from nrp_core.cli.output import NO, document, warn
 
 if TYPE_CHECKING:
     from nrp_core.recording.reading.check import Flaw
@@ -26,7 +26,7 @@ def _side(name: str) -> Any:
 
 
 def replay(
-    recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    recording: RecordingPath,
     verify: Annotated[
         bool,
         typer.Option("--verify", envvar="NRP_VERIFY", help="Stop at the first difference and fail."),
@@ -96,7 +96,7 @@ def replay(
         outcome = again.verify() if verify else again.go()
         result = again.run.result()
     for warning in outcome.warnings:
-        complain(str(warning), label="warning", color="yellow")
+        warn(str(warning))
     if json:
         document({
             "identical": outcome.identical, "verdict": outcome.verdict, **_data(outcome),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.options import Json, beginning_with, time_s, usage_errors
+from nrp_core.cli.options import Json, RecordingPath, beginning_with, open_recording, time_s, usage_errors
 from nrp_core.cli.output import complain, document
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def _cameras(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def video(
-    recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
+    recording: RecordingPath,
     output: Annotated[
         Path,
         typer.Option("--output", "-o", metavar="FILE", envvar="NRP_OUTPUT", help="A .mp4 or .webm file."),
@@ -69,12 +69,10 @@ def video(
 
     from nrp_core.cli.progress import display
     from nrp_core.errors import did_you_mean
-    from nrp_core.recording.reading.recording import Recording
     from nrp_core.recording.video import VideoOptions, ViewKind, check_target
     from nrp_core.recording.video import video as write
 
-    with usage_errors("DIR"):
-        source = Recording(recording)
+    source = open_recording(recording, "shown")
     with usage_errors("--output"):
         check_target(output)
     with usage_errors("--view"):
@@ -108,9 +106,6 @@ def video(
         eye=from_where,
         target=to_where,
     )
-    if not source.complete:
-        message = "the recording is truncated or damaged: only its intact part is shown"
-        complain(message, label="warning", color="yellow")
     with display() as shown:
         count = write(source, output, options, lambda done, total: shown.count("drawing", done, total))
     if json:

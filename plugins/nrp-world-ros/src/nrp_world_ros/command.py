@@ -15,7 +15,7 @@ from nrp_core.cli.options import (
     overrides_of,
     usage_errors,
 )
-from nrp_core.cli.output import INTERRUPTED, complain
+from nrp_core.cli.output import INTERRUPTED, warn
 from nrp_core.quantities import time_ns
 
 from nrp_world_ros.options import LAST_DOMAIN, Ros
@@ -150,4 +150,4 @@ def _tell(bridge: Bridge) -> None:
 
 
 def _warn(message: str) -> None:
-    complain(message, label="warning", color="yellow")
+    warn(message)

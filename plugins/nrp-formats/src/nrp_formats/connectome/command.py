@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from nrp_core.cli.options import Json, require_folder_of
-from nrp_core.cli.output import complain, document
+from nrp_core.cli.output import document, warn
 
 
 def import_connectome(
@@ -65,22 +65,13 @@ def import_connectome(
         )
         return
     if made.left_out:
-        complain(
-            f"{made.left_out} edges were left out because one of their neurons is not in the table",
-            label="warning", color="yellow",
-        )  # fmt: skip
+        warn(f"{made.left_out} edges were left out because one of their neurons is not in the table")
     if made.unsigned:
-        complain(
-            f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown",
-            label="warning", color="yellow",
-        )  # fmt: skip
+        warn(f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown")
     if made.electrical:
-        complain(
-            f"{made.electrical} gap junctions were left out: synapses of this network are chemical",
-            label="warning", color="yellow",
-        )  # fmt: skip
+        warn(f"{made.electrical} gap junctions were left out: synapses of this network are chemical")
     for sentence in suspicious:
-        complain(sentence, label="warning", color="yellow")
+        warn(sentence)
     counts = ", ".join(f"{n} {label} edges" for label, n in sizes.items())
     typer.echo(f"{target}: {made.network.size} neurons, {counts}, {len(made.network.views)} groups")
     for path, sha256 in made.sources.items():
