@@ -191,7 +191,7 @@ def test_cells_of_a_round_surface_are_few_and_stay_near_it():
     surface = tube(32)
     (part,) = concave_parts(surface)
     made = cells(part.triangles, part.depth)
-    assert len(made) < len(surface) / 8
+    assert len(made) < len(surface) / 5
     rng = np.random.default_rng(1)
     u, v = rng.uniform(0, 2 * np.pi, (2, 2000))
     for radius, inside in ((0.104, False), (0.096, True)):  # the middles of faces are 0.5 mm inside
@@ -201,7 +201,25 @@ def test_cells_of_a_round_surface_are_few_and_stay_near_it():
         filled = np.zeros(len(points), bool)
         for hull in hulls:
             filled |= (points @ hull[:, :3].T + hull[:, 3] < 0).all(axis=1)
-        assert filled.all() if inside else not filled.any()
+        assert filled.mean() > 0.99 if inside else not filled.any()  # cells part behind a hollow side
+
+
+def test_cells_of_a_floor_leave_its_pit_open():
+    """Its slopes are so gentle that they go on from the floor, and narrow strips are around it."""
+    x = [0.0, 2.0, 2.1, 4.1, 4.2, 6.2]
+    flat = [
+        [(x[i], x[j], 0), (x[i + 1], x[j], 0), (x[i + 1], x[j + 1], 0), (x[i], x[j + 1], 0)]
+        for i in range(5)
+        for j in range(5)
+        if (i, j) != (2, 2)
+    ]
+    rim = [(2.1, 2.1, 0), (4.1, 2.1, 0), (4.1, 4.1, 0), (2.1, 4.1, 0)]
+    slopes = [(rim[i - 1], rim[i], (3.1, 3.1, -0.2)) for i in range(4)]
+    made = cells(np.concatenate([quads(np.array(flat)), slopes]), 0.01)
+    over = np.random.default_rng(1).uniform((2.7, 2.7, -0.1), (3.5, 3.5, 0.0), (500, 3))
+    for each in made:
+        hull = ConvexHull(each).equations
+        assert not (over @ hull[:, :3].T + hull[:, 3] < -1e-9).all(axis=1).any()
 
 
 def test_a_terrain_becomes_a_grid_and_a_roof_over_something_does_not(open_world, advance, tmp_path):

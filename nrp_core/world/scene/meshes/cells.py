@@ -327,19 +327,39 @@ def _are_behind(
         if height > 2.0 * error or height < -4.0 * sag:
             return False
     for k in range(first, end):
-        if neighbours[k] >= 0 and _cosine(plane, planes[neighbours[k]]) > _SMOOTH:
-            continue  # what the hull covers there is surface
-        if neighbours[k] == other or (neighbours[k] >= 0 and groups[neighbours[k]] == cell):
+        beyond = neighbours[k]
+        if beyond == other or (beyond >= 0 and groups[beyond] == cell):
             continue
         a, b = points[ring[k]], points[ring[k + 1 if k + 1 < end else first]]
         u, v, w = b[0] - a[0], b[1] - a[1], b[2] - a[2]
         size = np.sqrt(u * u + v * v + w * w)
-        x, y, z = v * plane[2] - w * plane[1], w * plane[0] - u * plane[2], u * plane[1] - v * plane[0]
-        for i in range(starts[other], starts[other + 1]):
-            c = points[ring[i]]
-            if x * (c[0] - a[0]) + y * (c[1] - a[1]) + z * (c[2] - a[2]) > error * size:
-                return False
+        outer = np.array(  # the plane through the edge and across the polygon
+            [(v * plane[2] - w * plane[1]), (w * plane[0] - u * plane[2]), (u * plane[1] - v * plane[0]), 0.0]
+        )
+        outer /= size
+        outer[3] = _height(a, outer)
+        furthest = _highest(points, starts, ring, other, outer)
+        if furthest <= error:
+            continue
+        if beyond < 0 or _cosine(plane, planes[beyond]) < _SMOOTH:
+            return False
+        # the hull covers the polygon beyond: it must reach as far, and must not be lower
+        if _highest(points, starts, ring, beyond, outer) < furthest - error:
+            return False
+        if _highest(points, starts, ring, one, planes[beyond]) > 2.0 * error:
+            return False
+        if _highest(points, starts, ring, other, planes[beyond]) > 2.0 * error:
+            return False
     return True
+
+
+@jit
+def _highest(points: FloatArray, starts: IntArray, ring: IntArray, polygon: int, plane: FloatArray) -> float:
+    """Return the greatest height of a corner of a polygon above a plane."""
+    height = -np.inf
+    for k in range(starts[polygon], starts[polygon + 1]):
+        height = max(height, _height(points[ring[k]], plane))
+    return height
 
 
 def _thick(
