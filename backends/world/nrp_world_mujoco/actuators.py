@@ -9,10 +9,11 @@ https://mujoco.readthedocs.io/en/stable/computation/index.html#actuation-model.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 from typing import Any, Literal
 
 from nrp_core.findings import Code, Findings
+from nrp_core.world.controllers.plugins import RANGE
 from nrp_core.world.scene.reading.context import Element
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.schema import stated
@@ -38,6 +39,7 @@ class Actuator:
         kind: the commanded quantity.
         p, d: force (N, N m) for each unit of the command, and against each unit of velocity.
         force: the maximum force.
+        range: the minimum and maximum of commands.
     """
 
     number: int
@@ -46,6 +48,7 @@ class Actuator:
     p: float
     d: float
     force: float
+    range: tuple[float, float]
 
     def plugin(self, joint: str, zero: float) -> str:
         """Return it as the equivalent system of gz-sim.
@@ -54,15 +57,21 @@ class Actuator:
             joint: name of the joint.
             zero: MuJoCo's zero position, which is the target before the first command.
         """
+        lower, upper = self.range
+        if self.kind == "position":
+            lower, upper = lower + zero, upper + zero
+        limits = f"<{RANGE}>{lower} {upper}</{RANGE}>" if isfinite(upper - lower) else ""
+        first = min(max(0.0 if self.kind == "velocity" else zero, lower), upper)
         gains = f"<p_gain>{self.p}</p_gain><i_gain>0</i_gain><d_gain>{self.d}</d_gain>"
         start = {
-            "position": f"<initial_position>{zero}</initial_position>",
-            "velocity": "<initial_velocity>0</initial_velocity><use_force_commands>1</use_force_commands>",
+            "position": f"<initial_position>{first}</initial_position>",
+            "velocity": f"<initial_velocity>{first}</initial_velocity>"
+            "<use_force_commands>1</use_force_commands>",
             "effort": "",
         }[self.kind]
         return (
             f'<plugin name="gz::sim::systems::{_SYSTEMS[self.kind]}" filename="mjcf">'
-            f"<joint_name>{joint}</joint_name><topic>{joint}/{_TOPICS[self.kind]}</topic>{gains}{start}</plugin>"
+            f"<joint_name>{joint}</joint_name><topic>{joint}/{_TOPICS[self.kind]}</topic>{gains}{limits}{start}</plugin>"
         )
 
 
@@ -86,7 +95,8 @@ def _read(m: Any, number: int) -> Actuator | None:
     """Return an actuator as a controller; None if there is no equivalent."""
     joint, gear = int(m.actuator_trnid[number][0]), float(m.actuator_gear[number][0])
     on_joint = mujoco.mjtTrn(m.actuator_trntype[number]) == mujoco.mjtTrn.mjTRN_JOINT
-    if not on_joint or mujoco.mjtJoint(m.jnt_type[joint]) not in _SINGLE or not gear:
+    gain = float(m.actuator_gainprm[number][0])
+    if not on_joint or mujoco.mjtJoint(m.jnt_type[joint]) not in _SINGLE or not gear * gain:
         return None
     plain = (
         mujoco.mjtDyn(m.actuator_dyntype[number]) == mujoco.mjtDyn.mjDYN_NONE
@@ -95,23 +105,34 @@ def _read(m: Any, number: int) -> Actuator | None:
     )
     if not plain:
         return None
-    gain, control = float(m.actuator_gainprm[number][0]), int(m.actuator_ctrladr[number])
+    control = int(m.actuator_ctrladr[number])
     constant, spring, brake = (float(value) for value in m.actuator_biasprm[number][:3])
     force = (
         abs(gear) * float(abs(m.actuator_forcerange[number]).max())
         if m.actuator_forcelimited[number]
         else inf
     )
+    clamps = (
+        m.actuator_ctrllimited[control] and not m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
+    )
+    low, high = m.actuator_ctrlrange[control].tolist() if clamps else (-inf, inf)
     if (constant, spring, brake) == (0, 0, 0):
-        commanded = (
-            float(abs(m.actuator_ctrlrange[control]).max()) if m.actuator_ctrllimited[control] else inf
-        )
-        return Actuator(number, joint, "effort", 0.0, 0.0, min(force, abs(gear * gain) * commanded))
+        efforts = _scaled(low, high, gear * gain)
+        if not low <= 0 <= high:  # a joint that nobody commands would have a force
+            return None
+        force = min(force, max(map(abs, efforts)))
+        return Actuator(number, joint, "effort", 0.0, 0.0, force, efforts)
+    commands = _scaled(low, high, 1 / gear)
     if constant == 0 and gain == -spring > 0:
-        return Actuator(number, joint, "position", gear**2 * gain, gear**2 * -brake, force)
+        return Actuator(number, joint, "position", gear**2 * gain, gear**2 * -brake, force, commands)
     if (constant, spring) == (0, 0) and gain == -brake > 0:
-        return Actuator(number, joint, "velocity", gear**2 * gain, 0.0, force)
+        return Actuator(number, joint, "velocity", gear**2 * gain, 0.0, force, commands)
     return None
+
+
+def _scaled(low: float, high: float, scale: float) -> tuple[float, float]:
+    one, other = low * scale, high * scale
+    return min(one, other), max(one, other)
 
 
 def warn_of_one_sided_limits(root: Element, spec: Any, model: Any, warnings: Findings) -> None:

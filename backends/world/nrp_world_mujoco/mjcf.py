@@ -1,8 +1,8 @@
 """MJCF, MuJoCo's format, read by MuJoCo and converted to SDF for every engine.
 
 Bodies, joints, geoms with their meshes, masses, cameras, gravity and actuators of joints are converted.
-What else a scene cannot express is kept for MuJoCo (:mod:`.mjcf_native`); its own sensors, height fields and
-flexible bodies are left out and named in a warning.
+What else a scene cannot express is kept for MuJoCo (:mod:`.mjcf_native`); its own sensors, flexible
+bodies and height fields that move are left out and named in a warning.
 """
 
 from __future__ import annotations
@@ -25,30 +25,32 @@ from nrp_core.world.render.cameras import looking
 from nrp_core.world.rigid import Pose, Quaternion, Vector
 from nrp_core.world.scene.bodies import TINTS
 from nrp_core.world.scene.inertia import LEAST_MOMENT
+from nrp_core.world.scene.meshes.shapes import terrain
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
-from nrp_core.world.scene.reading.context import read_xml
+from nrp_core.world.scene.reading.context import Element, read_xml
 from nrp_core.world.scene.reading.repairs import LEAST_MASS
 from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
-from nrp_world_mujoco.mjcf_native import Names, NativeElements, not_passed
+from nrp_world_mujoco.mjcf_native import Names, NativeElements, is_ground, not_passed
 from nrp_world_mujoco.native import files_of
+from nrp_world_mujoco.schema import without_field
 
 _WORLD = 0
 _MESH = "mesh.stl"
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
+_HFIELD = mujoco.mjtGeom.mjGEOM_HFIELD
 _HIDDEN_GROUP = 3
 """From this group on, MuJoCo's viewer hides geoms."""
 _DEFAULT_RESOLUTION = (320, 240)
 _NOTHING = Inertial(LEAST_MASS, inertia=(LEAST_MOMENT, LEAST_MOMENT, LEAST_MOMENT, 0.0, 0.0, 0.0))
 """Of a body without mass, and of a link between two joints of a body: the least that is not repaired."""
 
-_LEFT_OUT = {"nsensor": "sensors", "nhfield": "height fields", "nflex": "flexible bodies"}
+_LEFT_OUT = {"nsensor": "sensors", "nflex": "flexible bodies"}
 _NOT_KEPT = {
-    "jnt_stiffnesspoly": "springs of joints that are not linear",
-    "dof_dampingpoly": "dampers of joints that are not linear",
-    "geom_fluid": "shapes with a drag of their own (fluidshape)",
+    "jnt_stiffnesspoly": "springs of joints whose stiffness is a polynomial",
+    "dof_dampingpoly": "dampers of joints whose damping is a polynomial",
 }
 """Properties that are 0 where a file does not have them."""
 
@@ -64,6 +66,22 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
         spec, model = _read(path, warnings)
     except (ValueError, OSError) as error:
         raise SceneError(f"MuJoCo cannot read this: {' '.join(str(error).split())}", path=path) from None
+    root = read_xml(path)
+    warn_of_one_sided_limits(root, spec, model, warnings)
+    options = (option for file in _with_included(root, path.parent) for option in file.all("option"))
+    cones = [option.attributes["cone"] for option in options if "cone" in option.attributes]
+    writer = _Writer(spec, model, path.stem, "".join(cones[-1:]), files_of(spec, path))
+    text = "\n".join(writer.lines())
+    left_out = _left_out(spec, model, writer.touching)
+    if writer.flat:
+        left_out.append(f"the images on capsules and meshes without texture coordinates: {writer.flat}")
+    for part in left_out:
+        warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
+    return text, warnings
+
+
+def _left_out(spec: Any, model: Any, touching: set[int]) -> list[str]:
+    """Return the parts of a file that act in MuJoCo alone and not in a scene."""
     left_out = [
         f"{getattr(model, field)} {what}" for field, what in _LEFT_OUT.items() if getattr(model, field)
     ]
@@ -76,19 +94,26 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
-    root = read_xml(path)
-    warn_of_one_sided_limits(root, spec, model, warnings)
     left_out.extend(not_passed(model))
+    left_out.extend(without_field(spec))
     if model.nkey:
         left_out.append(f"{model.nkey} keyframes; 'joints' of the robot sets where its joints start")
-    cones = [one.attributes["cone"] for one in root.all("option") if "cone" in one.attributes]
-    writer = _Writer(spec, model, path.stem, "".join(cones[-1:]), files_of(spec, path))
-    text = "\n".join(writer.lines())
-    if writer.flat:
-        left_out.append(f"the images on capsules and meshes without texture coordinates: {writer.flat}")
-    for part in left_out:
-        warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
-    return text, warnings
+    drag = set(np.flatnonzero(model.geom_fluid.any(axis=1)).tolist()) - touching
+    if drag:
+        left_out.append(f"the fluidshape of {len(drag)} shapes that nothing touches")
+    grounds = [is_ground(model, geom) for geom in np.flatnonzero(model.geom_type == _HFIELD).tolist()]
+    if moving := grounds.count(False):
+        left_out.append(f"{moving} height fields on bodies that move")
+    return left_out
+
+
+def _with_included(root: Element, folder: Path) -> Iterator[Element]:
+    """Yield the root of a file and those of the files that it includes."""
+    yield root
+    for include in root.all("include"):
+        path = folder / include.attributes.get("file", "")
+        if path.is_file():
+            yield from _with_included(read_xml(path), folder)
 
 
 def _read(path: Path, warnings: Findings) -> tuple[Any, Any]:
@@ -110,7 +135,7 @@ class _Writer:
         self._actuators = actuators_of(spec, model)
         names = Names(self._body, self._joint_name, self._geom_name, self._owner)
         self._native = NativeElements(spec, model, names, cone, meshes)
-        self._touching = self._native.touching
+        self.touching = self._native.touching
         self._images = Images(model)
         self.flat = 0
         """The number of shapes that have the mean colour of an image."""
@@ -251,9 +276,11 @@ class _Writer:
             drawn = f"<mesh><uri>{escape(str(image))}</uri></mesh>" if image else shape
             seen = f"<transparency>{1 - float(rgba[3])}</transparency>{color}<geometry>{drawn}</geometry>"
             yield f"<visual name={name}>{place}{seen}</visual>"
-        if geom in self._touching:
+        if geom in self.touching:
             mu = f"<surface><friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction></surface>"
-            touched = shape.replace("<mesh>", '<mesh optimization="convex_hull">')  # as MuJoCo does
+            touched = shape
+            if m.geom_type[geom] != _HFIELD:
+                touched = shape.replace("<mesh>", '<mesh optimization="convex_hull">')  # as MuJoCo does
             yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{mu}</collision>"
 
     def _shape(self, geom: int) -> str | None:
@@ -274,22 +301,21 @@ class _Writer:
             case kinds.mjGEOM_ELLIPSOID:
                 return f"<ellipsoid><radii>{_text((a, b, c))}</radii></ellipsoid>"
             case kinds.mjGEOM_MESH:
-                return f"<mesh><uri>{escape(str(self._mesh(int(self._m.geom_dataid[geom]))))}</uri></mesh>"
+                return self._mesh(_triangles(self._m, int(self._m.geom_dataid[geom])))
+            case kinds.mjGEOM_HFIELD if is_ground(self._m, geom):
+                return self._mesh(_terrain(self._m, int(self._m.geom_dataid[geom])))
             case _:
                 return None
 
-    def _mesh(self, mesh: int) -> Path:
-        """Return the file of a mesh after MuJoCo's scaling and centring."""
-        m = self._m
-        vertices = m.mesh_vert[m.mesh_vertadr[mesh] :][: m.mesh_vertnum[mesh]]
-        faces = m.mesh_face[m.mesh_faceadr[mesh] :][: m.mesh_facenum[mesh]]
-        triangles = vertices[faces].astype(np.float64)
+    def _mesh(self, triangles: Any) -> str:
+        """Return a mesh, the file of which is created once."""
         digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).hexdigest()
 
         def fill(folder: Path) -> None:
             write_stl(folder / _MESH, triangles)
 
-        return cached_folder("mjcf", digest, fill, lambda folder: (folder / _MESH).is_file()) / _MESH
+        path = cached_folder("mjcf", digest, fill, lambda folder: (folder / _MESH).is_file()) / _MESH
+        return f"<mesh><uri>{escape(str(path))}</uri></mesh>"
 
     def _camera(self, camera: int) -> Iterator[str]:
         width, height = self._m.cam_resolution[camera].tolist()
@@ -322,6 +348,21 @@ class _Writer:
     def _pose(self, kind: str, number: int) -> Pose:
         position, turn = getattr(self._m, f"{kind}_pos")[number], getattr(self._m, f"{kind}_quat")[number]
         return Pose(_vector(position), _quaternion(turn))
+
+
+def _triangles(m: Any, mesh: int) -> Any:
+    """Return the triangles of a mesh after MuJoCo's scaling and centring, shape ``(n, 3, 3)``."""
+    vertices = m.mesh_vert[m.mesh_vertadr[mesh] :][: m.mesh_vertnum[mesh]]
+    faces = m.mesh_face[m.mesh_faceadr[mesh] :][: m.mesh_facenum[mesh]]
+    return vertices[faces].astype(np.float64)
+
+
+def _terrain(m: Any, field: int) -> Any:
+    """Return the triangles of a height field, shape ``(n, 3, 3)``."""
+    rows, columns = int(m.hfield_nrow[field]), int(m.hfield_ncol[field])
+    heights = m.hfield_data[m.hfield_adr[field] :][: rows * columns].reshape(rows, columns)
+    x, y, z = m.hfield_size[field][:3].tolist()
+    return terrain(heights.astype(np.float64)) * (2 * x, 2 * y, z)
 
 
 def _fixed(name: str, parent: str, child: str) -> str:

@@ -16,21 +16,10 @@ from nrp_world_mujoco.actuators import LAW, Actuator, actuators_of
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.mechanisms import WORLD
 from nrp_world_mujoco.muscles import muscle_elements
-from nrp_world_mujoco.native import OF_SCENE_JOINT, pose_in_file
-from nrp_world_mujoco.schema import stated
+from nrp_world_mujoco.native import OF_SCENE_GEOM, OF_SCENE_JOINT, pose_in_file
+from nrp_world_mujoco.schema import attributes_of, stated
 
 _SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
-_GEOM: dict[str, Any] = {
-    "contype": 1,
-    "conaffinity": 1,
-    "solmix": 1.0,
-    "solref": _SOLREF,
-    "solimp": _SOLIMP,
-    "margin": 0.0,
-    "gap": 0.0,
-    "adhesion": 0.0,
-    "surfacevel": 0.0,
-}
 _RUBS = ("condim", "friction", "priority")
 """A scene has another rule for contacts of different friction, so that those of a file are always stated."""
 _JOINT: dict[str, tuple[str, Any]] = {
@@ -46,13 +35,13 @@ _OF_DOF: dict[str, tuple[str, Any]] = {
     "solimpfriction": ("dof_solimp", _SOLIMP),
 }
 _OF_FREE_DOF = ("armature", "damping", "frictionloss")
-_OPTIONS = ("impratio", "density", "viscosity", "wind", "magnetic", "noslip_iterations", "noslip_tolerance",
-            "iterations", "tolerance", "ls_iterations", "ls_tolerance", "ccd_iterations",
-            "ccd_tolerance")  # fmt: skip
-_CHOICES = {"solver": ("PGS", "CG", "Newton"), "jacobian": ("dense", "sparse", "auto")}
+_OF_OPTION = ("actuatorgroupdisable", "cone", "gravity", "integrator", "timestep")
+"""Options that are read in another way, or that the experiment sets; all others pass through."""
 _FLAGS = ("contact", "spring", "damper", "limit", "gravity", "equality", "filterparent", "clampctrl",
           "refsafe", "warmstart", "nativeccd", "multiccd")  # fmt: skip
 """Flags that a file may switch off without disabling the servos of this program."""
+_ENABLED = ("diagexact", "override", "speculative")
+"""Flags that a file may switch on."""
 _TENDON: dict[str, tuple[str, Any]] = {
     **{name: (name, 0.0) for name in ("frictionloss", "armature", "margin")},
     "solreflimit": ("solref_lim", _SOLREF),
@@ -70,8 +59,6 @@ _INERT = {"mjDSBL_SENSOR", "mjDSBL_MIDPHASE", "mjDSBL_ISLAND", "mjDSBL_EULERDAMP
           "mjNDISABLE", "mjNENABLE", "mjENBL_ENERGY", "mjENBL_FWDINV", "mjENBL_SLEEP"}  # fmt: skip
 """Flags that do not change a motion, or that the experiment sets."""
 _SHAPES = {mujoco.mjtGeom.mjGEOM_SPHERE: "sphere", mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder"}
-_LEFT_OUT = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
-"""Shapes that a scene does not have."""
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -100,10 +87,11 @@ class NativeElements:
         self, spec: Any, model: Any, names: Names, cone: str, meshes: Mapping[str, dict[str, str]]
     ) -> None:
         self._m, self._names, self._cone, self._meshes = model, names, cone, meshes
-        fresh = mujoco.MjSpec()
+        fresh, self._option = mujoco.MjSpec(), spec.option
         self._given = {
             "joint": (spec.joints, fresh.worldbody.add_joint(), _OF_JOINT),
             "tendon": (spec.tendons, fresh.add_tendon(), _OF_TENDON),
+            "geom": (spec.geoms, fresh.worldbody.add_geom(), (*OF_SCENE_GEOM, *_RUBS)),
             "general": (spec.actuators, fresh.add_actuator(), _OF_ACTUATOR),
         }
         self._lines: dict[str, list[str]] = {}
@@ -133,7 +121,14 @@ class NativeElements:
         m = self._m
         masked = np.flatnonzero((m.geom_contype != 0) | (m.geom_conaffinity != 0)).tolist()
         touching = {*masked, *m.pair_geom1.tolist(), *m.pair_geom2.tolist()}
-        return {geom for geom in touching if mujoco.mjtGeom(m.geom_type[geom]) not in _LEFT_OUT}
+        return {geom for geom in touching if self._has_shape(geom)}
+
+    def _has_shape(self, geom: int) -> bool:
+        """Return whether a scene has the shape of a geom."""
+        kind = mujoco.mjtGeom(self._m.geom_type[geom])
+        if kind == mujoco.mjtGeom.mjGEOM_HFIELD:
+            return is_ground(self._m, geom)
+        return bool(kind != mujoco.mjtGeom.mjGEOM_SDF)
 
     def _others(self, element: str, number: int) -> dict[str, str]:
         """Return the attributes of a part that no other method here reads from the compiled model."""
@@ -144,26 +139,17 @@ class NativeElements:
     # -- options and properties
 
     def _options(self) -> Iterator[tuple[str, str]]:
-        given, usual = self._m.opt, mujoco.MjSpec().option
-        differing = {
-            name: _text(getattr(given, name))
-            for name in _OPTIONS
-            if np.any(getattr(given, name) != getattr(usual, name))
-        }
-        for name, words in _CHOICES.items():
-            if getattr(given, name) != getattr(usual, name):
-                differing[name] = words[getattr(given, name)]
+        given = self._m.opt
+        differing = stated(self._option, mujoco.MjSpec().option, "option", _OF_OPTION)
         if self._cone:
             differing["cone"] = self._cone
-        bits = mujoco.mjtDisableBit
-        off = {
-            name: "disable" for name in _FLAGS if given.disableflags & getattr(bits, f"mjDSBL_{name.upper()}")
-        }
-        if differing or off:
-            flags = _element("flag", off) if off else ""
+        flags = {name: "disable" for name in _FLAGS if given.disableflags & _bit("DSBL", name)}
+        flags |= {name: "enable" for name in _ENABLED if given.enableflags & _bit("ENBL", name)}
+        if differing or flags:
+            inner = _element("flag", flags) if flags else ""
             moving = [body for body in range(1, self._m.nbody) if self._m.body_parentid[body] == 0]
             owner = self._names.model(moving[0]) if moving else self._ground
-            yield owner, _element("option", differing, flags)
+            yield owner, _element("option", differing, inner)
 
     def _joints(self) -> Iterator[tuple[str, str]]:
         m = self._m
@@ -196,12 +182,10 @@ class NativeElements:
     def _geoms(self) -> Iterator[tuple[str, str]]:
         m = self._m
         for geom in sorted(self.touching):
-            values = {
-                name: _text(getattr(m, f"geom_{name}")[geom])
-                for name, usual in _GEOM.items()
-                if np.any(getattr(m, f"geom_{name}")[geom] != usual)
-            }
+            values = self._others("geom", geom)
             values |= {name: _text(getattr(m, f"geom_{name}")[geom]) for name in _RUBS}
+            if mujoco.mjtGeom(m.geom_type[geom]) == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+                values |= {"type": "ellipsoid", "size": _text(m.geom_size[geom])}
             body = int(m.geom_bodyid[geom])
             mesh = self._mesh(geom)
             if mesh in self._meshes:
@@ -357,11 +341,11 @@ class NativeElements:
                      for body, geom in zip(bodies, geoms, strict=True)]  # fmt: skip
             ends = {f"geom{n}": self._full(owner, body, name)
                     for n, body, name in zip((1, 2), bodies, names, strict=True)}  # fmt: skip
-            values = {name: _text(getattr(m, f"pair_{name}")[pair])
-                      for name in ("friction", "solref", "solimp", "margin", "gap", "adhesion")}  # fmt: skip
-            if m.pair_solreffriction[pair].any():
-                values["solreffriction"] = _text(m.pair_solreffriction[pair])
-            values["condim"] = str(m.pair_dim[pair])
+            fields = {name: f"pair_{'dim' if name == 'condim' else name}" for name in attributes_of("pair")}
+            values = {name: _text(getattr(m, field)[pair])
+                      for name, field in fields.items() if hasattr(m, field)}  # fmt: skip
+            if not m.pair_solreffriction[pair].any():
+                del values["solreffriction"]
             yield owner, _element("contact", {}, _inner("pair", ends | values))
         for signature in m.exclude_signature.tolist():
             bodies = [signature >> 16, signature & 0xFFFF]
@@ -537,12 +521,19 @@ class NativeElements:
         return _element("site", {"name": self._name("site", site), **place})
 
 
+def is_ground(model: Any, geom: int) -> bool:
+    """Return whether a geom is on the world body, or on a body that nothing in its tree moves."""
+    root = model.body_rootid[model.geom_bodyid[geom]]
+    return not root or not model.body_jntnum[model.body_rootid == root].any()
+
+
 def not_passed(model: Any) -> Iterator[str]:
     """Yield what acts in a file and is not among the elements."""
     for number in np.flatnonzero(model.actuator_ctrlnum != 1).tolist():
         name = model.actuator(number).name or f"actuator_{number}"
         yield f"the actuator '{name}', which has {model.actuator_ctrlnum[number]} controls"
     passed = {f"mjDSBL_{name.upper()}" for name in _FLAGS} | _INERT
+    passed |= {f"mjENBL_{name.upper()}" for name in _ENABLED}
     for flags, bits in (
         (model.opt.disableflags, mujoco.mjtDisableBit),
         (model.opt.enableflags, mujoco.mjtEnableBit),
@@ -552,6 +543,11 @@ def not_passed(model: Any) -> Iterator[str]:
                 yield f"the flag {name.rpartition('_')[2].lower()} of its <option>"
     if model.opt.disableactuator:
         yield "actuatorgroupdisable of its <option>"
+
+
+def _bit(kind: str, flag: str) -> int:
+    bits = mujoco.mjtDisableBit if kind == "DSBL" else mujoco.mjtEnableBit
+    return int(getattr(bits, f"mj{kind}_{flag.upper()}", 0))
 
 
 _NO_TURN = [1.0, 0.0, 0.0, 0.0]

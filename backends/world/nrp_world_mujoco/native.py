@@ -169,8 +169,11 @@ OF_SCENE_JOINT = ("axis", "damping", "frictionloss", "group", "limited", "pos", 
 """Attributes that the joint of a scene has, and those that do not act."""
 _OF_JOINT = tuple(name for name in attributes_of("joint") if name not in OF_SCENE_JOINT)
 _OF_FREE_JOINT = ("armature", "damping", "frictionloss", "stiffness", *_SOLVER)
-_OF_GEOM = ("adhesion", "conaffinity", "condim", "contype", "friction", "gap", "margin", "priority", "solimp",
-            "solmix", "solref", "surfacevel")  # fmt: skip
+OF_SCENE_GEOM = ("axisangle", "castshadow", "density", "euler", "fitscale", "fromto", "group", "hfield",
+                 "mass", "material", "mesh", "pos", "quat", "rgba", "shellinertia", "size", "type", "user",
+                 "xyaxes", "zaxis")  # fmt: skip
+"""Attributes that the shape of a scene has, and those that do not act."""
+_OF_GEOM = tuple(name for name in attributes_of("geom") if name not in OF_SCENE_GEOM)
 _RUBS = ("condim", "friction", "priority")
 _KEPT = ("gravity", "integrator", "timestep")  # set by the experiment, and by servos that must stay stable
 _TAGS = ("compiler", "freejoint", "geom", "joint", "mesh", "option", "size", *SECTIONS)
@@ -233,12 +236,7 @@ class NativeElements:
                 free = [each for each in body.joints if each.type == mujoco.mjtJoint.mjJNT_FREE]
                 _copy(_values(element, _OF_FREE_JOINT, "link"), free)
             case "geom":
-                geoms = _geoms(element, parts)
-                values = _values(element, _OF_GEOM, "link", "name", "mesh", *PLACE)
-                for geom in geoms:
-                    _copy(_unless_smooth(values, geom), [geom])
-                if element.attribute("mesh") is not None:
-                    self._meshes.use(element, geoms, parts)
+                self._set_geoms(element, parts)
             case "mesh":
                 self._meshes.add(parts.model.name, element)
             case "compiler" | "size":
@@ -249,6 +247,18 @@ class NativeElements:
             case tag:
                 hint = did_you_mean(tag, _TAGS)
                 raise element.error(f"not an element that is used here{hint}; valid: {', '.join(_TAGS)}")
+
+    def _set_geoms(self, element: Native, parts: BuiltParts) -> None:
+        """Set properties of shapes; an ellipsoid, which is a mesh in a scene, may be exact."""
+        geoms, exact = _geoms(element, parts), element.attribute("type") == "ellipsoid"
+        valid = (*_OF_GEOM, "type", "size") if exact else _OF_GEOM
+        values = _values(element, valid, "link", "name", "mesh", *PLACE)
+        for geom in geoms:
+            _copy(_unless_smooth(values, geom), [geom])
+            if exact:
+                geom.meshname = ""
+        if element.attribute("mesh") is not None:
+            self._meshes.use(element, geoms, parts)
 
     def _set_options(self, element: Native) -> None:
         """Set options of the whole scene, on which all models must agree."""
@@ -293,7 +303,8 @@ def _values(element: Native, valid: Sequence[str], *owner: str) -> dict[str, Any
         ET.SubElement(body, "joint", given | kind)
     spec = parse_element(element, world, compiles=True)
     (part,) = spec.joints or spec.geoms
-    return {field: getattr(part, field) for field in map(field_of, given)}
+    fields = [field_of(part, name) for name in given]
+    return {field: getattr(part, field) for field in fields}
 
 
 def _geoms(element: Native, parts: BuiltParts) -> Sequence[Any]:

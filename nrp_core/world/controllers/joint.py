@@ -282,11 +282,12 @@ class _Law:
         self.integrates = bool(self.gains.i) and controller.kind != "effort"
         # without gains the velocity is set directly, against any damping
         self._braking = joint.damping if controller.gains is None else 0.0
-        self.lower, self.upper = {
+        lower, upper = {
             "position": (joint.lower, joint.upper),
             "velocity": (-joint.velocity, joint.velocity),
             "effort": (-joint.effort, joint.effort),
         }[controller.kind]
+        self.lower, self.upper = max(lower, controller.range[0]), min(upper, controller.range[1])
 
     def within_limits(self, target: Target) -> Target:
         """Return a command within the limits of the joint."""

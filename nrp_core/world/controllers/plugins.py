@@ -108,6 +108,9 @@ _GAINS = "p_gain", "i_gain", "d_gain"
 _DEFAULT_OUTPUT = 1000.0
 """Limit of the output of a controller of gz-sim without one of its own, N or N m."""
 
+RANGE = "command_range"
+"""The element with the minimum and maximum of commands that controllers of MJCF have."""
+
 _SYSTEMS: dict[str, tuple[ControllerKind, str]] = {
     "JointPositionController": ("position", "{index}/cmd_pos"),
     "JointController": ("velocity", "cmd_vel"),
@@ -169,7 +172,10 @@ def _system(
     name = _topic(plugin, named.text, topic.format(index=index), reading)
     initial = plugin.find("initial_position") or plugin.find("initial_velocity")
     start = initial.numbers(1)[0] if initial else (0.0 if kind == "position" else None)
-    return JointController(joint, kind, resolve_name(name, reading.robot), gains, start)
+    limits = plugin.find(RANGE)
+    lower, upper = limits.numbers(2) if limits else (-inf, inf)
+    topic = resolve_name(name, reading.robot)
+    return JointController(joint, kind, topic, gains, start, range=(lower, upper))
 
 
 def _topic(plugin: Element, joint: str, name: str, reading: Reading) -> str:

@@ -244,6 +244,7 @@ class JointController:
         initial: the target before the first command; None: see ``holds``.
         holds: whether the joint holds its start position before the first command, as in ros2_control; else
             it is free, as with most plugins of Gazebo.
+        range: the minimum and maximum of commands, besides the limits of the joint.
     """
 
     joint: str
@@ -252,6 +253,7 @@ class JointController:
     gains: Pid | None = Pid()
     initial: float | None = None
     holds: bool = False
+    range: tuple[float, float] = field(default=(-inf, inf), metadata=LATER)
 
     @property
     def is_firm(self) -> bool:

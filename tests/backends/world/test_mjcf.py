@@ -70,7 +70,7 @@ def test_bodies_are_models_links_and_joints(lab):
     assert lab.warnings == ()
     assert (shoulder.effort, elbow.effort, reach.effort) == (6, np.inf, 50)
     assert arm.controllers == (
-        JointController("shoulder", "effort", "/arm/shoulder/cmd_effort", Pid()),
+        JointController("shoulder", "effort", "/arm/shoulder/cmd_effort", Pid(), range=(-6.0, 6.0)),
         JointController("reach", "position", "/arm/reach/cmd_pos", Pid(200, 0, 20, 1), 0.0),
         JointController("elbow", "velocity", "/arm/elbow/cmd_vel", Pid(5), 0.0),
     )
@@ -258,3 +258,46 @@ def test_a_drive_moves_an_included_file_with_smooth_wheels_and_nothing_else_is_s
         went = world.model_motion("husky").pose.position[0]
     assert found == {"l": friction, "r": friction, "c": 1.0}
     assert went == pytest.approx(1.0 if drive else 0.0, abs=0.01)
+
+
+LIMITED = """<mujoco><compiler angle="radian"/><worldbody><body name="arm" pos="0 0 1">
+  <joint name="hinge" axis="0 1 0" damping="0.1" range="-1 1"/><geom size="0.05" pos="0.1 0 0" mass="0.2"/>
+</body></worldbody><actuator><{}/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("actuator", "topic"),
+    [
+        ('position joint="hinge" kp="3" kv="0.1" gear="2" ctrlrange="-0.2 0.2"', "cmd_pos"),
+        ('position joint="hinge" kp="3" kv="0.1" inheritrange="0.5"', "cmd_pos"),
+        ('velocity joint="hinge" kv="1" ctrlrange="-0.2 0.2"', "cmd_vel"),
+        ('motor joint="hinge" gear="-2" ctrlrange="-0.1 0.05"', "cmd_effort"),
+    ],
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_commands_are_clamped_to_the_range_of_the_actuator(open_world, tmp_path, actuator, topic, sign):
+    (tmp_path / "arm.xml").write_text(LIMITED.format(actuator))
+    native = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    native.opt.timestep, native.opt.integrator = 0.002, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    data, world = mujoco.MjData(native), open_world(read_scene(tmp_path / "arm.xml"))
+    gear = native.actuator_gear[0][0]
+    data.ctrl[0] = 0.9 * sign
+    command = data.ctrl[0] * gear if topic == "cmd_effort" else data.ctrl[0] / gear
+    world.advertise(f"/arm/hinge/{topic}").publish(Float64(command))
+    world.run_until(200_000_000)
+    mujoco.mj_step(native, data, 100)
+    assert world.joint_states("arm").positions[0] == pytest.approx(data.qpos[0], abs=0.02)
+
+
+def test_a_ball_lies_in_the_valley_of_a_height_field(open_world, tmp_path):
+    field = '<hfield name="h" nrow="3" ncol="3" size="1 1 0.5 0.1" elevation="1 1 1 1 0 1 1 1 1"/>'
+    ball = '<body name="ball" pos="0.1 0 0.4"><freejoint/><geom size="0.1" mass="1"/></body>'
+    ground = f'<geom type="hfield" hfield="h"/>{ball}'
+    (tmp_path / "valley.xml").write_text(
+        f"<mujoco><asset>{field}</asset><worldbody>{ground}</worldbody></mujoco>"
+    )
+    world = open_world(read_scene(tmp_path / "valley.xml"))
+    world.run_until(2_000_000_000)
+    x, y, z = world.model_motion("ball").pose.position
+    assert (x, y) == pytest.approx((0, 0), abs=0.1)
+    assert 0.09 < z < 0.16

@@ -13,18 +13,20 @@ from nrp_world_mujoco.schema import attributes_of
 from nrp_core import worlds
 from nrp_core.world.scene.sdf import read_scene
 
-BASE = """<mujoco><compiler angle="radian"/><option gravity="0.5 0 -9.81" cone="elliptic" {option}/>
+BASE = """<mujoco><compiler angle="radian"/>
+  <option gravity="0.5 0 -9.81" cone="elliptic" {option}><flag {flag}/></option>
   <default><default class="of"><joint {joint}/><tendon {tendon}/><general {general}/><geom {geom}/>
     <equality {equality}/></default></default>
-  <worldbody><site name="anchor" pos="-0.1 0 1.3"/><geom type="plane" size="2 2 1" pos="0 0 0.65"/>
+  <worldbody><site name="anchor" pos="-0.1 0 1.3"/>
+    <geom name="floor" type="plane" size="2 2 1" pos="0 0 0.65"/>
     <body name="arm" pos="0 0 1"><joint name="shoulder" axis="0 1 0" class="of"/>
       <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.03" mass="0.3" contype="0" conaffinity="0"/>
       <site name="end" pos="0.15 0 0.02"/>
       <body name="hand" pos="0.3 0 0"><joint name="wrist" axis="0 1 0" class="of"/>
-        <geom type="sphere" size="0.05" pos="0.1 0 0" mass="0.1" class="of"/></body></body>
+        <geom name="tip" type="sphere" size="0.05" pos="0.1 0 0" mass="0.1" class="of"/></body></body>
     <body name="other" pos="0 1 1.5"><joint name="free" axis="0 1 0" damping="0.1"/>
       <geom size="0.05" pos="0.1 0 0" mass="0.2" contype="0" conaffinity="0"/></body></worldbody>
-  <equality><joint joint1="free" joint2="wrist" class="of" polycoef="0 0.5 0 0 0"/></equality>
+  {contact}<equality><joint joint1="free" joint2="wrist" class="of" polycoef="0 0.5 0 0 0"/></equality>
   <tendon><spatial name="cord" class="of"><site site="anchor"/><site site="end"/></spatial></tendon>
   <actuator><general name="pull" tendon="cord" class="of"/>
     <muscle name="flex" tendon="cord" lengthrange="0.1 0.6" force="5"/></actuator></mujoco>"""
@@ -34,6 +36,9 @@ NUMBERS = {
     "gaintype": ("fixed", "affine"), "limited": ('true" range="-0.4 0.4',), "priority": ("1", "2"),
     "range": ("-0.5 0.6", "0.05 0.5"), "solimp": ("0.8 0.9 0.01 0.5 2",), "solref": ("0.03 0.8", "-400 -20"),
     "jacobian": ("dense", "sparse"), "solver": ("CG", "PGS"), "iterations": ("50",), "tolerance": ("1e-10",),
+    "actuatorgroupdisable": ("1", "3"), "ccd_iterations": ("20",), "sdf_initpoints": ("20",),
+    "o_friction": ("0.3 0.3 0.01 0.001 0.001",),
+    "o_solimp": ("0.8 0.9 0.01 0.5 2",), "o_solref": ("0.03 0.8",),
     "springdamper": ("0.3 0.8",), "interp": ("zoh", "linear"), "wind": ("1 0.3 0",), "magnetic": ("0 1 0",),
     "noslip_iterations": ("3",), "ls_iterations": ("40",), "sdf_iterations": ("12",),
     "actuatorfrclimited": ('true" actuatorfrcrange="-0.5 0.4',), "actuatorgravcomp": ("true",),
@@ -49,11 +54,13 @@ PLACED = {"axis", "cone", "fromto", "gravity", "group", "hfield", "integrator", 
           "pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "rgba", "timestep", "type", "user", "width",
           "castshadow", "class", "name", "inheritrange"}  # fmt: skip
 """Attributes that are another subject: places, looks, and what the experiment sets."""
-OPTIONS = ("density", "viscosity", "wind", "magnetic", "impratio", "solver", "jacobian", "iterations",
-           "tolerance", "noslip_iterations", "ls_iterations", "o_margin", "sdf_iterations")  # fmt: skip
+ENABLED = {name.removeprefix("mjENBL_").lower() for name in mujoco.mjtEnableBit.__members__}
+FLAGS = (*mujoco.mjtDisableBit.__members__, *mujoco.mjtEnableBit.__members__)
 
 
-def value(attribute: str, random: Random) -> str:
+def value(element: str, attribute: str, random: Random) -> str:
+    if element == "flag":
+        return "enable" if attribute in ENABLED else "disable"
     kind = next((each for each in ("solimp", "solref") if attribute.startswith(each)), attribute)
     if kind in NUMBERS:
         return random.choice(NUMBERS[kind])
@@ -65,15 +72,21 @@ def value(attribute: str, random: Random) -> str:
 
 
 def attributes(element: str) -> list[str]:
-    known = OPTIONS if element == "option" else attributes_of(element)
-    return [name for name in known if name not in PLACED]
+    if element == "flag":
+        names = (each.partition("_")[2].lower() for each in FLAGS if not each.startswith("mjN"))
+        return [name for name in names if name != "ipc"]  # which needs another integrator
+    return [name for name in attributes_of(element) if name not in PLACED]
 
 
 def model_of(chosen: dict[str, dict[str, str]]) -> str:
-    kinds = ("option", "joint", "tendon", "general", "geom", "equality")
-    return BASE.format(**{
-        kind: " ".join(f'{name}="{each}"' for name, each in chosen.get(kind, {}).items()) for kind in kinds
-    })  # fmt: skip
+    texts = {kind: " ".join(f'{name}="{each}"' for name, each in chosen.get(kind, {}).items())
+             for kind in KINDS}  # fmt: skip
+    pair = (
+        f'<contact><pair geom1="tip" geom2="floor" {texts.pop("pair")}/></contact>'
+        if "pair" in chosen
+        else ""
+    )
+    return BASE.format(contact=pair, **{"pair": "", **texts})
 
 
 def difference(text: str, folder: Path) -> tuple[float, str]:
@@ -103,14 +116,14 @@ def difference(text: str, folder: Path) -> tuple[float, str]:
         return worst, " ".join(each.message for each in world.warnings)
 
 
-KINDS = ("option", "joint", "tendon", "general", "geom", "equality")
+KINDS = ("option", "flag", "joint", "tendon", "general", "geom", "equality", "pair")
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_attribute_of_the_schema_acts_as_in_mujoco_alone(tmp_path, kind):
     wrong = {}
     for name in attributes(kind):
-        text = model_of({kind: {name: value(name, Random(name))}})
+        text = model_of({kind: {name: value(kind, name, Random(name))}})
         found, warned = difference(text, tmp_path)
         if not found <= 1e-9 and name not in warned:
             wrong[name] = found
@@ -123,7 +136,8 @@ def combined(numbers: range, folder: Path) -> dict[str, float]:
     for number in numbers:
         random = Random(number)
         chosen = {
-            kind: {name: value(name, random) for name in random.sample(attributes(kind), 2)} for kind in KINDS
+            kind: {name: value(kind, name, random) for name in random.sample(attributes(kind), 2)}
+            for kind in KINDS
         }
         try:
             mujoco.MjModel.from_xml_string(model_of(chosen))
@@ -144,3 +158,34 @@ def test_random_attributes_together_act_as_in_mujoco_alone(tmp_path):
 @pytest.mark.heavy
 def test_many_random_attributes_together_act_as_in_mujoco_alone(tmp_path):
     assert not combined(range(12, 500), tmp_path)
+
+
+def shaped(shape: str, ground: str = 'type="plane" size="2 2 1" pos="0 0 0.65"', asset: str = "") -> str:
+    text = model_of({}).replace('name="tip" type="sphere" size="0.05"', f'name="tip" {shape}')
+    text = text.replace('type="plane" size="2 2 1" pos="0 0 0.65"', ground)
+    return text.replace("<worldbody>", f"<asset>{asset}</asset><worldbody>")
+
+
+def test_an_ellipsoid_touches_as_in_mujoco_alone(tmp_path):
+    found, _ = difference(shaped('type="ellipsoid" size="0.05 0.04 0.03"'), tmp_path)
+    assert found <= 1e-9
+
+
+def test_a_height_field_is_ground_as_in_mujoco_alone(tmp_path):
+    elevation = " ".join(map(str, np.random.default_rng(1).random(20 * 30).round(3)))
+    field = f'<hfield name="h" nrow="20" ncol="30" size="2 1 0.3 0.1" elevation="{elevation}"/>'
+    ground = 'type="hfield" hfield="h" pos="0.1 0 0.55" euler="0 0.1 0.4"'
+    found, warned = difference(shaped('type="sphere" size="0.05"', ground, field), tmp_path)
+    assert found <= 1e-6  # meshes in files have numbers of 32 bits
+    assert "height" not in warned
+
+
+def test_the_cone_of_an_included_file_acts(tmp_path):
+    (tmp_path / "settings.xml").write_text('<mujoco><option cone="pyramidal"/></mujoco>')
+    (tmp_path / "arm.xml").write_text(
+        '<mujoco><include file="settings.xml"/><worldbody><body name="arm"><joint name="a"/><geom size="1"/>'
+        "</body></worldbody></mujoco>"
+    )
+    backend = worlds().load("mujoco")
+    with backend.open(read_scene(tmp_path / "arm.xml"), seed=1, options=backend.options()) as world:
+        assert world.engine._model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
