@@ -20,6 +20,7 @@ from nrp_core.world.scene.bodies import free_name
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.devices import GroupController, JointController, Pid, TrajectoryController
 from nrp_core.world.scene.model import Joint, Link, Model
+from nrp_core.world.scene.posture import at_start
 from nrp_core.world.scene.reading.context import Element, Notes, Reading, Resources
 from nrp_core.world.scene.reading.sensors import (
     SENSORS,
@@ -30,6 +31,7 @@ from nrp_core.world.scene.reading.sensors import (
     with_sensors,
 )
 from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
+from nrp_core.world.scene.tessellation import box_around
 from nrp_core.world.topics import resolve_name
 
 _WITH_LENSES = ("depth", "dvs", "retina", "rgbd", "segmentation")
@@ -184,6 +186,9 @@ class RobotSetup:
 
     Args:
         fixed: whether its base is fixed to the world; None: as in its file.
+        keyframe: a start that its file names; empty for none.
+        placed: whether an experiment states its pose, so that it is not that of the keyframe.
+        on_ground: whether its lowest collision is at the height of its pose, or at 0 without one.
         starts: positions of joints at the start, rad or m.
         control: how joints are commanded, by regular expressions that match whole names of joints. These
             replace controllers of the same joints and quantities in the file.
@@ -194,6 +199,9 @@ class RobotSetup:
     starts: tuple[tuple[str, float], ...] = ()
     control: tuple[tuple[str, JointControl], ...] = ()
     sensors: tuple[AddedSensor, ...] = ()
+    keyframe: str = ""
+    placed: bool = False
+    on_ground: bool = False
 
 
 def commandable(model: Model) -> list[Joint]:
@@ -219,6 +227,7 @@ def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
         return model
     if model.static:
         raise SceneError(f"the robot '{model.name}' never moves (<static>), so nothing can be fitted to it")
+    model = _begin_at(model, fitting) if fitting.keyframe else model
     model = _fix_base(model, fitting.fixed)
     starts = {**dict(model.starts), **dict(_start(model, *start) for start in fitting.starts)}
     model = replace(model, starts=tuple(starts.items()))
@@ -251,7 +260,39 @@ def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
     if result.joint_states_topic is None and commandable(result):
         result = replace(result, joint_states_topic=resolve_name("joint_states", model.name))
     result.check()
-    return with_added_sensors(result, fitting.sensors)
+    result = with_added_sensors(result, fitting.sensors)
+    return _put_on_ground(result, fitting.placed) if fitting.on_ground else result
+
+
+def _begin_at(model: Model, fitting: RobotSetup) -> Model:
+    """Return a robot that starts at a keyframe of its file; its position controllers hold it there."""
+    known = {each.name: each for each in model.keyframes}
+    if fitting.keyframe not in known:
+        hint = did_you_mean(fitting.keyframe, known) if known else "; its file has none"
+        raise SceneError(f"'{model.name}' has no keyframe '{fitting.keyframe}'{hint}")
+    key = known[fitting.keyframe]
+    held = {**dict(key.starts), **dict(fitting.starts), **dict(key.targets)}
+    controllers = [
+        replace(each, initial=held.get(each.joint, each.initial)) if each.kind == "position" else each
+        for each in model.controllers
+    ]
+    pose = model.pose if fitting.placed or key.pose is None else key.pose
+    return replace(model, pose=pose, starts=key.starts, controllers=tuple(controllers))
+
+
+def _put_on_ground(model: Model, placed: bool) -> Model:
+    """Return a robot whose lowest collision, where its joints start, is at the height of its pose."""
+    shapes = [
+        (model.pose @ link.pose @ each.pose, each.geometry)
+        for link in at_start(model).links
+        for each in link.collisions
+    ]
+    box = box_around(shapes)
+    if box is None:
+        raise SceneError(f"'{model.name}' cannot be put on the ground: it has no collisions")
+    x, y, z = model.pose.position
+    ground = z if placed else 0.0
+    return replace(model, pose=replace(model.pose, position=(x, y, z + ground - float(box[0][2]))))
 
 
 def _fix_base(model: Model, fixed: bool | None) -> Model:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from math import atan, pi, tan
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
 from nrp_core.world.scene.reading.context import Element, read_xml
 from nrp_core.world.scene.reading.repairs import LEAST_MASS
+from nrp_core.world.scene.sdf.model import KEYFRAME
 from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
@@ -96,8 +97,10 @@ def _left_out(spec: Any, model: Any, touching: set[int]) -> list[str]:
         left_out.append(f"the limits of {limited} ball joints")
     left_out.extend(not_passed(model))
     left_out.extend(without_field(spec))
-    if model.nkey:
-        left_out.append(f"{model.nkey} keyframes; 'joints' of the robot sets where its joints start")
+    if rushing := np.count_nonzero(model.key_qvel.any(axis=1)):
+        left_out.append(f"the velocities of {rushing} keyframes")
+    if model.nkey and balls.any():
+        left_out.append(f"the orientations of ball joints in {model.nkey} keyframes")
     drag = set(np.flatnonzero(model.geom_fluid.any(axis=1)).tolist()) - touching
     if drag:
         left_out.append(f"the fluidshape of {len(drag)} shapes that nothing touches")
@@ -144,7 +147,7 @@ class _Writer:
             self._children.setdefault(int(model.body_parentid[body]), []).append(body)
 
     def lines(self) -> Iterator[str]:
-        root = 'sdf version="1.11" xmlns:mujoco="urn:mujoco"'
+        root = 'sdf version="1.11" xmlns:mujoco="urn:mujoco" xmlns:nrp="urn:nrp"'
         yield f"<{root}><world name={quoteattr(self._name)}>"
         yield f"<gravity>{_text(self._m.opt.gravity)}</gravity>"
         ground = self._owner(_WORLD)
@@ -174,6 +177,7 @@ class _Writer:
                 zero = -float(self._m.qpos0[self._m.jnt_qposadr[actuator.joint]])
                 yield actuator.plugin(escape(self._joint_name(actuator.joint)), zero)
         yield from self._commands(self._body(top))
+        yield from self._keyframes(tree)
         yield "</model>"
 
     def _commands(self, model: str) -> Iterator[str]:
@@ -185,6 +189,31 @@ class _Writer:
         if muscles and ALL not in muscles:
             members = "".join(f"<muscle>{escape(name)}</muscle>" for name in muscles)
             yield _plugin("nrp_muscle_group", ALL, members)
+
+    def _keyframes(self, tree: Collection[int]) -> Iterator[str]:
+        """Yield the starts that the file names, of the joints of a model with one degree of freedom."""
+        m = self._m
+        controls = {each.joint: each for each in self._actuators if each.kind == "position"}
+        for key in range(m.nkey):
+            yield f"<{KEYFRAME} name={quoteattr(m.key(key).name or f'key_{key}')}>"
+            commanded = m.key_ctrl[key].any()
+            for joint in range(m.njnt):
+                at, kind = int(m.jnt_qposadr[joint]), mujoco.mjtJoint(m.jnt_type[joint])
+                if int(m.jnt_bodyid[joint]) not in tree or kind == mujoco.mjtJoint.mjJNT_BALL:
+                    continue
+                if kind == mujoco.mjtJoint.mjJNT_FREE:
+                    place = m.key_qpos[key][at : at + 7]
+                    yield _pose(Pose(_vector(place[:3]), _quaternion(place[3:])))
+                    continue
+                target = ""
+                if commanded and joint in controls:
+                    actuator = controls[joint]
+                    control = float(m.key_ctrl[key][m.actuator_ctrladr[actuator.number]])
+                    command = control / float(m.actuator_gear[actuator.number][0]) - float(m.qpos0[at])
+                    target = f' target="{command}"'
+                start = float(m.key_qpos[key][at] - m.qpos0[at])
+                yield f"<start joint={quoteattr(self._joint_name(joint))}{target}>{start}</start>"
+            yield f"</{KEYFRAME}>"
 
     def _tree(self, body: int) -> Iterator[int]:
         yield body

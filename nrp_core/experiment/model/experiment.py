@@ -220,6 +220,10 @@ class RobotSection(Section):
     """Where it starts: x, y, z, roll, pitch, yaw; by default the pose in its file."""
     args: dict[str, str | int | float | bool] = Field(default_factory=dict)
     """Arguments of a xacro file."""
+    keyframe: str = ""
+    """A start that its file names, in MJCF a ``<key>``: pose, joints and targets of position controllers."""
+    on_ground: bool = False
+    """Whether its lowest collision is at the z of its pose, or at 0 without a pose."""
     fixed: bool | None = None
     """Whether its base is fixed to the world; by default as in its file."""
     joints: dict[str, AngleRad | LengthM] = Field(default_factory=dict)
@@ -234,7 +238,9 @@ class RobotSection(Section):
         """What is added to its file."""
         control = tuple((pattern, section.control) for pattern, section in self.control.items())
         sensors = tuple(section.sensor for section in self.add_sensors)
-        return RobotSetup(self.fixed, tuple(self.joints.items()), control, sensors)
+        placed = self.pose is not None
+        starts = tuple(self.joints.items())
+        return RobotSetup(self.fixed, starts, control, sensors, self.keyframe, placed, self.on_ground)
 
     @property
     def start(self) -> Pose | None:

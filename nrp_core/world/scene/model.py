@@ -292,6 +292,23 @@ class Joint:
 
 
 @dataclass(frozen=True, slots=True)
+class Keyframe:
+    """A start of a robot that its file names.
+
+    Args:
+        name: its name.
+        pose: the pose of the model in the world; None: any.
+        starts: positions of joints, rad or m.
+        targets: targets of position controllers before the first command, by joint; others hold the start.
+    """
+
+    name: str
+    pose: Pose | None
+    starts: tuple[tuple[str, float], ...]
+    targets: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Model:
     """A robot or an object in the room; its pose is that of the model's frame in the world.
 
@@ -305,6 +322,7 @@ class Model:
         native: elements of its file for a specific engine, which a scene cannot express.
         starts: positions of joints at the start; others start at 0, or at the limit nearest to it.
         loops: joints that close loops.
+        keyframes: starts that its file names, one of which an experiment may choose.
         warnings: warnings about repairs and unsupported elements of its file.
         source: the file that it was read from; None: it was created in Python.
     """
@@ -323,6 +341,7 @@ class Model:
     group_controllers: tuple[GroupController, ...] = field(default=(), metadata=LATER)
     starts: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
     loops: tuple[Loop, ...] = field(default=(), metadata=LATER)
+    keyframes: tuple[Keyframe, ...] = field(default=(), metadata=LATER)
     warnings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
 

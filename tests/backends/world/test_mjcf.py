@@ -207,7 +207,7 @@ _SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
         ('armature="0.1" frictionloss="1"', 'forcerange="-50 50"', "", ""),
         ("", 'forcerange="-5 50"', "", "and joints have one limit for both directions: the limit used is 50"),
         ("", 'forcerange="-5 50" forcelimited="false"', "", ""),
-        ("", "", '<keyframe><key qpos="1"/></keyframe>', "1 keyframes; 'joints' of the robot sets where"),
+        ("", "", '<keyframe><key qpos="1" qvel="1"/></keyframe>', "the velocities of 1 keyframes"),
         ("", 'ctrlrange="-1.5 1.5"', "", ""),
         ("", 'ctrlrange="-0.05 0.05"', "", ""),
         ("", 'ctrlrange="-90 90" gear="60"', "", ""),  # of the motor's shaft

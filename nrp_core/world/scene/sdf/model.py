@@ -14,7 +14,7 @@ from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.bodies import free_name
 from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.devices import MountedDrive, MountedSensor
-from nrp_core.world.scene.model import Joint, Link, Model
+from nrp_core.world.scene.model import Joint, Keyframe, Link, Model
 from nrp_core.world.scene.origin import Native, Source
 from nrp_core.world.scene.reading.context import Element, Notes, Reading
 from nrp_core.world.scene.reading.geometry import with_contact_collisions
@@ -40,7 +40,7 @@ from nrp_core.world.scene.reading.sensors import (
 )
 from nrp_core.world.scene.sdf.compound import Row, in_a_row
 from nrp_core.world.scene.sdf.couplings import couples, with_coupled, with_gears
-from nrp_core.world.scene.sdf.frames import Frames, Placed, model_scope, read_placed
+from nrp_core.world.scene.sdf.frames import Frames, Placed, model_scope, read_placed, read_pose
 from nrp_core.world.scene.sdf.joints import (
     WITHOUT_ONE_WAY,
     read_joints,
@@ -52,7 +52,9 @@ from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.stand_in import with_sizes
 from nrp_core.world.topics import resolve_name
 
-_OF_SDF = ("gz", "ignition", "experimental", "xacro")
+KEYFRAME = "nrp:keyframe"
+"""The element of a start that a file names."""
+_OF_SDF = ("gz", "ignition", "experimental", "nrp", "xacro")
 """Namespaces that do not belong to an engine."""
 
 
@@ -330,6 +332,7 @@ def build_model(placed: Placed, parts: SdfParts, name: str, pose: Pose, reading:
         native=native,
         loops=loops,
         starts=tuple(starts_in(element, joints, reading)),
+        keyframes=tuple(map(_keyframe, element.all(KEYFRAME))),
         source=source,
     )
     try:
@@ -338,6 +341,16 @@ def build_model(placed: Placed, parts: SdfParts, name: str, pose: Pose, reading:
         raise element.error(error.message) from None
     massive = with_default_masses(links, joints, element, reading.notes)
     return replace(model, links=with_sizes(massive, joints))
+
+
+def _keyframe(element: Element) -> Keyframe:
+    """Read ``<nrp:keyframe name="home"><pose/><start joint="" target="">0.1</start></nrp:keyframe>``."""
+    elements = element.all("start")
+    starts = [(each.attribute("joint"), each.numbers(1)[0]) for each in elements]
+    aimed = [each for each in elements if "target" in each.attributes]
+    targets = [(each.attribute("joint"), float(each.attribute("target"))) for each in aimed]
+    pose, _ = read_pose(element, "") if element.find("pose") else (None, "")
+    return Keyframe(element.attribute("name"), pose, tuple(starts), tuple(targets))
 
 
 def _without_joint_sensors(links: Iterable[Link], model: Element, reading: Reading) -> Iterator[Link]:
