@@ -273,7 +273,10 @@ def _refusal(static: StaticExperiment, declared: Declared, name: str, error: Exc
     return declared.finding(code, node, message, level, instead)
 
 
-_DECORATOR = re.compile(r"Neuron2Robot|Robot2Neuron|NeuronMonitor|import \*|exec|__import__|import_module")
+_DECORATOR = re.compile(
+    r"Neuron2Robot|Robot2Neuron|NeuronMonitor|map_afferents|map_motoneurons|import \*|exec|__import__|"
+    r"import_module"
+)
 """Code with which a file may declare functions."""
 
 

@@ -141,7 +141,14 @@ class MockEngine(Engine):
         self, scene: Scene = _EMPTY, *, step_ns: int = NS_PER_MS, topics: Sequence[TopicInfo] = ()
     ) -> None:
         capabilities = WorldCapabilities(
-            step_ns, contacts=True, ball_joints=True, ball_control=True, coupled_joints=True, loops=True
+            step_ns,
+            contacts=True,
+            ball_joints=True,
+            ball_control=True,
+            coupled_joints=True,
+            loops=True,
+            own_actuators=True,
+            muscles=True,
         )
         super().__init__(scene, capabilities, seed=0, identity="mock")
         self._own = MockPart(topics)
@@ -159,6 +166,11 @@ class MockEngine(Engine):
     def _do_joint_states(self, model: str) -> JointStates:
         names = tuple(name for joint in self.scene.model(model).joints for name in joint.coordinates)
         return JointStates(names, *np.zeros((3, len(names))))
+
+    def set_control(self, model: str, actuator: str, value: float) -> None: ...
+
+    def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
+        return np.zeros((4, len(actuators)))
 
     def _do_touches(self) -> Sequence[Touch]:
         return ()

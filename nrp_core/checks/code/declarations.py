@@ -107,6 +107,14 @@ def found_in(
     return Finding(code, message, level, *where, instead=instead)
 
 
+_MAKERS = ("map_afferents", "map_motoneurons")
+"""The statements of the framework that make functions, which are known only when they run."""
+
+
+def _makes_functions(node: ast.AST) -> bool:
+    return getattr(node, "attr", getattr(node, "id", "")) in _MAKERS
+
+
 class Declarations(Statements):
     """Reads the declarations of a listing.
 
@@ -143,6 +151,7 @@ class Declarations(Statements):
             self.follow_file(self._source.tree.body)
         for self._source in listing.sources:
             self._note_unreached()
+            self.is_complete &= not any(map(_makes_functions, ast.walk(self._source.tree)))
         self.findings += (Finding.of(error, Code.NRP218) for error in self._imports.errors)
         for function in self.functions:
             function.names = {**self.names, **dict.fromkeys(changed), **function.names}

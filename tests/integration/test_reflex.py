@@ -1,0 +1,51 @@
+"""The arm with muscles answers a load by a stretch reflex, which depends on its circuits."""
+
+from __future__ import annotations
+
+import pytest
+
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+
+
+def outcome(name: str, *overrides: str) -> tuple[float, dict[str, float]]:
+    """Return the share of criteria that were met, and the last value of each topic of the judges."""
+    with Run(load_experiment(name, overrides)) as run:
+        heard = {each: run.world.subscribe(f"/reflex/{each}") for each in ("latency", "burst", "swing")}
+        run.run()
+        passed = run.result().passed
+        return float(passed is True), {
+            each: found.latest.message.data for each, found in heard.items() if found.latest
+        }
+
+
+@pytest.mark.parametrize(
+    ("brain", "world"), [("event", "mujoco"), ("event", "pybullet"), ("spinnaker", "pybullet")]
+)
+def test_a_loaded_arm_answers_by_its_reflex(brain: str, world: str) -> None:
+    passed, found = outcome("reflex_arm", f"brain.backend={brain}", f"world.backend={world}")
+    assert passed
+    assert 20 < found["latency"] < 80
+    assert found["swing"] < 0.03
+
+
+def test_without_ia_fibres_the_reflex_is_gone() -> None:
+    passed, found = outcome("reflex_arm/without_ia")
+    assert passed
+    assert abs(found["burst"]) < 1.5
+    assert found["latency"] > 100
+
+
+def test_with_reversed_reciprocal_inhibition_the_arm_swings() -> None:
+    passed, found = outcome("reflex_arm/reversed")
+    assert passed
+    assert found["swing"] > 0.035
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("brain", ["event", "spinnaker"])
+@pytest.mark.parametrize("world", ["mujoco", "pybullet"])
+def test_every_seed_passes(brain: str, world: str) -> None:
+    backends = f"brain.backend={brain}", f"world.backend={world}"
+    failed = [n for n in range(1, 21) if not outcome("reflex_arm", f"seed={n}", *backends)[0]]
+    assert not failed
