@@ -115,10 +115,12 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     """
     package = text.partition("/")[0]
     if package in SHIPPED.names():
-        variants = _variants(package)
-        if text in variants:
-            _note_other_folder(text, variants[text], folder or Path.cwd())
-            return variants[text]
+        stem = STEM if text == package else text.removeprefix(f"{package}/")
+        # readers of other formats, which may import much, are not asked about other files of the package
+        named = [path for path in _files(package) if path.stem == stem and _is_experiment(path)]
+        if named:
+            _note_other_folder(text, named[-1], folder or Path.cwd())
+            return named[-1]
     path = (folder or Path.cwd()) / Path(text).expanduser()
     try:
         require_target(path)
@@ -191,9 +193,12 @@ def _require_readers(paths: Iterable[Path]) -> None:
                 raise ExperimentError(str(error), path=path) from None
 
 
+def _files(package: str) -> list[Path]:
+    """Return the files of a shipped package, by name."""
+    return sorted(Path(str(SHIPPED.load(package).__file__)).parent.iterdir())
+
+
 def _variants(package: str) -> dict[str, Path]:
-    """Return the files of a shipped package by the names that users give them."""
-    folder = Path(str(SHIPPED.load(package).__file__)).parent
-    files = (path for path in folder.iterdir() if _is_experiment(path))
-    ordered = sorted(files, key=lambda path: (path.stem != STEM, path.name))
+    """Return the experiments in a shipped package by the names that users give them."""
+    ordered = sorted(filter(_is_experiment, _files(package)), key=lambda path: path.stem != STEM)
     return {package if path.stem == STEM else f"{package}/{path.stem}": path for path in ordered}
