@@ -76,7 +76,7 @@ class ConfinedBuild:
         self._warnings = Findings(Finding.from_dict(one) for one in data["warnings"])
         self._refusal = _error_of(data["refusal"]) if data["refusal"] else None
         network = skeleton_of(data["network"])
-        self.summary = summary_from(data["network"], network)
+        self.summary = summary_from(data["network"])
         return network
 
     def review(self, brain: Side[BrainBackend], network: Network) -> Findings:

@@ -11,16 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.checks.network_units import unlikely_units
 from nrp_core.checks.synaptic_effects import LEAKY_CELLS
 from nrp_core.checks.unreachable_thresholds import unreached_thresholds
 from nrp_core.findings import Code, Finding, Findings
-
-Ends = tuple[BoolArray, BoolArray]
-"""Whether each cell of a population has synapses onto it, and whether it has some onto others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,14 +26,12 @@ class NetworkSummary:
 
     Args:
         joined: the pairs of populations that have synapses, source first.
-        linked: which cells of each population have synapses onto them, and which have some onto others.
         mute: labels of its populations that cannot fire unless a device drives them.
         unreached: a sentence for each population that its synapses cannot take to its threshold.
         findings: implausible values, and remarks of whatever read it.
     """
 
     joined: list[tuple[str, str]] = field(default_factory=list)
-    linked: dict[str, Ends] = field(default_factory=dict)
     mute: list[str] = field(default_factory=list)
     unreached: dict[str, str] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
@@ -47,7 +42,7 @@ def summary_of(network: Network) -> NetworkSummary:
     findings = [*Findings(unlikely_units(network), general=Code.NRP297)]
     findings += Findings(network.remarks, general=Code.NRP308)
     unreached = unreached_thresholds(network)
-    return NetworkSummary(_joined(network), _linked(network), mute(network), unreached, findings)
+    return NetworkSummary(_joined(network), mute(network), unreached, findings)
 
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
@@ -78,7 +73,6 @@ def described(network: Network) -> dict[str, Any]:
             for one in kinds.values()
         ],
         "joined": summary.joined,
-        "linked": {label: _packed(ends) for label, ends in summary.linked.items()},
         "mute": summary.mute,
         "unreached": summary.unreached,
         "findings": [finding.to_dict() for finding in summary.findings],
@@ -94,46 +88,14 @@ def _joined(network: Network) -> list[tuple[str, str]]:
     return list(dict.fromkeys(pairs))
 
 
-def _linked(network: Network) -> dict[str, Ends]:
-    """Return which cells of each population have synapses, or may grow some."""
-    found = {
-        one.label: (np.zeros(one.size, bool), np.zeros(one.size, bool))
-        for one in network.populations.values()
-    }
-    for one in network.projections:
-        (onto, _), (_, out) = found[one.post], found[one.pre]
-        if one.rewiring is not None:
-            onto[:], out[:] = True, True
-        for pre, post in one.pairs():
-            out[pre], onto[post] = True, True
-    return found
-
-
-def summary_from(described: dict[str, Any], network: Network) -> NetworkSummary:
-    """Return the facts about a network that :func:`described` wrote; ``network`` has its sizes."""
-    linked = {
-        label: (
-            _unpacked(onto, network.populations[label].size),
-            _unpacked(out, network.populations[label].size),
-        )
-        for label, (onto, out) in described["linked"].items()
-    }
+def summary_from(described: dict[str, Any]) -> NetworkSummary:
+    """Return the facts about a network that :func:`described` wrote."""
     return NetworkSummary(
         [(pre, post) for pre, post in described["joined"]],
-        linked,
         described["mute"],
         described["unreached"],
         [Finding.from_dict(one) for one in described["findings"]],
     )
-
-
-def _packed(ends: Ends) -> list[str]:
-    return [base64.b64encode(np.packbits(one).tobytes()).decode() for one in ends]
-
-
-def _unpacked(text: str, size: int) -> BoolArray:
-    bits = np.frombuffer(base64.b64decode(text), np.uint8)
-    return np.unpackbits(bits, count=size).astype(bool)
 
 
 def skeleton_of(described: dict[str, Any]) -> Network:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Final
-
-import numpy as np
 
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
@@ -13,9 +10,6 @@ from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.findings import Code, Finding, Level
-
-_MANY: Final = 8
-"""Cells of a population in which one without synapses is probably forgotten."""
 
 
 @checks_experiment(Code.NRP290, Code.NRP377)
@@ -49,28 +43,6 @@ def check_populations(static: StaticExperiment) -> Iterator[Finding]:
             message = f"no cell of the population '{label}' can fire, and {then}: {unreached.get(label, why)}"
             code = Code.NRP377 if label in unreached else Code.NRP290
             yield place.finding(code, message, Level.WARNING)
-        for cell in _forgotten(static, label):
-            message = (
-                f"cell {cell} of the population '{label}' has a device and no synapse, and all other cells "
-                "have some"
-            )
-            yield place.finding(Code.NRP290, message, Level.WARNING)
-
-
-def _forgotten(static: StaticExperiment, label: str) -> list[int]:
-    """Return the only cell without synapses of a population, if a device has it with others.
-
-    Where synapses are drawn at random, a cell may have none by chance; one among many is so at most if cells
-    have few. A device of its own may take a cell as something else.
-    """
-    assert static.network is not None
-    onto, out = static.summary.linked[label]
-    alone = np.flatnonzero(~(onto | out))
-    if len(alone) != 1 or len(onto) < _MANY:
-        return []
-    first = static.network.offsets[label]
-    has = [one for one in static.devices if (one.neurons == first + alone[0]).any()]
-    return alone.tolist() if any(len(one.neurons) > 1 for one in has) else []
 
 
 @checks_experiment(Code.NRP290)
