@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from math import dist, inf
+from math import dist, inf, isfinite
 from pathlib import Path
 from posixpath import join
 from typing import Any, get_args
@@ -17,7 +17,7 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.controllers.plugins import led_joints
 from nrp_core.world.drives.mecanum import MecanumDrive
-from nrp_core.world.drives.wheels import WheelDrive
+from nrp_core.world.drives.wheels import SpeedLimits, WheelDrive
 from nrp_core.world.scene.devices import (
     ControllerKind,
     GroupController,
@@ -206,7 +206,40 @@ class _File:
         return WheelDrive(
             name[-1], command, left, right, separation, size,
             timeout=timeout or inf, rate_hz=rate_hz or 50.0, odometry_topic=self._topic(name, "odom"),
+            linear=self._limits(name, "linear", "x"), angular=self._limits(name, "angular", "z"),
+            pose_variances=self._diagonal(name, "pose"), twist_variances=self._diagonal(name, "twist"),
         )  # fmt: skip
+
+    def _limits(self, name: tuple[str, ...], *direction: str) -> SpeedLimits:
+        """Return the limits of a drive in one direction, unless the file switches them off.
+
+        A lower limit that is missing is the upper one with the other sign.
+        """
+        level = {
+            **self.entries.get((*name, *direction), {}),
+            **{
+                key.rpartition(".")[2]: value
+                for key, value in self.entries[name].items()
+                if key.startswith(".".join(direction) + ".")
+            },
+        }
+        found: list[float] = []
+        for quantity in ("velocity", "acceleration"):
+            ends = [level.get(f"{end}_{quantity}") for end in ("min", "max")]
+            low, high = (
+                float(each) if isinstance(each, int | float) and isfinite(each) else None for each in ends
+            )
+            if level.get(f"has_{quantity}_limits") is False or high is None:
+                high = inf
+            found += [-high if low is None or high == inf else low, high]
+        return SpeedLimits(*found)
+
+    def _diagonal(self, name: tuple[str, ...], what: str) -> tuple[float, ...]:
+        """Return the diagonal of a covariance; none if the file has none."""
+        given = self.entries[name].get(f"{what}_covariance_diagonal") or ()
+        if given and (len(given) != 6 or not all(isinstance(each, int | float) for each in given)):
+            raise self._place.error(f"{what}_covariance_diagonal of '{'/'.join(name)}' must be 6 numbers")
+        return tuple(map(float, given))
 
     def mecanum(self, name: tuple[str, ...]) -> MecanumDrive:
         """Return the drive on mecanum wheels with a name."""

@@ -93,13 +93,15 @@ class GroundDrive(Protocol):
 class DrivePart(Part):
     """Runs a drive that moves on the ground.
 
-    A command holds until the next one or until the time-out; speeds are not clamped.
+    A command holds until the next one or until the time-out.
 
     Attributes:
         steers: whether joints follow its target velocity, by :meth:`_steer`.
+        ramps: whether its acceleration is limited, so that each copy takes its commands alone.
     """
 
     steers: ClassVar[bool] = False
+    ramps: ClassVar[bool] = False
 
     def __init__(self, drive: GroundDrive, model: Model, engine: Engine) -> None:
         self._drive, self._model, self._engine = drive, model.name, engine
@@ -123,6 +125,10 @@ class DrivePart(Part):
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         numbers = message if topic == self._drive.command_topic else self._body_twist(message)
+        self._command(numbers, now_ns)
+
+    def _command(self, numbers: Sequence[float], now_ns: int) -> None:
+        """Follow the numbers of a twist from now on."""
         velocity = self._body_velocity(*numbers)
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
         self.set_target_velocity(velocity)
@@ -142,6 +148,10 @@ class DrivePart(Part):
             parts: the part of each copy, all of one class.
             rows: the finite numbers of a twist for each, shape ``(copies, 6)``.
         """
+        if parts[0].ramps:
+            for part, row in zip(parts, rows.tolist(), strict=True):
+                part._command(row, part._engine.now_ns)
+            return
         model, drive, engines = parts[0]._model, parts[0]._drive.name, [part._engine for part in parts]
         velocities = [part._body_velocity(*row) for part, row in zip(parts, rows.tolist(), strict=True)]
         batch_engine_of(engines).set_drives(model, drive, velocities)

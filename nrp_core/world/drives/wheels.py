@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import dist, inf
-from typing import ClassVar, Protocol, TypeAlias
+from math import dist, inf, isfinite
+from typing import Any, ClassVar, Protocol, TypeAlias
 
+import numpy as np
+
+from nrp_core.clock import seconds
 from nrp_core.findings import Code
 from nrp_core.world.drives.drive import Drive, DrivePart, GroundDrive
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
+from nrp_core.world.messages.nav_msgs import Odometry
+from nrp_core.world.rigid import BodyVelocity
 from nrp_core.world.scene.devices import Rename
 from nrp_core.world.scene.model import Cylinder, Model, Sphere
 from nrp_core.world.scene.reading.context import Element, Reading
@@ -172,6 +177,30 @@ _DIALECTS = {
 
 
 @dataclass(frozen=True, slots=True)
+class SpeedLimits:
+    """Limits of a speed (m/s or rad/s) and of its rate of change, each with its sign."""
+
+    min_velocity: float = -inf
+    max_velocity: float = inf
+    min_acceleration: float = -inf
+    max_acceleration: float = inf
+
+    @property
+    def ramps(self) -> bool:
+        """Whether the acceleration is limited."""
+        return isfinite(self.min_acceleration) or isfinite(self.max_acceleration)
+
+    def clamped(self, speed: float) -> float:
+        """Return a speed within the limits."""
+        return min(max(speed, self.min_velocity), self.max_velocity)
+
+    def toward(self, now: float, wanted: float, dt_s: float) -> float:
+        """Return the speed after a time, s, on the way from one speed to another."""
+        low, high = now + self.min_acceleration * dt_s, now + self.max_acceleration * dt_s
+        return min(max(wanted, low), high)
+
+
+@dataclass(frozen=True, slots=True)
 class WheelDrive(Drive):
     """A differential or skid-steer drive, commanded by a body velocity as a Twist.
 
@@ -184,6 +213,8 @@ class WheelDrive(Drive):
         torque: limit of each wheel, N m.
         timeout: seconds without a command after which the drive stops; ``inf`` for never.
         rate_hz: rate of odometry and wheel speeds, Hz.
+        linear, angular: limits of the commanded velocity of the body.
+        pose_variances, twist_variances: the diagonals of the covariances in its odometry; empty for zeros.
     """
 
     tag: ClassVar[str] = "wheels"
@@ -198,6 +229,10 @@ class WheelDrive(Drive):
     rate_hz: float = 100.0
     odometry_topic: str | None = None
     wheel_speeds_topic: str | None = None
+    linear: SpeedLimits = SpeedLimits()
+    angular: SpeedLimits = SpeedLimits()
+    pose_variances: tuple[float, ...] = ()
+    twist_variances: tuple[float, ...] = ()
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -241,10 +276,48 @@ class WheelDrive(Drive):
             rate_hz=plugin.positive(*dialect.rate),
             odometry_topic=topic(dialect.odometry) if dialect.odometry else None,
             wheel_speeds_topic=topic(dialect.wheel_speeds) if dialect.wheel_speeds else None,
+            linear=_limits_in(plugin, "linear") if dialect is _GZ_SIM else SpeedLimits(),
+            angular=_limits_in(plugin, "angular") if dialect is _GZ_SIM else SpeedLimits(),
+            pose_variances=(variances := _variances_in(plugin)),
+            twist_variances=variances,
         )
 
     def part(self, model: Model, engine: Engine) -> WheelDrivePart:
-        return WheelDrivePart(self, model, engine)
+        if self.linear.ramps or self.angular.ramps:
+            return RampedDrivePart(self, model, engine)
+        is_plain = self.linear == self.angular == SpeedLimits() and not self.pose_variances
+        return (WheelDrivePart if is_plain and not self.twist_variances else LimitedDrivePart)(
+            self, model, engine
+        )
+
+
+def _limits_in(plugin: Element, direction: str) -> SpeedLimits:
+    """Return the limits of gz-sim: of one direction, or else of both."""
+
+    def limit(end: str, quantity: str, default: float) -> float:
+        both = plugin.number(f"{end}_{quantity}", default)
+        return plugin.number(f"{end}_{direction}_{quantity}", both)
+
+    return SpeedLimits(
+        limit("min", "velocity", -inf),
+        limit("max", "velocity", inf),
+        limit("min", "acceleration", -inf),
+        limit("max", "acceleration", inf),
+    )
+
+
+_UNKNOWN_VARIANCE = 1e12
+"""What Gazebo's plugins give for directions in which a drive does not move."""
+
+
+def _variances_in(plugin: Element) -> tuple[float, ...]:
+    """Return the variances that Gazebo's plugin for ROS 2 is given; none without them."""
+    tags = "covariance_x", "covariance_y", "covariance_yaw"
+    given = [plugin.find(tag) for tag in tags]  # each is asked for
+    if not any(given):
+        return ()
+    x, y, yaw = map(plugin.number, tags, (1e-5, 1e-5, 1e-3))
+    return x, y, _UNKNOWN_VARIANCE, _UNKNOWN_VARIANCE, _UNKNOWN_VARIANCE, yaw
 
 
 class Wheeled(GroundDrive, Protocol):
@@ -289,6 +362,72 @@ class WheelDrivePart(DrivePart):
         left = [float(speeds[name]) for name in self._wheels.left]
         right = [float(speeds[name]) for name in self._wheels.right]
         return WheelSpeeds(left[0], right[0], left[-1], right[-1])
+
+
+class LimitedDrivePart(WheelDrivePart):
+    """Runs a :class:`WheelDrive`, whose velocity has limits."""
+
+    def __init__(self, drive: WheelDrive, model: Model, engine: Engine) -> None:
+        super().__init__(drive, model, engine)
+        self._limits = drive
+        self._covariances = [
+            tuple(np.diag(diagonal).ravel().tolist()) if diagonal else None
+            for diagonal in (drive.pose_variances, drive.twist_variances)
+        ]
+
+    def _body_velocity(self, *numbers: float) -> BodyVelocity:
+        wanted, drive = super()._body_velocity(*numbers), self._limits
+        return BodyVelocity(drive.linear.clamped(wanted.forward), 0.0, drive.angular.clamped(wanted.turn))
+
+    def _odometry(self, now_ns: int) -> Odometry:
+        message = super()._odometry(now_ns)
+        pose, twist = self._covariances
+        message.pose.covariance = pose or message.pose.covariance
+        message.twist.covariance = twist or message.twist.covariance
+        return message
+
+
+class RampedDrivePart(LimitedDrivePart):
+    """Runs one whose acceleration has limits: the engine gets a new velocity in each step on the way."""
+
+    ramps = True
+    _wanted = _before = BodyVelocity()
+    _stop_ns: int | None = None
+    _since_ns = -1
+
+    def _command(self, numbers: Sequence[float], now_ns: int) -> None:
+        self._wanted = self._body_velocity(*numbers)
+        self._stop_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
+        self._approach(now_ns)
+
+    def at_deadline(self, now_ns: int) -> None:
+        if self._stop_ns is not None and now_ns >= self._stop_ns:
+            self._wanted, self._stop_ns = BodyVelocity(), None
+        self._approach(now_ns)
+
+    def _approach(self, now_ns: int) -> None:
+        if now_ns != self._since_ns:  # of several commands at a time, each begins at the same velocity
+            self._before, self._since_ns = self._velocity, now_ns
+        before, wanted, step_ns = self._before, self._wanted, self._engine.step_ns
+        velocity = BodyVelocity(
+            self._limits.linear.toward(before.forward, wanted.forward, seconds(step_ns)),
+            0.0,
+            self._limits.angular.toward(before.turn, wanted.turn, seconds(step_ns)),
+        )
+        self.set_target_velocity(velocity)
+        next_ns = None if velocity == wanted else now_ns + step_ns
+        self.deadline_ns = min(filter(None, (next_ns, self._stop_ns)), default=None)
+
+    def reset(self) -> None:
+        super().reset()
+        self._wanted, self._stop_ns, self._since_ns = BodyVelocity(), None, -1
+
+    def save(self) -> object:
+        return super().save(), self._wanted, self._stop_ns, self._before, self._since_ns
+
+    def restore(self, saved: Any) -> None:
+        inner, self._wanted, self._stop_ns, self._before, self._since_ns = saved
+        super().restore(inner)
 
 
 def wheels_in(plugin: Element, tags: tuple[str, ...], model: ModelParts) -> tuple[str, ...]:

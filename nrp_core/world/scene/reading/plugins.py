@@ -144,7 +144,7 @@ _FALSE_FRIENDS: Final = ("yes", "no", "on", "off")
 _OTHERS: Final = frozenset(
     {
         "body_name", "child_frame_id", "depthImageInfoTopicName", "frameId", "frame_id", "frame_name",
-        "max_range", "max_velocity", "min_range", "min_velocity", "odometryFrame", "publishOdomTF",
+        "max_range", "min_range", "odometryFrame", "publishOdomTF",
         "publish_odom_tf", "publish_tf", "rateGaussianNoise", "robot_namespace", "rpy_offset", "updateRateHZ",
         "velocityGain", "velocity_topic_name", "xyz_offset",
     }
