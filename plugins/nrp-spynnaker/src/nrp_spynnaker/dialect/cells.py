@@ -12,7 +12,6 @@ from pyNN.parameters import Sequence
 
 from nrp_core.brain import FloatArray
 from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.equations.model import CELL_TYPE
 from nrp_core.brain.pynn.arguments import InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.clock import MS_PER_S
@@ -119,7 +118,7 @@ def cell_types(pynn: Mapping[str, Any]) -> dict[str, type]:
         pynn: the names of a PyNN simulator.
     """
     own = {name: _own(pynn[name], name, name) for name in CELLS}
-    own |= {name: _own(pynn[name], name, CELL_TYPE) for name in _IN_EQUATIONS}
+    own |= {name: _own(pynn[name], name, pynn[name].cell_type) for name in _IN_EQUATIONS}
     return own | {name: _own(pynn[cell], name, cell) for name, cell in _OWN_NAMES.items()}
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from math import ceil
+from math import ceil, isfinite
+from numbers import Real
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
 import nrp_core.pynn
-from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.files.script import scope_of
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn.languages import reading_of
@@ -62,7 +62,7 @@ def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[s
 
     def whole_steps(time_ms: Any) -> Any:
         """Return a time in whole steps; sPyNNaker rounds it up, with a warning."""
-        if not is_number(time_ms):
+        if not _is_finite(time_ms):
             return time_ms  # which is refused
         rounded_ms = ceil(time_ms / state.dt - _ROUNDING) * state.dt
         if rounded_ms - time_ms > _ROUNDING * state.dt:
@@ -85,7 +85,7 @@ def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[s
 
     def run_until(tstop: float, callbacks: Any = None) -> float:
         """Run to a time (ms)."""
-        remains = tstop - state.t if is_number(tstop) else tstop
+        remains = tstop - state.t if _is_finite(tstop) else tstop
         return run(remains, callbacks=callbacks) or state.t
 
     def run_forever(_sync_time: float = 0.0) -> None:
@@ -101,3 +101,7 @@ def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[s
     }
     devices = {"run_forever": run_forever, "request_stop": state.stop}
     return names, devices
+
+
+def _is_finite(time_ms: Any) -> bool:
+    return isinstance(time_ms, Real) and not isinstance(time_ms, bool) and isfinite(time_ms)

@@ -201,7 +201,7 @@ class LiveState(RunningState):
     def _open(self) -> Brain:
         own = [one.label for one in self.populations if hasattr(one.celltype, "equations")]
         if own:
-            self.tell([
+            self.warn([
                 f"the cells of '{own[0]}' are given as equations, which the emulated machine does not have: "
                 f"the network runs in '{DEFAULT_BACKEND}', in floating point"
             ])  # fmt: skip
