@@ -210,10 +210,10 @@ def plugins(seeds: int, engines: Sequence[str]) -> None:
     table(title, ("commands", "drive", "mm", "degrees"), rows)
 
 
-def tilted(angle: float) -> tuple[Model, Pose]:
+def tilted(angle: float, friction: float = 1.0) -> tuple[Model, Pose]:
     """Return a slope that rises along x, and its frame at the origin."""
     frame = Pose.from_rpy((0.0, 0.0, 0.0), 0.0, -radians(angle), 0.0)
-    return prop("slope", Box((40.0, 40.0, 1.0)), frame @ Pose((0.0, 0.0, -0.5))), frame
+    return prop("slope", Box((40.0, 40.0, 1.0)), frame @ Pose((0.0, 0.0, -0.5)), friction=friction), frame
 
 
 def on_slope(angle: float, commands: Commands, engine: str) -> Pose:
@@ -309,10 +309,17 @@ def period(engine: str) -> float:
 
 
 def down_a_slope(
-    shape: Geometry, height: float, angle: float, friction: float, moment: float, engine: str
+    shape: Geometry,
+    height: float,
+    angle: float,
+    friction: float,
+    moment: float,
+    engine: str,
+    *,
+    below: float = 1.0,
 ) -> float:
-    """Return the speed after 1 s."""
-    ground, frame = tilted(angle)
+    """Return the speed after 1 s; the friction of the slope is ``below``."""
+    ground, frame = tilted(angle, below)
     body = prop("body", shape, frame @ Pose((0.0, 0.0, height)), 1.0, friction, moment)
     with opened(engine, scene(ground, body)) as world:
         advance(world, 1.0)
@@ -360,7 +367,7 @@ def stepped(engine: str) -> float:
 
 
 def physics(engines: Sequence[str]) -> None:
-    slide, roll = radians(30.0), radians(10.0)
+    slide, steep, roll = radians(30.0), radians(20.0), radians(10.0)
     swing = tau * sqrt((0.02 + 2.0 * 0.25) / (2.0 * G * 0.5)) * (1 + 0.1**2 / 16)
     ball, box = Sphere(0.2), Box((0.4, 0.4, 0.2))
     cases: list[tuple[str, float, Measure]] = [
@@ -371,6 +378,12 @@ def physics(engines: Sequence[str]) -> None:
         ("a box slides down 30 degrees, friction 0.3: speed after 1 s, m/s",
          G * (sin(slide) - 0.3 * cos(slide)),
          partial(down_a_slope, box, 0.1, 30.0, 0.3, 0.02)),
+        ("a box slides down 20 degrees, friction 0.2 on 0.5: speed after 1 s, m/s",
+         G * (sin(steep) - 0.2 * cos(steep)),
+         partial(down_a_slope, box, 0.1, 20.0, 0.2, 0.02, below=0.5)),
+        ("a box slides down 20 degrees, friction 0.5 on 0.2: speed after 1 s, m/s",
+         G * (sin(steep) - 0.2 * cos(steep)),
+         partial(down_a_slope, box, 0.1, 20.0, 0.5, 0.02, below=0.2)),
         ("five boxes on each other after 3 s: height of the uppermost, m", 0.9, stacked),
         ("a heavy bob on the limit of its joint, rad", 0.4, stopped),
         ("step response of a position controller: off the closed form in 2 s, rad", 0.0, stepped),

@@ -241,12 +241,12 @@ def _mesh(shape: Element, form: Form, reading: Reading, max_excess: float) -> li
     try:
         pieces = _pieces(uri, _wanted(shape, form), reading)
     except SceneError as error:
-        reading.notes.warn(
-            uri,
-            Code.NRP258,
-            f"the mesh '{uri.text}' {error.message}: replaced by a simple shape",
-            subject=uri.text,
-        )
+        subject = _missing_package(uri, reading)
+        message = f"the package '{subject}' is not there: its meshes are replaced by simple shapes"
+        if not subject:
+            subject = uri.text
+            message = f"the mesh '{subject}' {error.message}: replaced by a simple shape"
+        reading.notes.warn(uri, Code.NRP258, message, subject=subject)
         return []
     if pieces[0].left_out:
         left_out = f"{pieces[0].left_out} triangles of the mesh '{uri.text}' are left out"
@@ -259,6 +259,19 @@ def _mesh(shape: Element, form: Form, reading: Reading, max_excess: float) -> li
     return [
         Shape(_geometry(piece, (x, y, z)), Pose(), piece.rgba, texture_of(piece.image)) for piece in pieces
     ]
+
+
+def _missing_package(uri: Element, reading: Reading) -> str:
+    """Return the package that a mesh is in if it is not there, else nothing."""
+    scheme, _, rest = uri.text.partition("://")
+    package, _, inner = rest.partition("/")
+    if scheme not in ("package", "model") or not package or not inner:
+        return ""
+    try:
+        reading.resources.package(package, uri.path)
+    except SceneError:
+        return package
+    return ""
 
 
 def _geometry(piece: Piece, scale: Vector) -> Mesh:

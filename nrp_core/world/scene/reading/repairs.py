@@ -14,7 +14,7 @@ from nrp_core.world.scene.reading.context import Element, Notes
 MAX_FRICTION = 10.0
 DEFAULT_FRICTION = 1.0
 LEAST_MASS = 1e-12
-"""Minimum mass of a link, kg: smaller ones are mistakes, and engines cannot compute with them."""
+"""Minimum mass of a link, kg: engines cannot compute with smaller ones."""
 
 NO_INERTIA = 1e-9
 """The ratio of inertia to mass, m^2, below which an inertia is none: of a mass within 0.03 mm.
@@ -64,20 +64,22 @@ def usable_inertial(
         The mass properties in the axes of the link; None if there is no source for them.
 
     Raises:
-        SceneError: the mass is negative or too small.
+        SceneError: the mass is negative.
     """
+    if of_shapes is not None and of_shapes.mass < LEAST_MASS:  # such as a cylinder of a micrometre
+        of_shapes = None
     if given is None or given.mass == 0:
-        what = "no <inertial>" if given is None else "a mass of 0 and could not move"
-        if of_shapes:
-            what += f": {of_shapes.mass:.3g} kg computed from its collision shapes"
-        if of_shapes or given:
-            notes.warn(element, Code.NRP264, f"the link '{link}' has {what}", subject=link)
-        return of_shapes
+        if given:
+            what = f": {of_shapes.mass:.3g} kg computed from its collision shapes" if of_shapes else ""
+            message = f"the link '{link}' has a mass of 0 and could not move{what}"
+            notes.warn(element, Code.NRP264, message, subject=link)
+        return repair_inertia(of_shapes)[0] if of_shapes else None
+    if given.mass < 0:
+        raise element.error(f"the mass of the link '{link}' is {given.mass:g} kg; it must be more than 0")
     if given.mass < LEAST_MASS:
-        least = f"0 (and at least {LEAST_MASS:g})" if given.mass > 0 else "0"
-        raise element.error(
-            f"the mass of the link '{link}' is {given.mass:g} kg; it must be more than {least}"
-        )
+        message = f"the mass of the link '{link}' is {given.mass:g} kg: {LEAST_MASS:g} kg is used"
+        notes.warn(element, Code.NRP264, message, subject=link)
+        given = replace(given, mass=LEAST_MASS)
     if max(map(abs, given.inertia)) < NO_INERTIA * given.mass:
         like = "its collision shapes" if of_shapes else "a ball of 5 cm radius"
         notes.warn(
@@ -86,7 +88,7 @@ def usable_inertial(
             f"the link '{link}' has no inertia or one of about 0: the inertia of {like} is used",
             subject=link,
         )
-        return like_shape(of_shapes or _BALL, given)
+        return repair_inertia(like_shape(of_shapes or _BALL, given))[0]
     inertial, wrong = repair_inertia(given)
     if wrong:
         now = ", ".join(f"{value:.3g}" for value in inertial.inertia[:3])
@@ -97,6 +99,27 @@ def usable_inertial(
             subject=link,
         )
     return inertial
+
+
+def report_without_inertial(elements: Sequence[Element], links: Sequence[Link], notes: Notes) -> None:
+    """Report the links that have the mass of their collision shapes, and its sum, at the first of them."""
+    bare = [
+        (element, link.inertial.mass)
+        for element, link in zip(elements, links, strict=True)
+        if link.inertial is not None and element.find("inertial") is None
+    ]
+    if not bare:
+        return
+    first, whole = bare[0][0], sum(mass for _, mass in bare)
+    name, of = first.attribute("name"), f"{whole:.3g} kg computed from"
+    heavy = sum(link.inertial is not None for link in links)
+    if len(bare) == 1:
+        message = f"the link '{name}' has no <inertial>: {of} its collision shapes"
+    elif len(bare) == heavy:
+        message = f"none of the {heavy} links has an <inertial>: the robot has {of} its collision shapes"
+    else:
+        message = f"{len(bare)} links, as '{name}', have no <inertial>: {of} their collision shapes"
+    notes.warn(first, Code.NRP264, message, subject=name)
 
 
 def with_default_masses(

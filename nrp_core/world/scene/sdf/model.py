@@ -29,7 +29,7 @@ from nrp_core.world.scene.reading.plugins import (
     warn_of_plugin,
     with_label,
 )
-from nrp_core.world.scene.reading.repairs import with_default_masses
+from nrp_core.world.scene.reading.repairs import report_without_inertial, with_default_masses
 from nrp_core.world.scene.reading.sensors import (
     Misplaced,
     Mount,
@@ -179,6 +179,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
     own = model.all("link")
     alone = len(own) == 1 and not nested
     links = [read_link(link, frames, reading, static=static, alone=alone) for link in own]
+    report_without_inertial(own, links, reading.notes)
     rows = list(read_joints(model, frames, source.version, reading))
     for joint in model.all("joint"):
         name = joint.attribute("name")

@@ -201,6 +201,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     """
     read_commas_as_spaces(element, notes)
     check_vocabulary(element, notes)
+    _drop_doubled_joints(element, notes)
     robot = _Robot.of(element, notes)
     _warn_of_loose(element, robot)
     model = new("model", element, name=element.attribute("name"))
@@ -228,6 +229,36 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     for plugin in model.all("plugin"):
         _name_joints(plugin, robot)
     return new("sdf", element, model, version="1.11")
+
+
+def _drop_doubled_joints(robot: Element, notes: Notes) -> None:
+    """Drop one of two joints of a name, of which one is in a ``<gazebo>`` block.
+
+    Where Gazebo converts URDF, it drops links without mass with their joints. So the joint of the block stays
+    if that of the robot only holds such a link.
+    """
+    blocks = {
+        joint.attribute("name"): (block, joint)
+        for block in robot.all("gazebo")
+        for joint in block.all("joint")
+    }
+    joints = robot.all("joint")
+    links = {link.attribute("name"): link for link in robot.all("link")}
+    for joint in joints:
+        if joint.attribute("name") not in blocks:
+            continue
+        block, other = blocks[joint.attribute("name")]
+        child = joint.require("child").attribute("link")
+        carries = any(each.require("parent").attribute("link") == child for each in joints)
+        light = child in links and not _has_mass(links[child]) and not carries
+        if light:
+            robot.children.remove(joint)
+            robot.children.remove(links[child])
+        else:
+            block.children.remove(other)
+        used = "Gazebo's joint is used, without the massless link" if light else "the robot's joint is used"
+        message = f"the joint '{joint.attribute('name')}' is in the robot and in a <gazebo> block: {used}"
+        notes.warn(other, Code.NRP266, message, subject=joint.attribute("name"))
 
 
 def _for_engines(robot: Element) -> Iterator[Element]:

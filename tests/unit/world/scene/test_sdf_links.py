@@ -10,7 +10,7 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.inertia import shape_inertia
+from nrp_core.world.scene.inertia import LEAST_MOMENT, shape_inertia
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import (
@@ -331,11 +331,8 @@ def test_a_missing_mesh_is_drawn_as_the_collision(model: ModelReader) -> None:
     read = model(f'<link name="base">{UNIT_MASS}\n{visual("", MISSING)}{collision(pose)}</link>')
     (skin,) = read.links[0].visuals
     assert (skin.name, skin.geometry, skin.pose) == ("skin", Box((1, 2, 3)), Pose((0, 0, 1)))
-    assert len(read.warnings) == 1
-    assert (
-        "robot.sdf:5: the mesh 'model://husky/meshes/body.dae' is not there: replaced by a simple shape"
-        in str(read.warnings[0])
-    )
+    (warning,) = read.warnings
+    assert (warning.code, warning.line, warning.subject) == (Code.NRP258, 5, "husky")
 
 
 def test_without_a_simple_collision_it_is_the_box_with_the_inertia(model: ModelReader) -> None:
@@ -392,3 +389,42 @@ def test_a_shape_that_is_not_read_is_replaced_with_a_warning(model: ModelReader)
     read = model(f'<link name="base">{UNIT_MASS}{visual("", hills)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
     assert "shapes of kind <image> are not supported" in str(read.warnings[0])
+
+
+def test_a_robot_without_inertials_is_one_line_with_its_mass(model: ModelReader) -> None:
+    joint = '<joint name="j" type="fixed"><parent>base</parent><child>top</child></joint>'
+    read = model(f'<link name="base">{collision("")}</link><link name="top">{collision("")}</link>{joint}')
+    (warning,) = read.warnings
+    assert sum(link.inertial.mass for link in read.links if link.inertial) == pytest.approx(12_000)
+    assert "none of the 2 links" in warning.message
+    assert "1.2e+04 kg" in warning.message
+
+
+NO_INERTIA = "<inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia>"
+SMALL = "<cylinder><radius>1e-6</radius><length>1e-6</length></cylinder>"
+MICROMETRE = f"<collision name='c'><geometry>{SMALL}</geometry></collision>"
+
+
+@pytest.mark.parametrize(
+    ("body", "mass"),
+    [
+        ("<inertial><mass>4e-15</mass></inertial>" + collision(""), 1e-12),
+        (f"<inertial><mass>1e-3</mass>{NO_INERTIA}</inertial>{MICROMETRE}", 1e-3),
+    ],
+)  # fmt: skip
+def test_negligible_masses_and_inertias_are_large_enough_for_engines(
+    model: ModelReader, body: str, mass: float
+) -> None:
+    inertial = model(f'<link name="base">{body}</link>').links[0].inertial
+    assert inertial is not None
+    assert inertial.mass == mass
+    assert min(inertial.inertia[:3]) >= LEAST_MOMENT
+
+
+def test_meshes_of_a_missing_package_are_one_line(model: ModelReader) -> None:
+    meshes = "".join(
+        f'<visual name="v{n}"><geometry><mesh><uri>package://nowhere/{n}.stl</uri></mesh></geometry></visual>'
+        for n in range(3)
+    )
+    read = model(f'<link name="base"><inertial/>{meshes}</link>')
+    assert [(one.code, one.subject, one.count) for one in read.warnings] == [(Code.NRP258, "nowhere", 3)]

@@ -286,3 +286,19 @@ def test_a_joint_with_limits_of_effort_and_velocity_only_has_no_ends(
     assert (left.lower, left.upper) == (ends if left.kind != "fixed" else (-inf, inf))
     said = "the <limit> of the joint 'left' has no lower and no upper: it moves without ends"
     assert [said in str(each) for each in model.warnings] == [True] * told
+
+
+@pytest.mark.parametrize(("inertial", "joints"), [("", ["turn"]), (MASS, ["turn", "gap"])])
+def test_a_joint_of_gazebo_replaces_one_that_holds_a_massless_link(
+    tmp_path: Path, inertial: str, joints: list[str]
+) -> None:
+    ends = "<parent>turn_link</parent><child>base</child>"
+    loop = f'<gazebo><joint name="gap" type="revolute">{ends}</joint></gazebo>'
+    gap = JOINT.format("gap", "", inertial)
+    (tmp_path / "robot.urdf").write_text(
+        f'<robot name="r"><link name="base">{MASS}</link>{JOINT.format("turn", "", MASS)}{gap}{loop}</robot>'
+    )
+    read = read_model(tmp_path / "robot.urdf")
+    assert [joint.name for joint in read.joints] == joints
+    assert ("gap_link" in {link.name for link in read.links}) == bool(inertial)
+    assert "gap" in {warning.subject for warning in read.warnings}
