@@ -37,7 +37,7 @@ def completed(*words: str) -> list[str]:
             ("run", "braitenberg_husky/n"),
             {"no_red", "nrp_gains", "nrp_gains_no_red", "nrp_gains_right_first"},
         ),
-        (("explain", "NRP28"), {f"NRP28{digit}" for digit in "01234589"}),
+        (("explain", "NRP28"), {f"NRP28{digit}" for digit in "0123458"}),
         (
             ("explain", "slalom_pioneer", "left_to_"),
             {f"left_to_{side}" for side in ("left", "right", "other")},
