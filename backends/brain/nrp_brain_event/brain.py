@@ -10,12 +10,19 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.cell_types import diverged, require_variable
-from nrp_brain_event.connections import places_of
+from nrp_brain_event.connections import begin_plastic, places_of_plastic, places_of_static
 from nrp_brain_event.engine import StoredSpikes, build_engine, changing, enlarged
 from nrp_brain_event.equation_synapses import keep_kernels
 from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
-from nrp_brain_event.live import change_parameters, change_weights, planned, run_reading, weights_now
+from nrp_brain_event.live import (
+    change_parameters,
+    change_weights,
+    planned,
+    require_slow,
+    run_reading,
+    weights_now,
+)
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import CONSTANT, DIVERGED, FULL, Array, EngineArrays
@@ -29,6 +36,8 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 
 _PATIENCE_NS: Final = 20_000_000
 _PATIENCE_MS: Final = milliseconds(_PATIENCE_NS)
+_AHEAD_MS: Final = 4.0
+"""For how long spikes of sources are emitted at once onto plastic synapses."""
 
 
 class EventBrain(Brain):
@@ -39,7 +48,9 @@ class EventBrain(Brain):
     ) -> None:
         identity = f"event:{options.model_dump_json()}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
+        self._ahead: list[tuple[IntArray, FloatArray]] = []
         self._initial = build_engine(network, options.tolerance)
+        self._engine = self._initial
         self._take_copies(changing(self._initial))
         self._begin_streams()
 
@@ -51,7 +62,9 @@ class EventBrain(Brain):
     def _do_run_until(self, t_ns: int) -> None:
         until_ms, stop_ms = milliseconds(t_ns), self._now_ms.item(0)
         while stop_ms < until_ms:  # compiled code cannot be interrupted, so it returns from time to time
-            stop_ms = min(stop_ms + _PATIENCE_MS, until_ms)
+            stop_ms = min(stop_ms + (_AHEAD_MS if self._ahead else _PATIENCE_MS), until_ms)
+            if self._ahead:
+                self._emit_until(stop_ms)
             while (status := run(self._places, stop_ms, nextafter(stop_ms, inf))) == FULL:
                 self._take(enlarged(self._engine))
             if status == DIVERGED:
@@ -63,8 +76,10 @@ class EventBrain(Brain):
         now_ns = round(self._now_ms.item(0) * NS_PER_MS)
         plan = planned(traces, now_ns, t_ns, _PATIENCE_NS)
         while (done := int(plan.done[0])) < len(plan.stops):
-            until_ms = plan.stops[done] + _PATIENCE_MS
+            until_ms = plan.stops[done] + (_AHEAD_MS if self._ahead else _PATIENCE_MS)
             last = max(done + 1, int(np.searchsorted(plan.stops, until_ms)))
+            if self._ahead:
+                self._emit_until(plan.stops[last - 1])
             status = run_reading(self._places, *plan, last, samples)
             if status == FULL:
                 self._take(enlarged(self._engine))
@@ -75,6 +90,25 @@ class EventBrain(Brain):
         return self._stored.take()
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        if not len(self._engine.plastic) or times_ms.max(initial=0.0) <= self._now_ms.item(0) + _AHEAD_MS:
+            self._emit(neurons, times_ms)
+        else:
+            self._ahead.append((neurons, times_ms))
+
+    def _emit_until(self, stop_ms: float) -> None:
+        """Emit the spikes of sources before a halt that have not been emitted yet.
+
+        Each takes room for every plastic synapse that it passes, so those of a long run come in parts.
+        """
+        later = []
+        for neurons, times_ms in self._ahead:
+            due = times_ms <= stop_ms
+            self._emit(neurons[due], times_ms[due])
+            if not due.all():
+                later.append((neurons[~due], times_ms[~due]))
+        self._ahead = later
+
+    def _emit(self, neurons: IntArray, times_ms: FloatArray) -> None:
         done = 0
         while (done := emit(self._places, neurons, times_ms, done)) < len(neurons):
             self._take(enlarged(self._engine))
@@ -98,22 +132,36 @@ class EventBrain(Brain):
         self._take(change_parameters(self._engine, self.network, change))
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
-        return weights_now(self._engine, projection, self._rows_of[projection.label])
+        return weights_now(self._engine, projection, self._rows_of(projection))
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         if self._engine.weight is self._initial.weight:
             self._take(self._engine._replace(weight=self._engine.weight.copy()))
         while not spread(self._places):
             self._take(enlarged(self._engine))
-        change_weights(self._engine, projection, self._rows_of[projection.label], weights)
+        change_weights(self._engine, projection, self._rows_of(projection), weights)
+
+    def _rows_of(self, projection: Projection) -> Array:
+        return (self._plastic if projection.is_plastic else self._static)[projection.label]
 
     @cached_property
-    def _rows_of(self) -> dict[str, IntArray]:
-        return places_of(self.network, self._initial.row_of)
+    def _plastic(self) -> dict[str, Array]:
+        return places_of_plastic(self.network, self._initial.row_of)[1]
+
+    @cached_property
+    def _static(self) -> dict[str, Array]:
+        return places_of_static(self.network)
 
     def _do_reset(self, seed: int) -> None:
-        self._return_to(changing(self._initial))
+        self._ahead.clear()
+        if len(self._engine.plastic):
+            begin_plastic(self.network, self._engine.plastic, self._engine.slow, self._plastic)
+        self._return_to({**changing(self._initial), **self._without_copy()})
         self._begin_streams()
+
+    def _without_copy(self) -> dict[str, Array]:
+        """Return the arrays whose initial state is not kept, since they can be large."""
+        return {"plastic": self._engine.plastic, "slow": self._engine.slow}
 
     def _do_save(self) -> object:
         state = changing(self._engine, self._initial)
@@ -121,6 +169,7 @@ class EventBrain(Brain):
 
     def _do_restore(self, saved: Any) -> None:
         initial = self._initial._asdict()
+        require_slow(saved, self._engine.plastic)
         self._return_to(
             {
                 name: np.frombuffer(state, initial[name].dtype) if isinstance(state, bytes) else state
@@ -139,13 +188,17 @@ class EventBrain(Brain):
             for name, array in now.items()
         ):
             for name, array in state.items():  # as bytes: NumPy assigns structures field by field
-                now[name].view(np.uint8)[:] = array.view(np.uint8)
+                if array is not now[name]:
+                    now[name].view(np.uint8)[:] = array.view(np.uint8)
         else:
             self._take_copies(state)
 
     def _take_copies(self, state: Mapping[str, Array]) -> None:
         """Continue with new arrays."""
-        self._take(self._initial._replace(**{name: array.copy() for name, array in state.items()}))
+        kept = {*map(id, self._without_copy().values())}
+        copies = {name: array if id(array) in kept else array.copy() for name, array in state.items()}
+        self._take(self._initial._replace(**copies))
+        self._initial = self._initial._replace(**self._without_copy())
 
     def _begin_streams(self) -> None:
         if len(self._engine.short_term):

@@ -5,19 +5,21 @@ The plastic synapses of a network as tables of the engine, checked.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from nrp_brain_event.equation_synapses import fill_plastic, fill_share, rules_of
-from nrp_brain_event.records import JUMP, Array, Plastic, Rule, ShortTerm
+from nrp_brain_event import equation_synapses
+from nrp_brain_event.records import JUMP, Array, Plastic, Rule, ShortTerm, Slow
 from nrp_brain_event.synapse_laws import RULES, SHARES
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.jit import jit
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.drawing import extremes
+from nrp_core.brain.network.drawing import extremes, sorted_by
 from nrp_core.brain.network.indices import stored_form
+from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.synapses import LAWS, SynapseLaw
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, NetworkError
@@ -26,63 +28,108 @@ from nrp_core.seeds import Seeds
 _LIMITS: Final = ("w_min", "w_max")
 _COLUMNS: Final = Rule.dtype().names or ()
 _LONG_AGO_MS: Final = -np.inf
+_SLOW_RULE: Final = "PfisterSpikeTripletRule"
+"""The only rule with slow traces."""
 
 
-class PlasticTables(NamedTuple):
-    """The plastic synapses of a network.
-
-    Args:
-        targets: targets of the synapses of each projection; plastic ones point to their own table.
-        tables: parts of the :class:`~nrp_brain_event.records.EngineArrays` by name.
-    """
-
-    targets: list[Array]
-    tables: dict[str, Array]
-
-
-def load_plastic(
-    network: Network, projections: Sequence[Projection], targets: Sequence[Array], n_cells: int
-) -> PlasticTables:
-    """Return the tables of plastic synapses.
+def load_plastic(network: Network, projections: Sequence[Projection], row_of: IntArray) -> dict[str, Array]:
+    """Return the tables of plastic synapses: parts of the engine by name.
 
     Args:
         network: the network.
-        projections: all of its projections, or only the plastic ones.
-        targets: the target receptors of each projection's synapses.
-        n_cells: number of cells.
+        projections: the plastic ones, with the delays that count.
+        row_of: rows of the cells by global id.
 
     Raises:
         NetworkError: a parameter is missing or impossible.
         CapabilityError: the rule is not supported.
     """
-    plastic = [k for k, projection in enumerate(projections) if projection.is_plastic]
-    rows = rows_of_plastic([targets[k] for k in plastic])
-    table = np.zeros(sum(map(len, rows)), Plastic.dtype())
-    rules = np.empty((len(table), len(_COLUMNS)))
-    redirected = list(targets)
-    for k, own in zip(plastic, rows, strict=True):
-        redirected[k] = ~own
-        table["target"][own] = targets[k]
-        rules[own] = _rules(projections[k], network)
-        table["weight"][own] = rules[own, _COLUMNS.index("sign")] * projections[k].weight
-        table["dendritic_delay"][own] = projections[k].delay_ms * _dendritic_fraction(projections[k])
-    distinct, table["rule"] = _distinct(rules)
+    first, places = places_of_plastic(network, row_of)
+    table = np.zeros(sum(map(len, places.values())), Plastic.dtype())
+    slow = np.zeros(len(table) if any(map(_needs_slow, projections)) else 1, Slow.dtype())
+    rules = np.empty((0, len(_COLUMNS)))
+    for projection in projections:
+        own = places[projection.label]
+        more, index = _rules(projection, network)
+        table["rule"][own] = len(rules) + index
+        rules = np.concatenate([rules, more])
+        table["target"][own] = targets_of(projection, network, row_of)
+        fraction = projection.synapse_parameters.get("dendritic_delay_fraction", np.ones(1))
+        table["dendritic_delay"][own] = distinct(projection.delay_ms) * distinct(fraction)
+    begin_plastic(network, table, slow, places)
+    return {
+        "plastic": table,
+        "slow": slow,
+        "first_plastic": first if len(table) else first[:0],
+        "rules": _records(rules),
+    }
+
+
+def begin_plastic(network: Network, table: Array, slow: Array, places: Mapping[str, Array]) -> None:
+    """Give plastic synapses the state at time 0.
+
+    Args:
+        network: the network.
+        table: their records.
+        slow: their further state.
+        places: their rows by projection.
+    """
     table["last_seen"] = -1
-    table["pre_t"] = table["post_t"] = _LONG_AGO_MS
-    for k, own in zip(plastic, rows, strict=True):
-        if projections[k].equations is not None:
-            fill_plastic(table, own, projections[k])
-    fan_in = np.bincount(table["target"] >> 1, minlength=n_cells)
-    first = np.concatenate([[0], np.cumsum(fan_in)]) if len(table) else np.empty(0, np.int64)
-    return PlasticTables(redirected, {"plastic": table, "first_plastic": first, "rules": _records(distinct)})
+    table["pre_t"] = _LONG_AGO_MS
+    table["pre_trace"] = table["post_trace"] = 0.0
+    slow[:] = np.zeros(1, slow.dtype)
+    for projection in network.projections:
+        if projection.is_plastic:
+            own = places[projection.label]
+            table["weight"][own] = np.abs(distinct(projection.weight))
+            if projection.equations is not None:
+                equation_synapses.begin_plastic(table, slow, own, projection)
 
 
-def rows_of_plastic(targets: Sequence[Array]) -> list[IntArray]:
-    """Return the rows in the table of the plastic synapses of each projection."""
-    cells = np.concatenate([np.empty(0, np.int64), *targets]) >> 1
-    rows = np.empty(len(cells), np.int64)
-    rows[np.argsort(cells, kind="stable")] = np.arange(len(cells))
-    return np.split(rows, np.cumsum([len(part) for part in targets]))[: len(targets)]
+def places_of_plastic(network: Network, row_of: IntArray) -> tuple[IntArray, dict[str, Array]]:
+    """Return the order of plastic synapses, which is that of the cells they end on.
+
+    Returns:
+        The place of the first synapse onto each cell and the number of all, and the places of the synapses of
+        each projection.
+    """
+    plastic = [projection for projection in network.projections if projection.is_plastic]
+    n = np.zeros(int(row_of.max(initial=-1)) + 2, np.int64)
+    for projection in plastic:
+        for _, post in projection.pairs():
+            count_rows(row_of, network.offsets[projection.post], post, n)
+    first = np.cumsum(n)
+    at = first.copy()
+    places: dict[str, Array] = {}
+    for projection in plastic:
+        found, begin = np.empty(projection.size, np.int32), 0
+        for _, post in projection.pairs():
+            number(row_of, network.offsets[projection.post], post, at, found[begin : begin + len(post)])
+            begin += len(post)
+        places[projection.label] = found
+    return first, places
+
+
+@jit
+def count_rows(row_of: IntArray, offset: int, post: Array, n: IntArray) -> None:
+    """Count the synapses onto each cell, one place after its row."""
+    for k in range(len(post)):
+        n[row_of[offset + post[k]] + 1] += 1
+
+
+@jit
+def number(row_of: IntArray, offset: int, post: Array, at: IntArray, out: Array) -> None:
+    """Give synapses the next places of the cells they end on."""
+    for k in range(len(post)):
+        row = row_of[offset + post[k]]
+        out[k] = at[row]
+        at[row] += 1
+
+
+def _needs_slow(projection: Projection) -> bool:
+    if projection.equations is not None:
+        return equation_synapses.needs_slow(projection)
+    return _SLOW_RULE in projection.plasticity.values()
 
 
 def parameter(projection: Projection, name: str) -> FloatArray:
@@ -98,21 +145,30 @@ def parameter(projection: Projection, name: str) -> FloatArray:
     return projection.synapse_parameters[name]
 
 
-def _rules(projection: Projection, network: Network) -> FloatArray:
-    """Return the columns of ``Rule`` for each synapse."""
+def _rules(projection: Projection, network: Network) -> tuple[FloatArray, IntArray]:
+    """Return the distinct rows of ``Rule`` of a projection, and the row of each synapse, or one for all."""
     if projection.equations is None:
         columns, kernel = _parameters(projection)
     else:
         unit = network.populations[projection.post].weight_unit(projection.receptor)
-        columns, kernel = rules_of(projection, unit), projection.synapse_type
-    negative = bool((projection.weight < 0).any())
+        columns, kernel = equation_synapses.rules_of(projection, unit), projection.synapse_type
+    negative = bool((distinct(projection.weight) < 0).any())
     if negative and (projection.weight > 0).any():
         raise NetworkError(f"projection '{projection.label}': plastic weights have one sign, not both")
     columns["sign"], columns["law"] = 1.0 - 2.0 * negative, list(RULES).index(kernel)
-    rules = np.zeros((projection.size, len(_COLUMNS)))
-    for k, name in enumerate(_COLUMNS):
-        rules[:, k] = columns.get(name, 0.0)
-    return rules
+    each = [_differing(columns.get(name, np.zeros(1))) for name in _COLUMNS]
+    varying = [values for values in each if len(values) > 1]
+    if not varying:
+        return np.column_stack(each), np.zeros(1, np.int64)
+    _, found, index = np.unique(np.column_stack(varying), axis=0, return_index=True, return_inverse=True)
+    rows = [values[found] if len(values) > 1 else np.repeat(values, len(found)) for values in each]
+    return np.column_stack(rows), index.reshape(-1)
+
+
+def _differing(values: float | FloatArray) -> FloatArray:
+    """Return values; one if all are equal."""
+    few = distinct(np.atleast_1d(values))
+    return few[:1] if (few == few[:1]).all() else few
 
 
 def _parameters(projection: Projection) -> tuple[dict[str, float | FloatArray], str]:
@@ -139,19 +195,6 @@ def _unknown_parts(projection: Projection, law: SynapseLaw) -> str:
     return f"its plasticity is composed of {given}; it needs one of each part ({valid})"
 
 
-def _distinct(rules: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Return the distinct rows, and the index of each row among them; equal columns are not sorted."""
-    varying = (rules != rules[:1]).any(axis=0)
-    if not varying.any():
-        return rules[:1], np.zeros(len(rules), np.int64)
-    _, first, index = np.unique(rules[:, varying], axis=0, return_index=True, return_inverse=True)
-    return rules[first], index
-
-
-def _dendritic_fraction(projection: Projection) -> FloatArray:
-    return projection.synapse_parameters.get("dendritic_delay_fraction", np.ones(projection.size))
-
-
 def _records(rules: FloatArray) -> Array:
     table = np.zeros(len(rules), Rule.dtype())
     for name, column in zip(table.dtype.names or (), rules.T, strict=True):
@@ -170,23 +213,29 @@ def load_connections(network: Network, cells: Array, row_of: IntArray) -> dict[s
         CapabilityError: a plasticity rule is not supported.
     """
     projections = network.projections
-    pre = _presynaptic(network)
-    targets = [_targets(projection, network, row_of) for projection in projections]
-    dynamics, short_term = _short_term(projections, cells, targets)
-    plastic = load_plastic(network, projections, targets, len(cells))
-    order = _order(network, pre)
-    first = np.concatenate([[0], np.cumsum(np.bincount(pre, minlength=network.size))])
-    target = _joined(plastic.targets, np.int32)[order]
-    delay, dynamics = _delays(network)[order], dynamics[order]
+    order, counts = _order(network)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    dynamics, short_term = _short_term(network, cells, row_of)
+    dynamics = dynamics[order] if len(short_term) else dynamics
+    places = places_of_plastic(network, row_of)[1]
+    target = _joined([_encoded(p, network, row_of, places) for p in projections], np.int32)[order]
+    del places
+    delay = _in_order([projection.delay_ms for projection in projections], order)
+    weight = _in_order([projection.weight for projection in projections], order)
+    del order
+    static = target >= 0
+    if len(short_term):
+        static &= dynamics < 0
+    plastic = load_plastic(network, [p for p in projections if p.is_plastic], row_of)
     return {
         "first": first,
         "target": target,
-        "weight": _joined([projection.weight for projection in projections], np.float64)[order],
+        "weight": weight,
         "delay": delay,
-        "dynamics": dynamics if len(short_term) else dynamics[:0],
-        "bundle": _bundles(first, delay, (target >= 0) & (dynamics < 0)),
+        "dynamics": dynamics,
+        "bundle": _bundles(first, delay, static),
         "short_term": short_term,
-        **plastic.tables,
+        **plastic,
     }
 
 
@@ -216,36 +265,48 @@ def delay_range(network: Network) -> tuple[float, float]:
     return shortest, longest
 
 
-def places_of(network: Network, row_of: IntArray) -> dict[str, IntArray]:
-    """Return the rows of each projection's synapses in the engine's tables, by label.
-
-    The table is ``plastic`` for plastic synapses, else ``weight``.
-    """
+def places_of_static(network: Network) -> dict[str, Array]:
+    """Return the rows of the synapses that are not plastic in the engine's tables, by projection."""
     projections = network.projections
-    order = _order(network, _presynaptic(network))
-    rows = np.empty(len(order), np.int64)
-    rows[order] = np.arange(len(order))
+    order, _ = _order(network)
+    rows = np.empty(len(order), order.dtype)
+    rows[order] = np.arange(len(order), dtype=order.dtype)
     cuts = np.cumsum([projection.size for projection in projections])[:-1]
-    places = {p.label: part for p, part in zip(projections, np.split(rows, cuts), strict=False)}
-    plastic = [projection for projection in projections if projection.is_plastic]
-    targets = [_targets(projection, network, row_of) for projection in plastic]
-    for projection, own in zip(plastic, rows_of_plastic(targets), strict=True):
-        places[projection.label] = own
-    return places
+    parts = zip(projections, np.split(rows, cuts), strict=False)
+    return {projection.label: part for projection, part in parts if not projection.is_plastic}
 
 
-def _presynaptic(network: Network) -> IntArray:
-    parts = [network.offsets[p.pre] + p.pre_index.astype(np.int64) for p in network.projections]
-    return _joined(parts, np.int64)
+def _order(network: Network) -> tuple[Array, Array]:
+    """Return the order of synapses: by neuron, then by delay; and the number of each neuron."""
+    projections = network.projections
+    pre = _joined([network.offsets[p.pre] + p.pre_index for p in projections], np.int32)
+    kind = np.int32 if len(pre) < np.iinfo(np.int32).max else np.int64
+    delays = [projection.delay_ms for projection in projections]
+    if _common(delays) is not None:
+        return sorted_by(pre, np.arange(len(pre), dtype=kind), network.size)
+    order = np.lexsort((_joined(delays, np.float64), pre)).astype(kind)
+    return order, np.bincount(pre, minlength=network.size)
 
 
-def _delays(network: Network) -> Array:
-    return _joined([projection.delay_ms for projection in network.projections], np.float64)
+def _common(parts: Sequence[FloatArray]) -> float | None:
+    """Return the value that all synapses have, or None; 0 if there are none."""
+    values = {float(value) for part in map(_differing, parts) for value in part[:2]}
+    return None if len(values) > 1 else next(iter(values), 0.0)
 
 
-def _order(network: Network, pre: IntArray) -> IntArray:
-    """Return the order of synapses: by neuron, then by delay."""
-    return np.lexsort((_delays(network), pre))
+def _encoded(
+    projection: Projection, network: Network, row_of: IntArray, places: Mapping[str, Array]
+) -> Array:
+    """Return the targets of synapses as those of events."""
+    if projection.is_plastic:
+        return ~places[projection.label]
+    return targets_of(projection, network, row_of)
+
+
+def _in_order(parts: Sequence[FloatArray], order: Array) -> FloatArray:
+    """Return the values of all synapses in their order in the engine."""
+    value = _common(parts)
+    return _joined(parts, np.float64)[order] if value is None else np.full(len(order), value)
 
 
 def _bundles(first: Array, delay: Array, static: Array) -> Array:
@@ -263,22 +324,29 @@ def _joined(parts: Sequence[Array], dtype: type[np.generic]) -> Array:
     return np.concatenate([np.empty(0, dtype), *parts], dtype=dtype, casting="same_kind")
 
 
-def _targets(projection: Projection, network: Network, row_of: IntArray) -> Array:
-    post = network.offsets[projection.post] + projection.post_index.astype(np.int64)
-    return 2 * row_of[post] + (projection.receptor == "inhibitory")
+def targets_of(projection: Projection, network: Network, row_of: IntArray) -> Array:
+    """Return the targets of synapses: twice the row of the cell, plus one for the inhibitory receptor."""
+    receptor = network.populations[projection.post].receptor_number(projection.receptor) % 2
+    twice = (2 * row_of + receptor).astype(np.int32)
+    targets: Array = twice[network.offsets[projection.post] :][projection.post_index]
+    return targets
 
 
-def _short_term(projections: Sequence[Projection], cells: Array, targets: list[Array]) -> tuple[Array, Array]:
-    """Return each synapse's row in a table of states, or -1, and that table."""
-    dynamic = [is_share(projection) for projection in projections]
-    size = sum(projection.size for projection, is_so in zip(projections, dynamic, strict=True) if is_so)
-    table, rows, n = np.zeros(size, ShortTerm.dtype()), [], 0
-    for projection, target, is_so in zip(projections, targets, dynamic, strict=True):
-        rows.append(np.arange(n, n + projection.size) if is_so else np.full(projection.size, -1))
-        if is_so:
-            own = table[n : n + projection.size]
+def _short_term(network: Network, cells: Array, row_of: IntArray) -> tuple[Array, Array]:
+    """Return each synapse's row in a table of states, or -1, and that table; no rows if it is empty."""
+    projections = network.projections
+    table = np.zeros(sum(p.size for p in projections if is_share(p)), ShortTerm.dtype())
+    if not len(table):
+        return np.empty(0, np.int32), table
+    rows, n = [], 0
+    for projection in projections:
+        if is_share(projection):
+            rows.append(np.arange(n, n + projection.size))
+            own, target = table[n : n + projection.size], targets_of(projection, network, row_of)
             fill_short_term(own, projection, cells[target >> 1], numbers_of(projection))
             n += projection.size
+        else:
+            rows.append(np.full(projection.size, -1))
     return _joined(rows, np.int32), table
 
 
@@ -299,7 +367,7 @@ def fill_short_term(table: Array, projection: Projection, targets: Array, number
         NetworkError: a parameter is missing.
     """
     if projection.equations is not None:
-        fill_share(table, projection)
+        equation_synapses.fill_share(table, projection)
     else:
         law = LAWS[projection.synapse_type]
         for name in law.parameters:

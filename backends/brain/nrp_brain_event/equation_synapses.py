@@ -3,8 +3,8 @@
 Where the records of synapses have room for the parameters and variables of laws given as equations.
 
 The records are those of all laws, so that the engine is compiled once. A law given as equations uses the
-fields of the others, which are free in its synapses. All fields have the same size, so a field is a place in
-an array.
+fields of the others, which are free in its synapses. All fields before it have the same size, so a field is a
+place in an array.
 
 Writes the kernels of a synapse law that is given as equations.
 
@@ -19,7 +19,7 @@ from textwrap import indent
 from typing import Final, NamedTuple
 
 from nrp_brain_event.equation_source import IMPORTS, PARAMETER, STATE, Arguments, compiled, needed, source_of
-from nrp_brain_event.records import Array, Plastic, Rule, ShortTerm
+from nrp_brain_event.records import Array, Plastic, Rule, ShortTerm, Slow
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Projection
 from nrp_core.brain.network.equations.declarations import Assignments
@@ -30,6 +30,12 @@ from nrp_core.units import Unit
 
 _SHORT_TERM: Final = ShortTerm.dtype().names or ()
 _PLASTIC: Final = Plastic.dtype().names or ()
+_SLOW: Final = Slow.dtype().names or ()
+_STATE_OF_PLASTIC: Final = [
+    *(("synapse", _PLASTIC.index(name)) for name in ("pre_trace", "post_trace")),
+    *(("slow", place) for place in range(len(_SLOW))),
+]
+"""The record and the field of each state variable of a plastic synapse."""
 _RULE: Final = Rule.dtype().names or ()
 _LAST: Final = "pre_t"
 """The time of the last spike of either side at a plastic synapse."""
@@ -40,7 +46,7 @@ class Places(NamedTuple):
 
     Args:
         parameters: of the record of the synapse, or of the rule of a plastic one.
-        state: of the record of the synapse.
+        state: the record, ``synapse`` or ``slow``, and its field.
         last: the time of the last update, ms.
         share: of the record of the synapse.
         weight: the magnitude of a plastic weight.
@@ -48,7 +54,7 @@ class Places(NamedTuple):
     """
 
     parameters: dict[str, int]
-    state: dict[str, int]
+    state: dict[str, tuple[str, int]]
     last: int
     share: int = -1
     weight: int = -1
@@ -70,15 +76,15 @@ def places_of(model: SynapseModel, owner: str) -> Places:
         _require(
             len(model.parameters) + len(model.variables), len(free), "parameters and state variables", owner
         )
-        state = dict(zip(model.variables, free, strict=False))
+        state = {name: ("synapse", place) for name, place in zip(model.variables, free, strict=False)}
         parameters = dict(zip(model.parameters, free[len(state) :], strict=False))
         return Places(parameters, state, _SHORT_TERM.index("t"), share=_SHORT_TERM.index("share"))
-    free = _free(_PLASTIC, ("rule", "target", "weight", "dendritic_delay", "last_seen", _LAST))
     scale, *of_rule = _free(_RULE, ("law", "sign", "own"))
-    _require(len(model.variables), len(free), "state variables", owner)
+    _require(len(model.variables), len(_STATE_OF_PLASTIC), "state variables", owner)
     _require(len(model.parameters), len(of_rule), "parameters", owner)
     return Places(
-        dict(zip(model.parameters, of_rule, strict=False)), dict(zip(model.variables, free, strict=False)),
+        dict(zip(model.parameters, of_rule, strict=False)),
+        dict(zip(model.variables, _STATE_OF_PLASTIC, strict=False)),
         _PLASTIC.index(_LAST), weight=_PLASTIC.index("weight"), scale=scale,
     )  # fmt: skip
 
@@ -99,6 +105,7 @@ OF_SHARE: Final[Arguments] = (("synapse", "*float64"), ("now", "float64"))
 OF_RULE: Final[Arguments] = (
     ("rule", "*float64"),
     ("synapse", "*float64"),
+    ("slow", "*float64"),
     ("now", "float64"),
     ("side", "int64"),
 )
@@ -129,9 +136,9 @@ def rule_source(model: SynapseModel, places: Places) -> str:
     sides = {"on_source": model.on_pre, "on_target": model.on_post}
     functions = [_learning(name, changes, model, places) for name, changes in sides.items()]
     choice = (
-        "@jit\ndef learn(rule, synapse, now, side):\n"
-        f"    if side == {TARGET}:\n        return on_target(rule, synapse, now)\n"
-        "    return on_source(rule, synapse, now)\n"
+        "@jit\ndef learn(rule, synapse, slow, now, side):\n"
+        f"    if side == {TARGET}:\n        return on_target(rule, synapse, slow, now)\n"
+        "    return on_source(rule, synapse, slow, now)\n"
     )
     return "\n\n".join([_HEAD, *functions, choice])
 
@@ -148,7 +155,7 @@ def _learning(name: str, changes: Assignments, model: SynapseModel, places: Plac
             "return 0",
         ]
     )
-    return f"@jit\ndef {name}(rule, synapse, now):\n{indent(body, '    ')}\n"
+    return f"@jit\ndef {name}(rule, synapse, slow, now):\n{indent(body, '    ')}\n"
 
 
 def _loaded(model: SynapseModel, places: Places) -> Iterator[str]:
@@ -157,7 +164,7 @@ def _loaded(model: SynapseModel, places: Places) -> Iterator[str]:
     for name in model.parameters:
         yield f"{PARAMETER}{name} = {holder}[{places.parameters[name]}]"
     for name in model.variables:
-        yield f"{STATE}{name} = synapse[{places.state[name]}]"
+        yield f"{STATE}{name} = {_at(places, name)}"
     yield f"t = now * {_S_PER_MS}"
     if not model.variables:
         return
@@ -179,6 +186,11 @@ def _loaded(model: SynapseModel, places: Places) -> Iterator[str]:
     yield from (f"{STATE}{name} = y_{name}" for name in model.variables)
 
 
+def _at(places: Places, variable: str) -> str:
+    record, field = places.state[variable]
+    return f"{record}[{field}]"
+
+
 def _changed(model: SynapseModel, changes: Assignments) -> Iterator[str]:
     for name, value in changes:
         yield from needed([value], model)
@@ -186,7 +198,7 @@ def _changed(model: SynapseModel, changes: Assignments) -> Iterator[str]:
 
 
 def _stored(model: SynapseModel, places: Places) -> Iterator[str]:
-    yield from (f"synapse[{places.state[name]}] = {STATE}{name}" for name in model.variables)
+    yield from (f"{_at(places, name)} = {STATE}{name}" for name in model.variables)
     yield f"synapse[{places.last}] = now"
 
 
@@ -199,16 +211,26 @@ def fill_share(table: Array, projection: Projection) -> None:
     law, places = _law_of(projection)
     for name, values in law.in_si(projection.synapse_parameters).items():
         table[_SHORT_TERM[places.parameters[name]]] = values
-    _fill_state(table, _SHORT_TERM, law, places)
+    table[_SHORT_TERM[places.last]] = 0.0
+    for name, value in law.model.initial.items():
+        table[_SHORT_TERM[places.state[name][1]]] = value
     table["own"] = compiled(share_source(law.model, places), "strength", OF_SHARE)
 
 
-def fill_plastic(table: Array, rows: Array, projection: Projection) -> None:
-    """Store the initial state of plastic synapses in rows of a table."""
+def begin_plastic(table: Array, slow: Array, rows: Array, projection: Projection) -> None:
+    """Store the initial state of plastic synapses in rows of tables."""
     law, places = _law_of(projection)
-    own = table[rows]
-    _fill_state(own, _PLASTIC, law, places)
-    table[rows] = own
+    table[_PLASTIC[places.last]][rows] = 0.0
+    for name, value in law.model.initial.items():
+        record, field = places.state[name]
+        of = (table, _PLASTIC) if record == "synapse" else (slow, _SLOW)
+        of[0][of[1][field]][rows] = value
+
+
+def needs_slow(projection: Projection) -> bool:
+    """Return whether the equations of plastic synapses have more variables than a record holds."""
+    _, places = _law_of(projection)
+    return any(record == "slow" for record, _ in places.state.values())
 
 
 def rules_of(projection: Projection, unit: Unit) -> dict[str, float | FloatArray]:
@@ -234,12 +256,6 @@ def _law_of(projection: Projection) -> tuple[SynapseEquations, Places]:
     law = projection.equations
     assert law is not None
     return law, places_of(law.model, f"projection '{projection.label}'")
-
-
-def _fill_state(table: Array, names: tuple[str, ...], law: SynapseEquations, places: Places) -> None:
-    table[names[places.last]] = 0.0
-    for name, value in law.model.initial.items():
-        table[names[places.state[name]]] = value
 
 
 def keep_kernels(table: Array, initial: Array) -> None:

@@ -38,7 +38,7 @@ from nrp_brain_event.records import (
 )
 from nrp_brain_event.rise import remaining_at
 from nrp_brain_event.runge_kutta import state_at
-from nrp_brain_event.synapse_kernels import released_share, store_spike, transmit
+from nrp_brain_event.synapse_kernels import released_share, slow_of, store_spike, transmit
 from nrp_core._support.arrays import CACHE_LINE
 from nrp_core._support.jit import inlined, jit, prefetch
 
@@ -254,11 +254,9 @@ def _arrive(engine: EngineArrays, clock: Clock, event: Event) -> int:
                 clock.arrived = k
                 return status
         if event.n == 0 and event.target < 0:
-            synapse = engine.plastic[~event.target]
-            event.target, weight = (
-                target,
-                transmit(synapse, engine.rules[synapse.rule], cell, engine.events, t),
-            )
+            synapse, slow = engine.plastic[~event.target], slow_of(engine.slow, ~event.target)
+            weight = transmit(synapse, slow, engine.rules[synapse.rule], cell, engine.events, t)
+            event.target = target
         if modes.kind >= 0:
             kind = engine.kinds[modes.kind]
             _add(clock, slots, engine.links, modes, kind, row, target & 1, weight, t)
@@ -347,8 +345,8 @@ def _pass(engine: EngineArrays, row: int, end: float) -> int:
             clock.n_spikes += 1
             _send(engine, cell.id, cell.wake)
             if len(first_plastic) > 0 and first_plastic[row] < first_plastic[row + 1]:
-                onto = plastic[first_plastic[row] : first_plastic[row + 1]]
-                store_spike(cell, onto, engine.rules, clock, engine.events)
+                onto, after = first_plastic[row], first_plastic[row + 1]
+                store_spike(cell, onto, after, plastic, engine.slow, engine.rules, clock, engine.events)
             fire(cell)
         elif cell.wake > cell.t:  # a neuron that starts now is already there
             move(cell, cell.wake)

@@ -5,7 +5,7 @@ State variables that are recorded while the exact mode runs, inside compiled cod
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
 from typing import NamedTuple
 
@@ -16,13 +16,14 @@ from nrp_brain_event.cells import with_parameters
 from nrp_brain_event.kernels import READABLE, begin_anew, read, run
 from nrp_brain_event.linear import modes_of
 from nrp_brain_event.records import DONE, FROZEN, JUMP, Array, CellParameters, EngineArrays, Modes
-from nrp_brain_event.synapse_kernels import bring_up_to
+from nrp_brain_event.synapse_kernels import bring_up_to, weights_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.clock import NS_PER_MS
+from nrp_core.errors import SnapshotError
 
 
 class Plan(NamedTuple):
@@ -107,15 +108,35 @@ def change_parameters(engine: EngineArrays, network: Network, change: ParameterC
     return engine._replace(modes=modes, kinds=kinds)
 
 
-def weights_now(engine: EngineArrays, projection: Projection, rows: IntArray) -> FloatArray:
+def weights_now(engine: EngineArrays, projection: Projection, rows: Array) -> FloatArray:
     """Return the weights of a projection whose synapses are in these rows."""
     if not projection.is_plastic:
         return engine.weight[rows]
-    seen = _up_to_date(engine._replace(plastic=engine.plastic.copy(), events=engine.events.copy()))
-    return seen.plastic["weight"][rows] * _signs(seen, rows)
+    events, passed = engine.events, _passed(engine)
+    synapses = ~events["target"][passed]
+    order = np.argsort(synapses, kind="stable")
+    weights, spare = np.empty(len(rows)), (engine.plastic[:1].copy(), engine.slow[:1].copy())
+    weights_at(
+        float(engine.clock["now"][0]), engine.cells, engine.plastic, engine.slow, engine.rules, events,
+        synapses[order], events["time"][passed][order], rows, spare, weights,
+    )  # fmt: skip
+    return weights
 
 
-def change_weights(engine: EngineArrays, projection: Projection, rows: IntArray, weights: FloatArray) -> None:
+def require_slow(saved: Mapping[str, object], plastic: Array) -> None:
+    """Check that the state of plastic synapses has the present form.
+
+    Raises:
+        SnapshotError: it was saved by version 0.2.0 or before, whose records are longer.
+    """
+    if len(plastic) and "slow" not in saved:
+        raise SnapshotError(
+            "the snapshot is from version 0.2.0 or before, whose plastic synapses have another form; run "
+            "the network up to this time again"
+        )
+
+
+def change_weights(engine: EngineArrays, projection: Projection, rows: Array, weights: FloatArray) -> None:
     """Change the weights of synapses in these rows; spikes that have passed them keep the old ones."""
     if not projection.is_plastic:
         engine.weight[rows] = weights
@@ -124,17 +145,22 @@ def change_weights(engine: EngineArrays, projection: Projection, rows: IntArray,
     engine.plastic["weight"][rows] = weights * _signs(engine, rows)
 
 
-def _up_to_date(engine: EngineArrays) -> EngineArrays:
+def _up_to_date(engine: EngineArrays) -> None:
     """Update all plastic synapses to the present time."""
-    events, plastic, now = engine.events, engine.plastic, float(engine.clock["now"][0])
+    now = float(engine.clock["now"][0])
+    bring_up_to(now, engine.cells, engine.plastic, engine.slow, engine.rules, engine.events, _passed(engine))
+
+
+def _passed(engine: EngineArrays) -> IntArray:
+    """Return the events that have passed their plastic synapses, in the order in which they did."""
+    events, now = engine.events, float(engine.clock["now"][0])
     flying = np.flatnonzero(events["target"] < 0)
-    heard = events["time"][flying] - plastic["dendritic_delay"][~events["target"][flying]]
-    passed = flying[heard <= now][np.argsort(heard[heard <= now], kind="stable")]
-    bring_up_to(now, engine.cells, plastic, engine.rules, events, passed)
-    return engine
+    heard = events["time"][flying] - engine.plastic["dendritic_delay"][~events["target"][flying]]
+    passed: IntArray = flying[heard <= now][np.argsort(heard[heard <= now], kind="stable")]
+    return passed
 
 
-def _signs(engine: EngineArrays, rows: IntArray) -> IntArray:
+def _signs(engine: EngineArrays, rows: Array) -> IntArray:
     signs: IntArray = engine.rules["sign"][engine.plastic["rule"][rows]]
     return signs
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final, NamedTuple, cast, get_origin, get_type
 import numpy as np
 import numpy.typing as npt
 
-from nrp_brain_event.synapse_laws import SHARES, plastic_fields, rule_fields, share_fields
+from nrp_brain_event.synapse_laws import SHARES, rule_fields, share_fields
 
 Array = npt.NDArray[Any]
 Fields = list[tuple[str, str]]
@@ -258,23 +258,34 @@ class ShortTerm(Record):
 
 
 class Plastic(Record):
-    """A plastic synapse, with the state of its law; see :mod:`nrp_brain_event.synapse_kernels`."""
+    """A plastic synapse, with the state that most laws have; see :mod:`nrp_brain_event.synapse_kernels`.
 
-    rule: int
-    target: int
-    """The target, as of an event."""
+    Networks have millions of them, so a record is no longer than needed: what few laws use is in ``Slow``,
+    and the time of the last processed spike of the target is that of ``last_seen``.
+    """
+
     weight: float
     """The absolute value of the weight."""
     dendritic_delay: float
-    last_seen: int
-    """The last processed spike of the target, an event."""
     pre_t: float
-    post_t: float
-    """The times of the last processed spikes of both sides."""
+    """The time of the last processed spike of the source; of either side in a law given as equations."""
+    pre_trace: float
+    post_trace: float
+    rule: Short
+    target: Short
+    """The target, as of an event."""
+    last_seen: Short
+    """The last processed spike of the target, an event."""
+    unused: Short
+    """Keeps the numbers aligned."""
 
-    @classmethod
-    def more_fields(cls) -> Fields:
-        return plastic_fields()
+
+class Slow(Record):
+    """More state of a plastic synapse: slow traces, and variables of laws given as equations."""
+
+    pre_slow: float
+    post_slow: float
+    own: float
 
 
 class Rule(Record):
@@ -338,6 +349,7 @@ class EngineArrays(NamedTuple):
         bundle: at the first of the static synapses with the same neuron and delay, their number, else 0.
         short_term: ``ShortTerm``.
         plastic: ``Plastic``, in the order of the cells they end on.
+        slow: ``Slow``, of the plastic synapses if a law of the network needs it, else a single one.
         first_plastic: the plastic synapses onto the cell in row ``i`` are those from ``first_plastic[i]``
             to ``first_plastic[i + 1]``; empty where there are none at all.
         rules: ``Rule``.
@@ -363,6 +375,7 @@ class EngineArrays(NamedTuple):
     bundle: Annotated[Array, np.int32]
     short_term: Annotated[Array, ShortTerm]
     plastic: Annotated[Array, Plastic]
+    slow: Annotated[Array, Slow]
     first_plastic: Annotated[Array, np.int64]
     rules: Annotated[Array, Rule]
     clock: Annotated[Array, Clock]

@@ -1,9 +1,9 @@
 """The kernels of synapse laws, compiled into one for each purpose; the record of a synapse selects its own.
 
 The share of a law is ``share(synapse, t)``: the part of the weight with which a spike emitted at t (ms)
-arrives. A rule of plasticity is ``on_source(rule, synapse, t)`` and ``on_target(rule, synapse, t)``: they
-update weight and traces for a spike of the source or of the target that the synapse processes at t (ms). The
-tables are in :mod:`nrp_brain_event.synapse_laws`.
+arrives. A rule of plasticity is ``on_source(rule, synapse, slow, post_t, t)`` and ``on_target`` with the same
+arguments: they update weight and traces for a spike of the source or of the target that the synapse processes
+at t (ms), after one of the target at ``post_t``. The tables are in :mod:`nrp_brain_event.synapse_laws`.
 
 A change of a weight is a share of ``w_max (d / w_max)^mu``, where d is the distance of the weight from the
 limit: ``w_max`` itself for mu = 0 (additive), d for mu = 1 (multiplicative; Morrison, Diesmann & Gerstner
@@ -21,14 +21,14 @@ delay. A target stores a spike until all its synapses have processed it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import exp
+from math import exp, inf
 from typing import Any, Final
 
 from nrp_brain_event.handles import call
 from nrp_brain_event.random_numbers import uniform
-from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule
+from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule, Slow
 from nrp_brain_event.synapse_laws import RULES, SHARES
-from nrp_core._support.jit import jit
+from nrp_core._support.jit import inlined, jit
 from nrp_core.brain.devices import short_term
 from nrp_core.brain.devices.short_term import utilization
 from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE
@@ -149,21 +149,20 @@ def change(rule: Any, synapse: Any, share: float, span: float) -> None:
 
 
 @jit
-def spike_pair_on_source(rule: Any, synapse: Any, t: float) -> None:
+def spike_pair_on_source(rule: Any, synapse: Any, _slow: Any, post_t: float, t: float) -> None:
     """Depress the synapse by the earlier spikes of its target."""
-    depression = rule.A_minus * trace(synapse.post_t, synapse.post_trace, t, rule.tau_minus)
+    depression = rule.A_minus * trace(post_t, synapse.post_trace, t, rule.tau_minus)
     change(rule, synapse, -depression, span_down(rule, synapse))
     synapse.pre_trace = (synapse.pre_trace + 1.0) * exp((synapse.pre_t - t) / rule.tau_plus)
     synapse.pre_t = t
 
 
 @jit
-def spike_pair_on_target(rule: Any, synapse: Any, t: float) -> None:
+def spike_pair_on_target(rule: Any, synapse: Any, _slow: Any, post_t: float, t: float) -> None:
     """Potentiate the synapse by the earlier spikes of its source."""
     potentiation = rule.A_plus * trace(synapse.pre_t, synapse.pre_trace, t, rule.tau_plus)
     change(rule, synapse, potentiation, span_up(rule, synapse))
-    synapse.post_trace = (synapse.post_trace + 1.0) * exp((synapse.post_t - t) / rule.tau_minus)
-    synapse.post_t = t
+    synapse.post_trace = (synapse.post_trace + 1.0) * exp((post_t - t) / rule.tau_minus)
 
 
 # PyNN's Vogels2011Rule over all pairs (Vogels et al. 2011, Science 334:1569).
@@ -173,21 +172,20 @@ def spike_pair_on_target(rule: Any, synapse: Any, t: float) -> None:
 
 
 @jit
-def vogels_on_source(rule: Any, synapse: Any, t: float) -> None:
+def vogels_on_source(rule: Any, synapse: Any, _slow: Any, post_t: float, t: float) -> None:
     """Potentiate the synapse by the earlier spikes of its target, and depress it by a constant."""
-    near = (synapse.post_trace + 1.0) * exp((synapse.post_t - t) / rule.tau)
+    near = (synapse.post_trace + 1.0) * exp((post_t - t) / rule.tau)
     change(rule, synapse, rule.eta * (near - 2.0 * rule.rho * rule.tau / MS_PER_S), 1.0)
     synapse.pre_trace = (synapse.pre_trace + 1.0) * exp((synapse.pre_t - t) / rule.tau)
     synapse.pre_t = t
 
 
 @jit
-def vogels_on_target(rule: Any, synapse: Any, t: float) -> None:
+def vogels_on_target(rule: Any, synapse: Any, _slow: Any, post_t: float, t: float) -> None:
     """Potentiate the synapse by the earlier spikes of its source."""
     near = (synapse.pre_trace + 1.0) * exp((synapse.pre_t - t) / rule.tau)
     change(rule, synapse, rule.eta * near, 1.0)
-    synapse.post_trace = (synapse.post_trace + 1.0) * exp((synapse.post_t - t) / rule.tau)
-    synapse.post_t = t
+    synapse.post_trace = (synapse.post_trace + 1.0) * exp((post_t - t) / rule.tau)
 
 
 # The triplet rule of Pfister & Gerstner (2006, J Neurosci 26:9673), all to all, with additive weights.
@@ -199,23 +197,23 @@ def vogels_on_target(rule: Any, synapse: Any, t: float) -> None:
 
 
 @jit
-def spike_triplet_on_source(rule: Any, synapse: Any, t: float) -> None:
+def spike_triplet_on_source(rule: Any, synapse: Any, slow: Any, post_t: float, t: float) -> None:
     """Depress the synapse by the earlier spikes of its target, more after earlier ones of its source."""
-    own = trace(synapse.pre_t, synapse.pre_slow, t, rule.tau_x)
-    of_target = trace(synapse.post_t, synapse.post_trace, t, rule.tau_minus)
+    own = trace(synapse.pre_t, slow.pre_slow, t, rule.tau_x)
+    of_target = trace(post_t, synapse.post_trace, t, rule.tau_minus)
     change(rule, synapse, -of_target * (rule.A_minus + rule.A3_minus * own), rule.w_max)
     passed = exp((synapse.pre_t - t) / rule.tau_plus)
-    synapse.pre_trace, synapse.pre_slow, synapse.pre_t = (synapse.pre_trace + 1.0) * passed, own, t
+    synapse.pre_trace, slow.pre_slow, synapse.pre_t = (synapse.pre_trace + 1.0) * passed, own, t
 
 
 @jit
-def spike_triplet_on_target(rule: Any, synapse: Any, t: float) -> None:
+def spike_triplet_on_target(rule: Any, synapse: Any, slow: Any, post_t: float, t: float) -> None:
     """Potentiate the synapse by the earlier spikes of its source, more after earlier ones of its target."""
-    own = trace(synapse.post_t, synapse.post_slow, t, rule.tau_y)
+    own = trace(post_t, slow.post_slow, t, rule.tau_y)
     of_source = trace(synapse.pre_t, synapse.pre_trace, t, rule.tau_plus)
     change(rule, synapse, of_source * (rule.A_plus + rule.A3_plus * own), rule.w_max)
-    passed = exp((synapse.post_t - t) / rule.tau_minus)
-    synapse.post_trace, synapse.post_slow, synapse.post_t = (synapse.post_trace + 1.0) * passed, own, t
+    passed = exp((post_t - t) / rule.tau_minus)
+    synapse.post_trace, slow.post_slow = (synapse.post_trace + 1.0) * passed, own
 
 
 # -- laws given as equations: each synapse has a kernel of its own
@@ -229,15 +227,15 @@ def equation_share(synapse: Any, t: float) -> float:
 
 
 @jit
-def equation_on_source(rule: Any, synapse: Any, t: float) -> None:
+def equation_on_source(rule: Any, synapse: Any, slow: Any, _post_t: float, t: float) -> None:
     """Update a synapse for a spike of its source."""
-    call(rule.own, (rule, synapse, t, 0))
+    call(rule.own, (rule, synapse, slow, t, 0))
 
 
 @jit
-def equation_on_target(rule: Any, synapse: Any, t: float) -> None:
+def equation_on_target(rule: Any, synapse: Any, slow: Any, _post_t: float, t: float) -> None:
     """Update a synapse for a spike of its target."""
-    call(rule.own, (rule, synapse, t, 1))
+    call(rule.own, (rule, synapse, slow, t, 1))
 
 
 # -- one kernel for each purpose
@@ -283,30 +281,51 @@ _MANY: Final = 64
 """Number of stored spikes of a target at which it frees those that are not needed."""
 
 
+@inlined
+def slow_of(slow: Array, synapse: int) -> Slow:
+    """Return the further state of a synapse."""
+    found: Slow = slow[min(synapse, len(slow) - 1)]
+    return found
+
+
 @jit
-def transmit(synapse: Plastic, rule: Rule, cell: Cell, events: Array, arrival: float) -> float:
+def transmit(synapse: Plastic, slow: Slow, rule: Rule, cell: Cell, events: Array, arrival: float) -> float:
     """Update the synapse for a spike that reaches the target at ``arrival``; return its weight there."""
     t = arrival - synapse.dendritic_delay
-    catch_up(synapse, rule, cell, events, t + SIMULTANEOUS)
-    on_source(rule, synapse, t)
+    catch_up(synapse, slow, rule, cell, events, t + SIMULTANEOUS)
+    on_source(rule, synapse, slow, _last_of_target(synapse, events), t)
     return float(synapse.weight * rule.sign)
 
 
 @jit
-def catch_up(synapse: Plastic, rule: Rule, cell: Cell, events: Array, until: float) -> None:
+def catch_up(synapse: Plastic, slow: Slow, rule: Rule, cell: Cell, events: Array, until: float) -> None:
     """Update the synapse for the spikes of the target up to a time."""
     index = events[synapse.last_seen].after if synapse.last_seen >= 0 else cell.first_stored
     while index >= 0 and events[index].time + synapse.dendritic_delay <= until:
-        on_target(rule, synapse, events[index].time + synapse.dendritic_delay)
+        post_t = _last_of_target(synapse, events)
+        on_target(rule, synapse, slow, post_t, events[index].time + synapse.dendritic_delay)
         synapse.last_seen = index
         index = events[index].after
 
 
+@inlined
+def _last_of_target(synapse: Plastic, events: Array) -> float:
+    """Return when the synapse processed the last spike of its target, ms."""
+    if synapse.last_seen < 0:
+        return -inf
+    return float(events[synapse.last_seen].time + synapse.dendritic_delay)
+
+
 @jit
-def store_spike(cell: Cell, synapses: Array, rules: Array, clock: Clock, events: Array) -> None:
-    """Store the present spike of a cell for its plastic synapses; there must be a free event."""
+def store_spike(
+    cell: Cell, first: int, last: int, synapses: Array, slow: Array, rules: Array, clock: Clock, events: Array
+) -> None:
+    """Store the present spike of a cell for its plastic synapses from ``first`` to ``last``.
+
+    There must be a free event.
+    """
     if cell.n_stored >= _MANY:
-        _forget(cell, synapses, rules, clock, events)
+        _forget(cell, first, synapses[first:last], slow, rules, clock, events)
     index = clock.free
     event = events[index]
     clock.free = event.after
@@ -323,7 +342,7 @@ def store_spike(cell: Cell, synapses: Array, rules: Array, clock: Clock, events:
 
 @jit
 def bring_up_to(
-    now: float, cells: Array, synapses: Array, rules: Array, events: Array, passed: Array
+    now: float, cells: Array, synapses: Array, slow: Array, rules: Array, events: Array, passed: Array
 ) -> None:
     """Update synapses for all spikes that have reached them by now.
 
@@ -331,28 +350,79 @@ def bring_up_to(
         now: the time of the engine, ms.
         cells: the cells of the engine.
         synapses: the synapses of the engine, which change.
+        slow: their further state.
         rules: the rules of the engine.
         events: the events of the engine; those that have passed their synapses get their weights.
         passed: indices of these events, not yet at their targets, in order of the time at which they passed.
     """
     for index in passed:
         event = events[index]
-        synapse = synapses[~event.target]
-        event.weight = transmit(synapse, rules[synapse.rule], cells[synapse.target >> 1], events, event.time)
+        synapse, more = synapses[~event.target], slow_of(slow, ~event.target)
+        rule, cell = rules[synapse.rule], cells[synapse.target >> 1]
+        event.weight = transmit(synapse, more, rule, cell, events, event.time)
         event.target = synapse.target
     for k in range(len(synapses)):
         synapse = synapses[k]
-        catch_up(synapse, rules[synapse.rule], cells[synapse.target >> 1], events, now)
+        catch_up(synapse, slow_of(slow, k), rules[synapse.rule], cells[synapse.target >> 1], events, now)
 
 
 @jit
-def _forget(cell: Cell, synapses: Array, rules: Array, clock: Clock, events: Array) -> None:
+def weights_at(
+    now: float, cells: Array, synapses: Array, slow: Array, rules: Array, events: Array,
+    passed: Array, arrivals: Array, rows: Array, spare: tuple[Array, Array], out: Array,
+) -> None:  # fmt: skip
+    """Store the weights that synapses have after all spikes that have reached them by now; nothing changes.
+
+    Args:
+        now: as for :func:`bring_up_to`.
+        cells: the same.
+        synapses: the same.
+        slow: the same.
+        rules: the same.
+        events: the same.
+        passed: the synapses, ascending, of the spikes that have passed them and are not yet at their targets.
+        arrivals: when these will be there, ms; those of one synapse in order.
+        rows: the synapses to read.
+        spare: room for a record of each kind.
+        out: the weights.
+    """
+    own, more = spare
+    for k in range(len(rows)):
+        own[0], more[0] = synapses[rows[k]], slow_of(slow, rows[k])
+        synapse, rule = own[0], rules[synapses[rows[k]].rule]
+        cell = cells[synapse.target >> 1]
+        n = first_of(passed, rows[k])
+        while n < len(passed) and passed[n] == rows[k]:
+            transmit(synapse, more[0], rule, cell, events, arrivals[n])
+            n += 1
+        catch_up(synapse, more[0], rule, cell, events, now)
+        out[k] = synapse.weight * rule.sign
+
+
+@jit
+def first_of(ascending: Array, value: int) -> int:
+    """Return the first place of numbers at or above a value."""
+    low, high = 0, len(ascending)
+    while low < high:
+        middle = (low + high) // 2
+        if ascending[middle] < value:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@jit
+def _forget(
+    cell: Cell, first: int, synapses: Array, slow: Array, rules: Array, clock: Clock, events: Array
+) -> None:
     """Free the spikes that all synapses of a cell have processed, except the last one."""
     first_needed = cell.n_fired
     for k in range(len(synapses)):
         synapse = synapses[k]
         # spikes in transit have passed the synapse after this
-        catch_up(synapse, rules[synapse.rule], cell, events, cell.wake - synapse.dendritic_delay)
+        until = cell.wake - synapse.dendritic_delay
+        catch_up(synapse, slow_of(slow, first + k), rules[synapse.rule], cell, events, until)
         first_needed = min(first_needed, events[synapse.last_seen].target if synapse.last_seen >= 0 else 0)
     while events[cell.first_stored].target < first_needed:
         index = cell.first_stored

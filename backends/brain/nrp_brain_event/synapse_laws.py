@@ -70,11 +70,6 @@ def share_fields(names: Iterable[str]) -> list[tuple[str, str]]:
     return [*law, *((name, "f8") for name in numbers), ("stream", "i8"), *_OWN_FIELDS]
 
 
-def plastic_fields() -> list[tuple[str, str]]:
-    """Return the fields of a plastic synapse for the state of all laws."""
-    return [(name, "f8") for name in _state([LAWS[name] for name in sorted(PLASTIC)])]
-
-
 def rule_fields() -> list[tuple[str, str]]:
     """Return the fields of the parameters of all plastic laws."""
     return [*((name, "f8") for name in _parameters([LAWS[name] for name in sorted(PLASTIC)])), _OWN_FIELDS[0]]

@@ -262,10 +262,12 @@ class Projection:
             self,
             pre_index=self.pre_index[synapses],
             post_index=self.post_index[synapses],
-            weight=self.weight[synapses],
-            delay_ms=self.delay_ms[synapses],
-            synapse_parameters={name: values[synapses] for name, values in self.synapse_parameters.items()},
-            initial_values={name: values[synapses] for name, values in self.initial_values.items()},
+            weight=_chosen(self.weight, synapses),
+            delay_ms=_chosen(self.delay_ms, synapses),
+            synapse_parameters={
+                name: _chosen(values, synapses) for name, values in self.synapse_parameters.items()
+            },
+            initial_values={name: _chosen(values, synapses) for name, values in self.initial_values.items()},
             origin=LISTED,
         )
 
@@ -489,6 +491,14 @@ class Network:
             projection.equations.require_values(
                 where, describing(projection.ends), projection.synapse_parameters
             )
+
+
+def _chosen(values: FloatArray, synapses: BoolArray | IntArray) -> FloatArray:
+    """Return the values of some synapses; one for all stays one in memory."""
+    if values.strides == (0,):
+        n = np.count_nonzero(synapses) if synapses.dtype == bool else len(synapses)
+        return np.broadcast_to(values[0], int(n))
+    return values[synapses]
 
 
 def _changes_of(projection: Projection) -> list[dict[str, Any]]:

@@ -1,7 +1,8 @@
 """Plasticity by the times of spikes against the rules written down spike by spike, exact and on a grid."""
 
+import pickle
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import exp
 
 import numpy as np
@@ -14,8 +15,9 @@ from pyNN.standardmodels import cells as standard
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.synapses import STDP
+from nrp_core.brain.pynn import builder
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
-from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.errors import CapabilityError, NetworkError, SnapshotError
 
 ADDITIVE = {"timing": "SpikePairRule", "weight": "AdditiveWeightDependence"}
 COMPOSED = [
@@ -272,3 +274,29 @@ def test_two_neurons_can_be_plastic_on_each_other(
     weights = whole.read_weights("both")
     assert (weights != 0.2).all()
     assert (weights == split.read_weights("both")).all()
+
+
+def test_a_snapshot_of_a_version_with_longer_records_is_refused() -> None:
+    with Pairing([20.0], [25.0]).open() as brain:
+        saved = brain.snapshot()
+        *rest, state, began = pickle.loads(saved.payload)
+        del state["slow"]
+        with pytest.raises(SnapshotError):
+            brain.restore(replace(saved, payload=pickle.dumps((*rest, state, began))))
+
+
+@BOTH
+def test_all_synapses_share_one_record_of_slow_traces_that_they_do_not_use(step_ms: float) -> None:
+    pairs, triplets = ADDITIVE, COMPOSED[-1]
+    for plasticity, n in ((pairs, 1), (triplets, 2)):
+        sim = builder()
+        sources = sim.Population(2, sim.SpikeSourceArray(spike_times=[5.0, 9.0]))
+        cells = sim.Population(1, sim.IF_curr_exp(i_offset=1.0))
+        rule = getattr(sim, plasticity["timing"])()
+        law = sim.STDPMechanism(timing_dependence=rule, weight_dependence=sim.AdditiveWeightDependence())
+        sim.Projection(sources, cells, sim.AllToAllConnector(), law)
+        options = EventOptions.model_validate({"resolution": f"{step_ms} ms"} if step_ms else {})
+        with EventBackend().open(sim.network(), seed=1, options=options) as brain:
+            arrays = brain._grid if step_ms else brain._engine  # type: ignore[attr-defined]
+            assert len(arrays.slow) == n
+            assert arrays.plastic.itemsize == 56

@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
+from nrp_brain_event.connections import begin_plastic, places_of_plastic
 from nrp_brain_event.engine import StoredSpikes, doubled
 from nrp_brain_event.equation_synapses import keep_kernels
 from nrp_brain_event.grid.advance import set_currents
@@ -28,14 +29,15 @@ from nrp_brain_event.grid.on_demand import with_kernels
 from nrp_brain_event.grid.parts import Held, Threads, advance
 from nrp_brain_event.grid.poisson import drawable
 from nrp_brain_event.grid.readout import load_probes, lost_row, no_probes, read
-from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, TAKE_SAMPLES, Grid, Input
+from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, TAKE_SAMPLES, WITHOUT_COPY, Grid, Input
 from nrp_brain_event.grid.synapses import send_all, transmitted
-from nrp_brain_event.grid.tables import load_tables, places_of_plastic
+from nrp_brain_event.grid.tables import load_tables
 from nrp_brain_event.handles import handle
+from nrp_brain_event.live import require_slow
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import DIVERGED, Array
-from nrp_brain_event.synapse_kernels import SIMULTANEOUS, bring_up_to, released_share
+from nrp_brain_event.synapse_kernels import SIMULTANEOUS, bring_up_to, released_share, weights_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.changes import ParameterChange
@@ -58,35 +60,48 @@ def unfolded(grid: Grid) -> Grid:
     """
     grid = _sent(grid)
     sources, ahead = waiting(grid)
-    arrivals = np.concatenate([ahead, _synapses_ahead(grid)])
+    arrivals = np.concatenate([ahead, _released_ahead(grid)])
     grid.slots[:] = -1
     n = len(grid.entry_after)
     grid.entry_after[:] = np.arange(1, n + 1)
     grid.entry_after[-1] = -1
     grid.clock["free"], grid.clock["n_free"] = 0, n
     sort(arrivals, len(arrivals))
-    passed, weights = _pass(grid, arrivals)
+    passed, arrivals_ms = _passed(grid, arrivals)
+    weights = np.empty(len(passed))
+    _transmit(grid, arrivals["synapse"][passed], arrivals_ms, weights)
     arrivals["weight"][passed], arrivals["synapse"][passed] = weights, -1
     return with_waiting(grid, sources, arrivals)
 
 
-def plastic_now(grid: Grid) -> Array:
-    """Return plastic synapses after processing all spikes of both sides that have reached them by now.
+def weights_now(grid: Grid, rows: Array) -> FloatArray:
+    """Return the weights of plastic synapses after processing all spikes that have reached them by now.
 
     Because of the axonal and dendritic parts of the delay, synapses process a spike before it arrives.
     """
-    seen = _sent(grid._replace(**changing(grid)))
+    seen = _sent(grid._replace(**{name: array.copy() for name, array in _calendar(grid).items()}))
     arrivals = np.concatenate([waiting(seen)[1], _synapses_ahead(seen)])
     sort(arrivals, len(arrivals))
-    _pass(seen, arrivals)
-    hear_all(seen)
-    return seen.plastic
+    passed, arrivals_ms = _passed(seen, arrivals)
+    synapses = arrivals["synapse"][passed]
+    order = np.argsort(synapses, kind="stable")
+    weights, spare = np.empty(len(rows)), (grid.plastic[:1].copy(), grid.slow[:1].copy())
+    weights_at(
+        _now(grid), grid.memories, grid.plastic, grid.slow, grid.rules, grid.stored, synapses[order],
+        arrivals_ms[order], rows, spare, weights,
+    )  # fmt: skip
+    return weights
+
+
+def _calendar(grid: Grid) -> dict[str, Array]:
+    """Return the parts of the grid that change when queued spikes are sent."""
+    return {name: getattr(grid, name) for name in ("clock", "slots", "entry_segment", "entry_after")}
 
 
 def hear_all(grid: Grid) -> None:
     """Process the spikes of targets up to now in plastic synapses."""
     none = np.empty(0, np.int64)
-    bring_up_to(_now(grid), grid.memories, grid.plastic, grid.rules, grid.stored, none)
+    bring_up_to(_now(grid), grid.memories, grid.plastic, grid.slow, grid.rules, grid.stored, none)
 
 
 def _sent(grid: Grid) -> Grid:
@@ -101,11 +116,22 @@ def _now(grid: Grid) -> float:
     return float(grid.clock["step"][0] * grid.clock["h"][0])
 
 
-def _synapses_ahead(grid: Grid) -> Array:
-    """Return the inputs through each synapse of the spikes in the calendar.
+def _released_ahead(grid: Grid) -> Array:
+    """Return the inputs through each synapse of the spikes in the calendar, with the shares released."""
+    found, rows = _through_synapses(grid)
+    dynamic = np.flatnonzero(rows >= 0)
+    times_ms = found["step"][dynamic] * grid.clock["h"][0]
+    found["weight"][dynamic] *= _released(grid.short_term, rows[dynamic], times_ms)
+    return found
 
-    For short-term plasticity the weight is the released share.
-    """
+
+def _synapses_ahead(grid: Grid) -> Array:
+    """Return the inputs through each synapse of the spikes in the calendar; nothing changes."""
+    return _through_synapses(grid)[0]
+
+
+def _through_synapses(grid: Grid) -> tuple[Array, IntArray]:
+    """Return the inputs through each synapse, and its row in ``short_term`` or -1."""
     n = _count_ahead(grid)
     steps, segments = np.empty(n, np.int64), np.empty(n, np.int64)
     _list_ahead(grid, steps, segments)
@@ -116,29 +142,27 @@ def _synapses_ahead(grid: Grid) -> Array:
     begins = passed["start"] - (np.cumsum(lengths) - lengths)
     synapses = np.repeat(begins, lengths) + np.arange(lengths.sum())
     steps, tables = np.repeat(steps, lengths), grid.tables[np.repeat(passed["table"], lengths)]
-    weights, own = tables["weight"].copy(), tables["own"] > 0
-    weights[own] = grid.weights[synapses[own] + tables["weights"][own]]
-    dynamic = np.flatnonzero(tables["dynamic"] == SHORT_TERM)
-    rows = synapses[dynamic] + tables["dynamics"][dynamic]
-    weights[dynamic] *= _released(grid.short_term, rows, steps[dynamic] * grid.clock["h"][0])
-    plastic, of = np.full(len(steps), -1, np.int64), tables["dynamic"] == PLASTIC
-    plastic[of] = grid.plastic_rows[synapses[of] + tables["dynamics"][of]]
     found = np.zeros(len(steps), Input.dtype())
     found["step"], found["target"] = steps, tables["line"] + grid.targets[synapses]
-    found["synapse"], found["weight"] = plastic, weights
-    return found
+    own, of = tables["own"] > 0, tables["dynamic"] == PLASTIC
+    found["weight"] = tables["weight"]
+    found["weight"][own] = grid.weights[synapses[own] + tables["weights"][own]]
+    found["synapse"] = -1
+    found["synapse"][of] = grid.plastic_rows[synapses[of] + tables["dynamics"][of]]
+    return found, np.where(tables["dynamic"] == SHORT_TERM, synapses + tables["dynamics"], -1)
 
 
-def _pass(grid: Grid, inputs: Array) -> tuple[IntArray, FloatArray]:
-    """Process the spikes that have reached plastic synapses by now; return these and their weights."""
+def _passed(grid: Grid, inputs: Array) -> tuple[IntArray, FloatArray]:
+    """Return the inputs that have passed their plastic synapses by now, and when they will arrive, ms.
+
+    They have the order in which they passed.
+    """
     plastic = np.flatnonzero(inputs["synapse"] >= 0)
-    synapses, arrivals_ms = inputs["synapse"][plastic], inputs["step"][plastic] * grid.clock["h"][0]
-    heard = arrivals_ms - grid.plastic["dendritic_delay"][synapses]
+    arrivals_ms = inputs["step"][plastic] * grid.clock["h"][0]
+    heard = arrivals_ms - grid.plastic["dendritic_delay"][inputs["synapse"][plastic]]
     chosen = np.flatnonzero(heard <= _now(grid) + SIMULTANEOUS)
     chosen = chosen[np.argsort(heard[chosen], kind="stable")]
-    passed, weights = plastic[chosen], np.empty(len(chosen))
-    _transmit(grid, synapses[chosen], arrivals_ms[chosen], weights)
-    return passed, weights
+    return plastic[chosen], arrivals_ms[chosen]
 
 
 @jit
@@ -318,9 +342,7 @@ class GridBrain(Brain):
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         if not projection.is_plastic:
             return self._given.get(projection.label, projection.weight).copy()
-        plastic = plastic_now(self._grid)[self._plastic_places[projection.label]]
-        weights: FloatArray = plastic["weight"] * self._grid.rules["sign"][plastic["rule"]]
-        return weights
+        return weights_now(self._grid, self._plastic_places[projection.label])
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         self._take(handle(unfolded(self._grid)))
@@ -333,8 +355,8 @@ class GridBrain(Brain):
             self._give({**self._given, projection.label: weights})
 
     @cached_property
-    def _plastic_places(self) -> dict[str, IntArray]:
-        return places_of_plastic(self.network, self._row_of)
+    def _plastic_places(self) -> dict[str, Array]:
+        return places_of_plastic(self.network, self._row_of)[1]
 
     def _give(self, weights: dict[str, FloatArray]) -> None:
         """Rebuild the tables with the changed weights."""
@@ -351,7 +373,9 @@ class GridBrain(Brain):
         self._start()
 
     def _start(self) -> None:
-        self._take(handle(self._initial._replace(**changing(self._initial))))
+        if len(self._initial.plastic):  # no copy of it is kept: there can be many
+            begin_plastic(self.network, self._initial.plastic, self._initial.slow, self._plastic_places)
+        self._take(handle(self._initial._replace(**changing(self._initial, WITHOUT_COPY))))
         self._cells, self._given = self._initial_cells, {}
         if len(self._grid.short_term):
             begin_streams(self._grid.short_term, self._seeds.integer("synapses", 62))
@@ -366,6 +390,7 @@ class GridBrain(Brain):
 
     def _do_restore(self, saved: Any) -> None:
         arrays, inputs, cells, given = saved
+        require_slow(arrays, self._initial.plastic)
         self._cells = self._initial_cells if cells is None else cells
         self._grid = self._initial
         if given:

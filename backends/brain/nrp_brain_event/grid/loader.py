@@ -20,14 +20,15 @@ from nrp_brain_event.grid.on_demand import codes_for
 from nrp_brain_event.grid.poisson import load_noise
 from nrp_brain_event.grid.readout import no_probes
 from nrp_brain_event.grid.records import BLOCK, CHANGING, CURVED, Grid, GridClock, Memory, Pool, S, V
-from nrp_brain_event.grid.tables import input_lines, load_runs, load_state, load_tables, targets_of_plastic
+from nrp_brain_event.grid.tables import input_lines, load_runs, load_state, load_tables
 from nrp_brain_event.neuron import move
 from nrp_brain_event.records import ALPHA, START, Array, CellParameters, Event, Spike, Work
 from nrp_core._support.arrays import FloatArray, IntArray, aligned_copy
 from nrp_core._support.jit import jit
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
+from nrp_core.brain.network.limits import distinct
 
 
 def change_cells(
@@ -168,14 +169,19 @@ def labels_from(network: Network, populations: frozenset[str]) -> frozenset[str]
 
 
 def _load_plastic(network: Network, row_of: IntArray, times: TimeGrid, n_rows: int) -> dict[str, Array]:
-    plastic, targets = targets_of_plastic(network, row_of)
-    on_grid = [replace(p, delay_ms=times.time_ms(times.delays(p.delay_ms))) for p in plastic]
-    tables = load_plastic(network, on_grid, targets, n_rows).tables
+    on_grid = [_rounded(p, times) for p in network.projections if p.is_plastic]
+    tables = load_plastic(network, on_grid, row_of)
     memories = np.zeros(n_rows if len(tables["plastic"]) else 0, Memory.dtype())
     memories["first_stored"] = memories["last_stored"] = -1
     pool, stored = np.zeros(1, Pool.dtype()), np.zeros(max(2 * len(memories), 1), Event.dtype())
     chain_free(pool, stored, 0)
     return {**tables, "memories": memories, "stored": stored, "pool": pool}
+
+
+def _rounded(projection: Projection, times: TimeGrid) -> Projection:
+    """Return a projection with its delays on the grid."""
+    delays = times.time_ms(times.delays(np.array(distinct(projection.delay_ms))))
+    return replace(projection, delay_ms=np.broadcast_to(delays, projection.size))
 
 
 def enlarged(grid: Grid) -> Grid:
@@ -198,6 +204,6 @@ def enlarged(grid: Grid) -> Grid:
     return grid._replace(spikes=spikes, outbox=outbox, entry_after=after, entry_segment=segments)
 
 
-def changing(grid: Grid) -> dict[str, Array]:
-    """Return copies of all arrays that change while running, by name."""
-    return {name: aligned_copy(getattr(grid, name)) for name in CHANGING}
+def changing(grid: Grid, without: frozenset[str] = frozenset()) -> dict[str, Array]:
+    """Return copies of all arrays that change while running, by name; ``without`` some."""
+    return {name: aligned_copy(getattr(grid, name)) for name in CHANGING if name not in without}

@@ -19,6 +19,7 @@ from nrp_brain_event.records import (
     Rule,
     Short,
     ShortTerm,
+    Slow,
     Spike,
     Work,
 )
@@ -258,7 +259,7 @@ class Grid(NamedTuple):
         targets: uint16, all synapses.
         weights: float32, weights of the synapses that have their own.
         short_term: ``ShortTerm``.
-        plastic, first_plastic, rules: as in :class:`~nrp_brain_event.records.EngineArrays`.
+        plastic, slow, first_plastic, rules: as in :class:`~nrp_brain_event.records.EngineArrays`.
         plastic_rows: row in ``plastic`` of each plastic synapse, in the order of ``targets``.
         memories: ``Memory``, one a row; none without plastic synapses.
         stored: ``Event``, the stored spikes.
@@ -305,6 +306,7 @@ class Grid(NamedTuple):
     weights: Annotated[Array, np.float32]
     short_term: Annotated[Array, ShortTerm]
     plastic: Annotated[Array, Plastic]
+    slow: Annotated[Array, Slow]
     first_plastic: Annotated[Array, np.int64]
     rules: Annotated[Array, Rule]
     plastic_rows: Annotated[Array, np.int32]
@@ -334,9 +336,11 @@ class Grid(NamedTuple):
 
 CHANGING: Final = (
     "clock", "runs", "state", "drive", "queue", "release", "cells", "values", "constants", "short_term",
-    "plastic", "memories", "stored", "pool", "slots", "entry_segment", "entry_after", "outbox", "spikes",
-    "noise",
+    "plastic", "slow", "memories", "stored", "pool", "slots", "entry_segment", "entry_after", "outbox",
+    "spikes", "noise",
 )  # fmt: skip
 """The parts of the grid that change while running, apart from ``sources`` and ``arrivals``."""
+WITHOUT_COPY: Final = frozenset({"plastic", "slow"})
+"""The parts that change and of which the initial state is not kept, since they can be large."""
 BLOCK: Final = 512
 """Number of neurons that are advanced together, so that their data stay in the level-1 cache."""

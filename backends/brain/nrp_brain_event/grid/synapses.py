@@ -16,7 +16,7 @@ import numpy as np
 from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock, Segment, Table
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import Array
-from nrp_brain_event.synapse_kernels import released_share, store_spike, transmit
+from nrp_brain_event.synapse_kernels import released_share, slow_of, store_spike, transmit
 from nrp_core._support.jit import inlined, jit, prefetch
 from nrp_core.clock import NS_PER_MS
 
@@ -177,7 +177,7 @@ def store_for_plastic(places: Array, row: int, step: int) -> int:
     if first < last:
         memory = grid.memories[row]
         memory.wake = step * grid.clock[0].h
-        store_spike(memory, grid.plastic[first:last], grid.rules, grid.pool[0], grid.stored)
+        store_spike(memory, first, last, grid.plastic, grid.slow, grid.rules, grid.pool[0], grid.stored)
     return 0
 
 
@@ -186,7 +186,7 @@ def transmitted(grid: Grid, row: int, arrival: float) -> float:
     """Return the weight with which a spike arrives over the plastic synapse in a row."""
     synapse = grid.plastic[row]
     memory = grid.memories[synapse.target >> 1]
-    return transmit(synapse, grid.rules[synapse.rule], memory, grid.stored, arrival)
+    return transmit(synapse, slow_of(grid.slow, row), grid.rules[synapse.rule], memory, grid.stored, arrival)
 
 
 def _arriving(dynamic: Dynamic) -> Arrive:

@@ -18,7 +18,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_brain_event.connections import fill_short_term, is_share, numbers_of, rows_of_plastic
+from nrp_brain_event.connections import fill_short_term, is_share, numbers_of, places_of_plastic
 from nrp_brain_event.grid import sorting
 from nrp_brain_event.grid.records import (
     CONDUCTANCE,
@@ -220,7 +220,7 @@ def load_tables(
         NetworkError: a parameter of plasticity is missing.
     """
     groups: dict[tuple[object, ...], list[ProjectionPart]] = {}
-    plastic_rows = places_of_plastic(network, row_of)
+    plastic_rows = places_of_plastic(network, row_of)[1]
     for projection in network.projections:
         if projection.size and projection.label not in without:
             given = weights_now.get(projection.label)
@@ -229,7 +229,7 @@ def load_tables(
                 groups.setdefault(part.key, []).append(part)
     stores = _stores(list(groups.values()))
     firsts = [np.append(0, np.cumsum(_count(network, _parts_in(store)))) for store in stores]
-    owns = [_parts_in(store)[0].weight is None for store in stores]
+    owns = [_has_own(_parts_in(store)[0]) for store in stores]
     n_all = sum(int(first[-1]) for first in firsts)
     n_own = sum(int(first[-1]) for first, own in zip(firsts, owns, strict=True) if own)
     targets, weights = np.empty(n_all, np.uint16), np.empty(n_own, np.float32)
@@ -258,25 +258,9 @@ def load_tables(
     }  # fmt: skip
 
 
-def targets_of_plastic(network: Network, row_of: IntArray) -> tuple[list[Projection], list[Array]]:
-    """Return the projections of plastic synapses, and their receptors."""
-    plastic = [projection for projection in network.projections if projection.is_plastic]
-    return plastic, [
-        2 * row_of[network.offsets[p.post] + p.post_index.astype(np.int64)]
-        + network.populations[p.post].receptor_number(p.receptor) % 2
-        for p in plastic
-    ]
-
-
-def places_of_plastic(network: Network, row_of: IntArray) -> dict[str, IntArray]:
-    """Return the rows of the plastic synapses of each projection, by label."""
-    plastic, targets = targets_of_plastic(network, row_of)
-    return {p.label: rows for p, rows in zip(plastic, rows_of_plastic(targets), strict=True)}
-
-
 def _parts(
     network: Network, projection: Projection, cells: Array, row_of: IntArray, grid: TimeGrid,
-    plastic_rows: Mapping[str, IntArray],
+    plastic_rows: Mapping[str, Array],
 ) -> Iterator[ProjectionPart]:  # fmt: skip
     post_first = int(row_of[network.offsets[projection.post]])
     targets = cells[post_first : post_first + network.populations[projection.post].size]
@@ -288,7 +272,7 @@ def _parts(
         numbers = numbers_of(projection)[order]
         weight, projection = None, projection.only(order)
         if projection.is_plastic:
-            dynamic, dynamics = PLASTIC, plastic_rows[projection.label][order].astype(np.int32)
+            dynamic, dynamics = PLASTIC, plastic_rows[projection.label][order]
         else:
             table: Array = np.zeros(projection.size, ShortTerm.dtype())
             fill_short_term(table, projection, targets[projection.post_index], numbers)
@@ -322,6 +306,11 @@ def _stores(groups: list[list[ProjectionPart]]) -> list[Store]:
         else:
             alone.append({number: parts})
     return [together, *alone] if together else alone
+
+
+def _has_own(part: ProjectionPart) -> bool:
+    """Return whether the table holds a weight for each synapse; plastic ones have theirs in records."""
+    return part.weight is None and part.dynamic != PLASTIC
 
 
 def _parts_in(store: Store) -> list[ProjectionPart]:
