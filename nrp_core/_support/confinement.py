@@ -1,8 +1,9 @@
-"""Confine this process before it executes other people's code: no network, only temporary files, limits.
+"""Confine this process before it executes other people's code.
 
-Linux can do it without privileges (namespaces since 3.8, Landlock since 5.13), unless an administrator has
-switched that off. Elsewhere only the limits hold. ``python -m nrp_core._support.confinement`` confines its
-own process and fails if that is incomplete.
+It loses the network, sockets in the file system, other processes, and writing outside some folders; processor
+time and memory are limited. Linux can do it without privileges (namespaces since 3.8, Landlock since 5.13,
+seccomp since 3.5), unless an administrator has switched that off. Elsewhere only the limits hold.
+``python -m nrp_core._support.confinement FOLDER`` confines its own process and fails if that is incomplete.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from nrp_core._support.system_calls import leave_other_processes
 
 
 class _Noting(os._Environ[str]):
@@ -62,27 +65,37 @@ _BENEATH = 1
 _WRITE = 1 << 1
 _REMOVE_AND_MAKE = sum(1 << bit for bit in range(4, 13))
 _REFER, _TRUNCATE = 1 << 13, 1 << 14  # since versions 2 and 3
+_SCOPES, _SCOPES_SINCE = 0b11, 6
+"""Abstract sockets and signals, and the version of Landlock that restricts them."""
+_DEVICES = tuple(Path("/dev") / name for name in ("null", "zero", "full", "tty"))
 _SHARE_OF_MEMORY = 0.8
 
 
-def confine(*, cpu_s: float, writable: Iterable[Path] = ()) -> list[str]:
+def confine(*, cpu_s: float, writable: Iterable[Path]) -> list[str]:
     """Restrict this process and its children to the rights that a check of a script needs.
 
     Call it while the process has a single thread.
 
     Args:
         cpu_s: processor time after which the process is ended, s.
-        writable: folders in which it may write, besides that for temporary files.
+        writable: folders in which it may write; the first one becomes that for temporary files.
 
     Returns:
-        The rights that the system does not let it give up: ``network``, ``files``, ``limits``.
+        The rights that the system does not let it give up: ``network``, ``files``, ``processes``, ``limits``.
     """
-    kept = {
-        "network": _leave_network(),
-        "files": _write_only_in([Path(tempfile.gettempdir()), Path("/dev"), *writable]),
+    folders = list(writable)
+    os.environ["TMPDIR"] = tempfile.tempdir = str(folders[0])
+    has_left_network, version = _leave_network(), _landlock_version()
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+    rights = {
+        "network": has_left_network,
+        "files": _write_only_in(folders, version),
+        "processes": sys.platform.startswith("linux")
+        and leave_other_processes(signals_are_scoped=version >= _SCOPES_SINCE),
         "limits": _limit(cpu_s),
     }
-    return [name for name, is_done in kept.items() if not is_done]
+    return [name for name, is_left in rights.items() if not is_left]
 
 
 def _limit(cpu_s: float) -> bool:
@@ -121,7 +134,11 @@ def _leave_network() -> bool:
 
 
 class _Ruleset(ctypes.Structure):
-    _fields_ = (("handled_access_fs", ctypes.c_uint64),)
+    _fields_ = (
+        ("handled_access_fs", ctypes.c_uint64),
+        ("handled_access_net", ctypes.c_uint64),
+        ("scoped", ctypes.c_uint64),
+    )
 
 
 class _Beneath(ctypes.Structure):
@@ -129,34 +146,46 @@ class _Beneath(ctypes.Structure):
     _fields_ = (("allowed_access", ctypes.c_uint64), ("parent_fd", ctypes.c_int32))
 
 
-def _write_only_in(folders: Iterable[Path]) -> bool:
-    """Forbid by Landlock to write, make and remove files, except in some folders."""
+def _landlock_version() -> int:
+    """Return the version of Landlock, 0 or less without it."""
     if not sys.platform.startswith("linux"):
+        return 0
+    libc = ctypes.CDLL(None, use_errno=True)
+    libc.syscall.restype = ctypes.c_long
+    return int(libc.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(_VERSION)))
+
+
+def _write_only_in(folders: Iterable[Path], version: int) -> bool:
+    """Forbid by Landlock to write, make and remove files, except in some folders and some devices.
+
+    From version 6 on, abstract sockets and signals of other processes are forbidden, too.
+    """
+    if version < 1:
         return False
     libc = ctypes.CDLL(None, use_errno=True)
     libc.syscall.restype = ctypes.c_long
-    version = libc.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(_VERSION))
-    if version < 1:
-        return False
     access = _WRITE | _REMOVE_AND_MAKE | (_REFER if version > 1 else 0) | (_TRUNCATE if version > 2 else 0)
-    rules = _Ruleset(access)
-    ruleset = libc.syscall(_CREATE_RULESET, ctypes.byref(rules), ctypes.c_size_t(8), ctypes.c_uint32(0))
+    rules = _Ruleset(access, 0, _SCOPES if version >= _SCOPES_SINCE else 0)
+    size = ctypes.sizeof(rules) if version >= _SCOPES_SINCE else 8
+    ruleset = libc.syscall(_CREATE_RULESET, ctypes.byref(rules), ctypes.c_size_t(size), ctypes.c_uint32(0))
     if ruleset < 0:
         return False
+    to_files = access & (_WRITE | _TRUNCATE)
+    allowed = [*((folder, access) for folder in folders), *((device, to_files) for device in _DEVICES)]
     try:
-        for handle in _open_folders(folders):
-            rule = _Beneath(access, handle)
-            libc.syscall(_ADD_RULE, ruleset, _BENEATH, ctypes.byref(rule), ctypes.c_uint32(0))
-        libc.prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+        for path, rights in allowed:
+            for handle in _opened([path]):
+                rule = _Beneath(rights, handle)
+                libc.syscall(_ADD_RULE, ruleset, _BENEATH, ctypes.byref(rule), ctypes.c_uint32(0))
         return bool(libc.syscall(_RESTRICT_SELF, ruleset, ctypes.c_uint32(0)) == 0)
     finally:
         os.close(ruleset)
 
 
-def _open_folders(folders: Iterable[Path]) -> Iterator[int]:
-    for folder in folders:
+def _opened(paths: Iterable[Path]) -> Iterator[int]:
+    for path in paths:
         with suppress(OSError):
-            handle = os.open(folder, os.O_PATH | os.O_CLOEXEC)
+            handle = os.open(path, os.O_PATH | os.O_CLOEXEC)
             try:
                 yield handle
             finally:
@@ -164,6 +193,6 @@ def _open_folders(folders: Iterable[Path]) -> Iterator[int]:
 
 
 if __name__ == "__main__":
-    left = confine(cpu_s=60.0)
+    left = confine(cpu_s=60.0, writable=[Path(sys.argv[1])])
     print(", ".join(left))
     sys.exit(len(left))

@@ -101,9 +101,9 @@ def _compiler_cache() -> Diagnosis:
 
 def _confinement() -> Diagnosis:
     """Look whether the process that executes brain scripts for checks can be confined."""
-    given_up = run_module("nrp_core._support.confinement", timeout_s=30.0)
+    given_up = run_module("nrp_core._support.confinement", timeout_s=30.0, has_folder=True)
     if given_up.exit_code == 0:
-        meaning = "nrp validate and nrp map execute them without network; they write only temporary files"
+        meaning = "nrp validate and nrp map execute them without network, in a folder of their own"
         return Diagnosis("confined brain scripts", True, meaning)
     kept = given_up.output.strip() or "everything"
     meaning = f"nrp validate and nrp map execute brain scripts with your rights; not confined: {kept}"

@@ -16,6 +16,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from platformdirs import user_cache_path
 
@@ -46,12 +47,14 @@ def probe_succeeds(module: str, *arguments: str, depends_on: str = "", timeout_s
     return run_probe(module, *arguments, depends_on=depends_on, timeout_s=timeout_s).exit_code == 0
 
 
-def run_module(module: str, *arguments: str, timeout_s: float, is_forked: bool = False) -> ChildResult:
+def run_module(
+    module: str, *arguments: str, timeout_s: float, is_forked: bool = False, has_folder: bool = False
+) -> ChildResult:
     """Run ``python -m module arguments...`` in a child process; the answer is not kept.
 
-    ``is_forked`` is that of :func:`run_probe`.
+    ``is_forked`` and ``has_folder`` are those of :func:`run_probe`.
     """
-    return _run([sys.executable, "-m", module, *arguments], timeout_s, is_forked)
+    return _run([sys.executable, "-m", module, *arguments], timeout_s, is_forked, has_folder)
 
 
 def run_probe(
@@ -62,6 +65,7 @@ def run_probe(
     refresh: bool = False,
     keep_failures: bool = True,
     is_forked: bool = False,
+    has_folder: bool = False,
 ) -> ChildResult:
     """Run ``python -m module arguments...`` in a child process and return how it ended.
 
@@ -75,6 +79,7 @@ def run_probe(
         refresh: ignore a cached result.
         keep_failures: whether to keep the result of a child that failed.
         is_forked: whether the module may be run as :mod:`nrp_core._support.forked` does.
+        has_folder: whether its last argument is a temporary folder of its own, which is removed when it ends.
     """
     question = [sys.executable, "-m", module, *arguments]
     answers = user_cache_path("nrp-core") / "probes"
@@ -86,13 +91,16 @@ def run_probe(
         # not checked yet, or by an older version
         with suppress(OSError, ValueError, KeyError, TypeError):
             return ChildResult(**json.loads(kept.read_text())["answer"])
-    answer = _run(question, timeout_s, is_forked)
+    answer = _run(question, timeout_s, is_forked, has_folder)
     if keep_failures or answer.exit_code == 0:
         _store(kept, {"question": question[1:], "answer": asdict(answer)})
     return answer
 
 
-def _run(command: list[str], timeout_s: float, is_forked: bool) -> ChildResult:
+def _run(command: list[str], timeout_s: float, is_forked: bool, has_folder: bool) -> ChildResult:
+    if has_folder:
+        with TemporaryDirectory(prefix="nrp-", ignore_cleanup_errors=True) as folder:
+            return _run([*command, folder], timeout_s, is_forked, has_folder=False)
     if is_forked and (done := _FORKER.run(command[2], command[3:], timeout_s)) is not None:
         return ChildResult(done.exit_code, done.output, done.errors[-2000:])
     pipe = subprocess.PIPE

@@ -93,8 +93,8 @@ class ConfinedBuild:
         """Return the answer of the child, or a cached one if the environment is the same for the script."""
         for refresh in (False, True):
             answer = run_probe(
-                CHILD, question, _cpu_s(self._limit_s), depends_on=depends_on, timeout_s=self._limit_s,
-                keep_failures=False, refresh=refresh, is_forked=True,
+                CHILD, question, _cpu_s(self._limit_s), "", depends_on=depends_on, timeout_s=self._limit_s,
+                keep_failures=False, refresh=refresh, is_forked=True, has_folder=True,
             )  # fmt: skip
             data = _data(answer, self._limit_s)
             if not have_changed(data["variables"]):
@@ -118,7 +118,9 @@ def build_confined(make: Callable[[], Network], limit_s: float | None) -> Networ
     limit_s = limit_s or _DAY_S
     with TemporaryDirectory() as folder:
         file = Path(folder) / "network.nrpnet"
-        answer = run_module(CHILD, question, _cpu_s(limit_s), str(file), timeout_s=limit_s, is_forked=True)
+        answer = run_module(
+            CHILD, question, _cpu_s(limit_s), str(file), timeout_s=limit_s, is_forked=True, has_folder=True
+        )
         _data(answer, limit_s)
         return read_network(file)
 
@@ -200,7 +202,10 @@ def _version(path: Path) -> str:
     status = path.stat()
     if status.st_size > _LARGE:
         return f"{status.st_size} {status.st_mtime_ns}"
-    return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()
+    try:
+        return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()
+    except OSError:  # one that only the system can read
+        return ""
 
 
 def _reached(script: Path) -> set[Path]:

@@ -12,7 +12,6 @@ import json
 import os
 import pickle
 import sys
-import tempfile
 from collections.abc import Callable
 from errno import ENOENT
 from pathlib import Path
@@ -36,33 +35,33 @@ def load() -> None:
     import nrp_core.pynn  # noqa: F401
 
 
-def main(question: str, cpu_s: str, target: str | None = None) -> int:
+def main(question: str, cpu_s: str, target: str, scratch: str) -> int:
     """Answer one question; the output of a script goes to standard error.
 
     Args:
         question: the pickle, in base64.
         cpu_s: the processor time after which this process is ended, s.
-        target: the file to write the network into; without it, the network is described.
+        target: the file to write the network into; if it is empty, the network is described.
+        scratch: a folder for temporary files.
 
     Returns:
         1 if the network could not be built, so that the result is not cached.
     """
-    confine(cpu_s=float(cpu_s))
     stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    with tempfile.TemporaryDirectory() as scratch:
-        os.environ[_KERNELS] = scratch  # no other place can be written
-        answer = _answer(question, target)
+    confine(cpu_s=float(cpu_s), writable=[Path(scratch), *([Path(target).parent] if target else [])])
+    os.environ[_KERNELS] = scratch  # no other place can be written
+    answer = _answer(question, target)
     with stream:
         json.dump(answer, stream)
     return int("error" in answer)
 
 
-def _answer(question: str, target: str | None) -> dict[str, Any]:
+def _answer(question: str, target: str) -> dict[str, Any]:
     try:
         make, backend, parts = pickle.loads(base64.b64decode(question))
         network, variables = _made(make)
-        if target is not None:
+        if target:
             from nrp_core.brain.files import save_network
 
             save_network(network, Path(target))

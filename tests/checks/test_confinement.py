@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
+import subprocess
 import sys
 from pathlib import Path
 
@@ -52,6 +54,12 @@ def test_a_file_with_other_contents_has_nothing_to_do_with_rights(husky: Path) -
         ("subprocess.run(['touch', '{beside}/touched'], check=True)", "CalledProcessError"),
         ("socket.create_connection(('127.0.0.1', {port}), timeout=5)", "OSError"),
         ("bytearray(10**15)", "MemoryError"),
+        ("socket.socket(socket.AF_UNIX).connect('{unix}')", "PermissionError"),
+        ("socket.socket(socket.AF_UNIX).connect('\\0nrp-test-abstract')", "PermissionError"),
+        ("os.kill({victim}, 15)", "PermissionError"),
+        ("open(os.path.join('{common}', 'written'), 'w')", "PermissionError"),
+        ("open('/dev/shm/written', 'w')", "PermissionError"),
+        ("open('/proc/{victim}/mem', 'r+b')", "PermissionError"),
     ],
 )
 def test_a_check_confines_the_script(
@@ -65,13 +73,24 @@ def test_a_check_confines_the_script(
     """The temporary folder of the check is another one, so that the experiment is not in it."""
     brain = husky / "brain.py"
     monkeypatch.setenv("TMPDIR", str(tmp_path_factory.mktemp("temporary")))
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        code = statement.format(beside=husky, port=server.getsockname()[1])
-        brain.write_text(f"import os, socket, subprocess\n{code}\n{brain.read_text()}")
+    common = tmp_path_factory.mktemp("common")
+    unix = str(common / "socket")
+    with (
+        socket.create_server(("127.0.0.1", 0)) as server,
+        socket.create_server(unix, family=socket.AF_UNIX),
+        subprocess.Popen(["sleep", "60"]) as victim,
+        contextlib.ExitStack() as cleanup,
+    ):
+        cleanup.callback(victim.kill)
+        code = statement.format(
+            beside=husky, port=server.getsockname()[1], unix=unix, common=common, victim=victim.pid
+        )
+        brain.write_text(f"import ctypes, os, socket, subprocess\n{code}\n{brain.read_text()}")
         for command in ("validate", "map") if "open" in statement else ("validate",):
             capsys.readouterr()
             assert run_app([command, str(husky), "-s", "brain.backend=spinnaker"]) == 3
             assert f"brain.py:2: {error}" in capsys.readouterr().err
+        assert victim.poll() is None
     assert (husky / "room.sdf").is_file()
     assert not {"written", "made", "touched"} & {path.name for path in husky.iterdir()}
 
