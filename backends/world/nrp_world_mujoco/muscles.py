@@ -94,7 +94,7 @@ def muscle_elements(m: Any, number: int, points: Sequence[Mapping[str, str]]) ->
         kinds != (mujoco.mjtDyn.mjDYN_MUSCLE, mujoco.mjtGain.mjGAIN_MUSCLE, mujoco.mjtBias.mjBIAS_MUSCLE)
         or (prm[:9] != m.actuator_biasprm[number][:9]).any()
         or not (short < long and low < high and force > 0 and 0 <= lmin < 1 < lmax and vmax > 0)
-        or fvmax <= 1
+        or fvmax < 1
         or fpmax <= 0
     ):
         return ""

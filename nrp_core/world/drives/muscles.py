@@ -120,9 +120,9 @@ class Muscle(Drive):
             raise plugin.error(f"the muscle '{name}' has {len(path)} <point>: its path needs at least 2")
         optimal, slack = _lengths(plugin, name)
         numbers = {each: plugin.number(each, getattr(_USUAL, each)) for each in _SHAPE}
-        if not 0 <= numbers["lmin"] < 1 < numbers["lmax"] or numbers["fvmax"] <= 1 or numbers["fpmax"] <= 0:
+        if not 0 <= numbers["lmin"] < 1 < numbers["lmax"] or numbers["fvmax"] < 1 or numbers["fpmax"] <= 0:
             raise plugin.error(
-                f"the muscle '{name}' needs 0 <= lmin < 1 < lmax, fvmax > 1 and fpmax > 0, not "
+                f"the muscle '{name}' needs 0 <= lmin < 1 < lmax, fvmax >= 1 and fpmax > 0, not "
                 + ", ".join(f"{each} {value:g}" for each, value in numbers.items())
             )
         return cls(

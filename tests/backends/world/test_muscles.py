@@ -83,6 +83,7 @@ def test_curves_have_the_values_of_mujoco():
     assert passive == pytest.approx([0.1625, 0.65, 1.3, 1.95, 2.3833333333])
     velocities = [force_velocity(x, 1.2) for x in (-0.75, -0.5, -0.25, 0.1, 0.2, 0.5)]
     assert velocities == pytest.approx([0.0625, 0.25, 0.5625, 1.15, 1.2, 1.2])
+    assert [force_velocity(x, 1.0) for x in (-0.5, 0.0, 0.1)] == [0.25, 1.0, 1.0]
 
 
 @pytest.mark.parametrize("smooth", [0.0, 0.2])
