@@ -290,8 +290,9 @@ def _order(network: Network) -> tuple[Array, Array]:
 
 def _common(parts: Sequence[FloatArray]) -> float | None:
     """Return the value that all synapses have, or None; 0 if there are none."""
-    values = {float(value) for part in map(_differing, parts) for value in part[:2]}
-    return None if len(values) > 1 else next(iter(values), 0.0)
+    few = [_differing(part) for part in parts]
+    values = {float(part[0]) for part in few if len(part)}
+    return None if len(values) > 1 or any(len(part) > 1 for part in few) else next(iter(values), 0.0)
 
 
 def _encoded(
