@@ -162,6 +162,16 @@ class Publication:
             self.publish(layout_of(self.topic.type).message(numbers))
 
 
+def require_finite(topic: str, numbers: Sequence[float]) -> None:
+    """Require that the numbers of a command are finite.
+
+    Raises:
+        TopicError: one is not.
+    """
+    if not isfinite(sum(numbers)) and not all(map(isfinite, numbers)):  # of a sum first: it is faster
+        raise TopicError(f"{topic}: every number must be finite, not {list(numbers)}")
+
+
 def resolve_name(name: str, namespace: str) -> str:
     """Return the absolute name of a topic: a relative one is below the namespace, as in ROS."""
     return posixpath.normpath(posixpath.join("/", namespace, name.removeprefix("~/")))

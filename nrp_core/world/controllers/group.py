@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isfinite
 from operator import le
 from typing import Any, Generic, TypeVar
 
@@ -17,7 +16,7 @@ from nrp_core.world.part import Part
 from nrp_core.world.rigid import JointTargets
 from nrp_core.world.scene.devices import GroupController, PairController, TrajectoryController
 from nrp_core.world.scene.model import Model
-from nrp_core.world.topics import Direction, TopicInfo
+from nrp_core.world.topics import Direction, TopicInfo, require_finite
 
 C = TypeVar("C", GroupController, PairController, TrajectoryController)
 
@@ -125,8 +124,7 @@ class GroupPart(JointsPart[GroupController]):
             name = self._controller.name
             raise TopicError(f"{topic}: '{name}' has {len(joints)} joints; {count} numbers came")
         values = np.asarray(message.data, dtype=float).tolist()
-        if not isfinite(sum(values)) and not all(map(isfinite, values)):  # of a sum first: it is faster
-            raise TopicError(f"{topic}: every number must be finite, not {values}")
+        require_finite(topic, values)
         self._led.lead(JointTargets(joints, values, (), smooth=True), now_ns)
 
 

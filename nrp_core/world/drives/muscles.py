@@ -35,7 +35,7 @@ from nrp_core.world.scene.model import Joint, Model
 from nrp_core.world.scene.posture import Posture, start_positions
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.plugins import ModelParts
-from nrp_core.world.topics import Direction, TopicInfo, resolve_name
+from nrp_core.world.topics import Direction, TopicInfo, require_finite, resolve_name
 
 ALL = "muscles"
 """The group of all muscles of a model in MJCF."""
@@ -326,8 +326,7 @@ class MuscleGroupPart(Part):
         if controls.shape != (count,):
             name = self._group.name
             raise TopicError(f"{topic}: '{name}' has {count} muscles; {controls.size} numbers came")
-        if not np.isfinite(controls).all():
-            raise TopicError(f"{topic}: every number must be finite, not {controls.tolist()}")
+        require_finite(topic, controls.tolist())
         names = self._group.muscles
         self._reported = command(self._engine, self._model, names, controls.tolist(), topic, self._reported)
 

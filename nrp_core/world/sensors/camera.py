@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from math import atan, tan
 from posixpath import basename, dirname, join
 from typing import Any, ClassVar, NamedTuple
@@ -148,6 +150,7 @@ class CameraPart(SensorPart):
         self._camera = camera
         self._is_noisy = bool(camera.noise)
         self._path = (model, link, camera.name)
+        self._render: Callable[[], ImageArray] = partial(engine.render, *self._path)
         size = f"{camera.name}, {camera.width}x{camera.height}"
         topics = [self._served(camera.topic, Image, f"camera {size}")]
         if camera.depth_topic is not None:
@@ -166,7 +169,7 @@ class CameraPart(SensorPart):
             depth = self._depth(now_ns)
             height, width = depth.shape
             return Image(header, height, width, "32FC1", 0, 4 * width, depth)  # type: ignore[arg-type]
-        image = self._engine.render(*self._path)
+        image = self._render()
         if self._is_noisy:
             image = self._with_noise(image, now_ns)
         height, width, channels = image.shape

@@ -180,12 +180,14 @@ class WideAnglePart(CameraPart):
         super().__init__(replace(sensor.optics, **faults), model, link, engine)
         self._sensor = sensor
         self._shown: list[_Side] | None = None
+        self._render = self._render_sides
 
     def _size(self) -> tuple[int, int]:
         scale, optics = self._engine.image_scale, self._sensor.optics
         return max(1, round(optics.height * scale)), max(1, round(optics.width * scale))
 
-    def _image(self) -> ImageArray:
+    def _render_sides(self) -> ImageArray:
+        """Return the image, put together from those of flat cameras."""
         if self._shown is None:
             side, _ = self._engine.image_size(*self._place, f"{self._sensor.name}/front")
             self._shown = list(_sides(self._sensor, self._size(), side))
