@@ -19,6 +19,11 @@ from nrp_core.registry import Registry
 from nrp_core.xml import Element as Element
 
 
+def no_package(name: str) -> str:
+    """Return the message about a ROS package that is not found."""
+    return f"there is no package '{name}' in the search path"
+
+
 def read_xml(path: Path) -> Element:
     """Read a file.
 
@@ -246,7 +251,7 @@ class Resources:
         for folder in user.absolute().parents:
             if folder.name == name or package_name(folder) == name:
                 return folder
-        raise SceneError(f"there is no package '{name}' in the search path", path=user)
+        raise SceneError(no_package(name), path=user)
 
     def _candidates(self, uri: str, user: Path) -> Iterator[Path]:
         scheme, separator, rest = uri.partition("://")

@@ -12,7 +12,14 @@ from types import MappingProxyType
 from typing import Any
 
 from nrp_core.errors import SceneError, did_you_mean
-from nrp_core.world.scene.reading.context import Element, in_sources, parse_xml, read_xml, without_lines
+from nrp_core.world.scene.reading.context import (
+    Element,
+    in_sources,
+    no_package,
+    parse_xml,
+    read_xml,
+    without_lines,
+)
 from nrp_core.xml import strict_xml
 
 _PACKAGE = "package://"
@@ -108,7 +115,7 @@ def _without_missing(xacro: Any, leave_out: Callable[[str], None] | None) -> Ite
                 yield file if place.exists() else str(in_sources(place) or file)
                 continue
             missing.append(rest.partition("/")[0])
-            message = f"there is no package '{missing[-1]}' in the search path"
+            message = no_package(missing[-1])
             if leave_out is None:
                 raise SceneError(message)
             leave_out(f"{message}: its '{rest.partition('/')[2]}' is left out")
