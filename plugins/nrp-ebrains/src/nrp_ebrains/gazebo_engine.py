@@ -14,12 +14,13 @@ from nrp_core.findings import Code
 from nrp_core.world import Actuators, JointController, Model, ModelMotion, ModelParts, Pid, Pose, World
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.topics import Subscription, resolve_name
 from nrp_ebrains.datapacks import DataPack, JsonData, plain
 from nrp_ebrains.loop import Engine
 from nrp_ebrains.messages import message_classes
 
+CAMERA = "camera"
+"""The tag of flat colour cameras."""
 Kind = Literal["position", "velocity"]
 _KINDS: tuple[Kind, ...] = ("position", "velocity")
 _VECTORS = ("position", "rotation", "linearVelocity", "angularVelocity")
@@ -121,7 +122,7 @@ class GazeboEngine(Engine):
             f"{each.name}::{one.name}": one
             for each in model.links
             for one in each.sensors
-            if isinstance(one, Camera)
+            if one.tag == CAMERA
         }
         if f"{link}::{sensor}" in cameras:
             return _ImageReader(

@@ -32,10 +32,9 @@ from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.parameters import Declared
 from nrp_core.paths import ExistingFile
 from nrp_core.world import Link, Model, World
-from nrp_core.world.sensors.camera import Camera
 from nrp_ebrains.config import GAZEBO, NEST, SINK, Configuration, EngineConfig, file_in, read_configuration
 from nrp_ebrains.functions import Decorators, Function, load_function, require_engines
-from nrp_ebrains.gazebo_engine import GazeboEngine
+from nrp_ebrains.gazebo_engine import CAMERA, GazeboEngine
 from nrp_ebrains.loop import Engine, Loop
 from nrp_ebrains.modules import scope_with
 from nrp_ebrains.nest_engine import InitFile, NestEngine, NestObjects, build_network
@@ -175,7 +174,7 @@ class ConfigurationMaker(Maker, Participant[Run]):
 def _with_own_topics(link: Link, model: str) -> Link:
     """Return a link whose cameras publish below the name of the model."""
 
-    def own(camera: Camera) -> Camera:
+    def own(camera: Any) -> Any:
         topics: dict[str, Any] = {
             name: f"/{model}{topic}"
             for name in ("topic", "info_topic", "depth_topic", "points_topic")
@@ -183,7 +182,7 @@ def _with_own_topics(link: Link, model: str) -> Link:
         }
         return replace(camera, **topics)
 
-    sensors = (own(one) if isinstance(one, Camera) else one for one in link.sensors)
+    sensors = (own(one) if one.tag == CAMERA else one for one in link.sensors)
     return replace(link, sensors=tuple(sensors))
 
 
