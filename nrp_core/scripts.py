@@ -189,7 +189,8 @@ class Scope:
         for child in children:
             if child != "*" and not hasattr(module, child):
                 submodule = self._submodule(f"{name}.{child}", importer)
-                found |= {} if submodule is None else {child: submodule}
+                if submodule is not None and submodule is not module:  # a simulator answers for all below it
+                    found[child] = submodule
         if not found:
             return module
         whole = ModuleType(name, module.__doc__)

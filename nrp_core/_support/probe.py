@@ -98,9 +98,13 @@ def run_probe(
 
 
 def _run(command: list[str], timeout_s: float, is_forked: bool, has_folder: bool) -> ChildResult:
-    if has_folder:
-        with TemporaryDirectory(prefix="nrp-", ignore_cleanup_errors=True) as folder:
-            return _run([*command, folder], timeout_s, is_forked, has_folder=False)
+    if not has_folder:
+        return _run_command(command, timeout_s, is_forked)
+    with TemporaryDirectory(prefix="nrp-", ignore_cleanup_errors=True) as folder:
+        return _run_command([*command, folder], timeout_s, is_forked)
+
+
+def _run_command(command: list[str], timeout_s: float, is_forked: bool) -> ChildResult:
     if is_forked and (done := _FORKER.run(command[2], command[3:], timeout_s)) is not None:
         return ChildResult(done.exit_code, done.output, done.errors[-2000:])
     pipe = subprocess.PIPE

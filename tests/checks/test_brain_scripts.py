@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -60,9 +61,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     asked: list[str] = []
     run = probe._run
 
-    def counted(command: list[str], timeout_s: float, is_forked: bool) -> probe.ChildResult:
+    def counted(command: list[str], *options: Any) -> probe.ChildResult:
         asked.extend(one for one in command if one == confined_network.CHILD)
-        return run(command, timeout_s, is_forked)
+        return run(command, *options)
 
     monkeypatch.setattr(probe, "_run", counted)
     return asked

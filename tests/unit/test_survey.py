@@ -147,7 +147,7 @@ def test_an_answer_is_kept_until_a_file_changes(
     first = looked("good")
     asked: list[object] = []
 
-    def run(command: list[str], timeout_s: float, is_forked: bool) -> probe.ChildResult:
+    def run(command: list[str], *_options: object) -> probe.ChildResult:
         asked.append(command)
         return probe.ChildResult(1)
 

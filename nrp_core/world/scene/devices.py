@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from math import inf
 from pathlib import Path
@@ -17,6 +17,14 @@ from nrp_core.world.rigid import Pose
 
 LATER: Mapping[str, object] = {"later": True}
 """Metadata of a field that was added later: at its default it is left out, so that earlier digests hold."""
+
+
+def set_fields(self: Any, values: Sequence[object]) -> None:
+    """Set the fields of a dataclass from a pickle; those that an earlier version lacks get their defaults."""
+    for one, value in zip(fields(self), values, strict=False):
+        object.__setattr__(self, one.name, value)
+    for one in fields(self)[len(values) :]:
+        object.__setattr__(self, one.name, one.default)
 
 
 def digest_of(value: object) -> str:
@@ -252,8 +260,10 @@ class JointController:
     topic: str
     gains: Pid | None = Pid()
     initial: float | None = None
-    holds: bool = False
+    holds: bool = field(default=False, metadata=LATER)
     range: tuple[float, float] = field(default=(-inf, inf), metadata=LATER)
+
+    __setstate__ = set_fields
 
     @property
     def is_firm(self) -> bool:
@@ -358,7 +368,9 @@ class TrajectoryController:
     initial: tuple[tuple[str, float], ...] = ()
     state_topic: str | None = None
     rate_hz: float = 50.0
-    holds: bool = False
+    holds: bool = field(default=False, metadata=LATER)
+
+    __setstate__ = set_fields
 
     def of_joint(self, joint: str) -> JointController:
         """Return the controller of one of its joints."""

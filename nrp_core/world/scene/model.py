@@ -27,6 +27,7 @@ from nrp_core.world.scene.devices import (
     PairController,
     TrajectoryController,
     digest_of,
+    set_fields,
 )
 from nrp_core.world.scene.loops import Loop as Loop
 from nrp_core.world.scene.loops import Tie as Tie
@@ -322,9 +323,9 @@ class Model:
         native: elements of its file for a specific engine, which a scene cannot express.
         starts: positions of joints at the start; others start at 0, or at the limit nearest to it.
         loops: joints that close loops.
-        keyframes: starts that its file names, one of which an experiment may choose.
         warnings: warnings about repairs and unsupported elements of its file.
         source: the file that it was read from; None: it was created in Python.
+        keyframes: starts that its file names, one of which an experiment may choose.
     """
 
     name: str
@@ -341,9 +342,11 @@ class Model:
     group_controllers: tuple[GroupController, ...] = field(default=(), metadata=LATER)
     starts: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
     loops: tuple[Loop, ...] = field(default=(), metadata=LATER)
-    keyframes: tuple[Keyframe, ...] = field(default=(), metadata=LATER)
     warnings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
+    keyframes: tuple[Keyframe, ...] = field(default=(), metadata=LATER)  # last: recordings pickle models
+
+    __setstate__ = set_fields
 
     @property
     def leaders(self) -> tuple[TrajectoryController | PairController | GroupController, ...]:

@@ -70,5 +70,5 @@ def test_commands_of_the_core_cannot_be_replaced(
 
 def test_commands_of_this_distribution_are_summarised_though_they_are_added_like_any_other(nrp: Nrp) -> None:
     done = nrp("--help")
-    assert re.search(r"(?m)^  import +Convert an experiment of the Neurorobotics", done.out)
+    assert re.search(r"(?m)^  import +Convert an experiment of another platform", done.out)
     assert "Commands of other packages" not in done.out
