@@ -20,7 +20,8 @@ ONE = python_engine("one", "engine")
     ("change", "code", "line"),
     [
         ({"SimulationLoop": "EventLoop"}, Code.NRP216, 3),
-        ({"DataPackProcessor": "cg"}, Code.NRP216, 3),
+        ({"DataPackProcessor": "graph"}, Code.NRP216, 3),
+        ({"DataPackProcessor": "cg", "ComputationalGraph": ["none.py"]}, Code.NRP204, 5),
         ({"EngineConfigs": [{**ONE, "EngineType": "edlut_grpc_engine"}]}, Code.NRP216, 5),
         ({"EngineConfigs": [{**ONE, "EngineType": "python_jsn"}]}, Code.NRP216, 5),
         ({"EngineConfigs": [{**ONE, "Simulator": "Opensim"}]}, Code.NRP216, 8),

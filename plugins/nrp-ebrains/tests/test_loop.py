@@ -89,6 +89,75 @@ def test_engines_with_four_rates_synchronise_as_in_nrp_core_4(write: Write) -> N
     assert rows == expected
 
 
+LISTEN = """
+    from nrp_core.engines.python_json import EngineScript
+
+    class Script(EngineScript):
+        def initialize(self):
+            self._registerDataPack("received")
+
+        def runLoop(self, timestep_ns):
+            with open("received.txt", "a") as file:
+                print(self._getDataPack("received")["time"], file=file)
+"""
+NODES = """
+    import json
+    from nrp_core.data.nrp_json import JsonDataPack
+    from nrp_core.event_loop import *
+
+    counts, rows = [0, 0], []
+    always = node_policies.functional_node.exec_policy.always
+
+    @FunctionalNode(name="fast", outputs=["count"], exec_policy=always)
+    def fast():
+        counts[0] += 1
+        return [counts[0]]
+
+    @ToEngine(keyword="out", address="/slow")
+    @FunctionalNode(name="slow", outputs=["out"], exec_policy=always)
+    def slow():
+        counts[1] += 1
+        return [None]
+
+    @FromEngine(keyword="clock", address="/slow/clock")
+    @FromFunctionalNode(keyword="count", address="/fast/count")
+    @ToEngine(keyword="received", address="/one")
+    @FunctionalNode(name="join", outputs=["received"])
+    def join(clock, count):
+        rows.append([count, counts[1], clock.data["time"], clock.isUpdated()])
+        with open("rows.json", "w") as file:
+            json.dump(rows, file)
+        sent = JsonDataPack("received", "any")
+        sent.data["time"] = count
+        return [sent]
+
+    @FromEngine(keyword="clock", address="/slow/clock")
+    @ToEngine(keyword="received", address="/one")
+    @FunctionalNode(name="seldom", outputs=["received"])
+    def seldom(clock):
+        assert clock.isUpdated()
+        return None
+"""
+
+
+def test_a_graph_runs_nodes_for_the_engines_that_are_due(write: Write) -> None:
+    path = write(
+        {
+            "SimulationTimeout": 0.06,
+            "DataPackProcessor": "cg",
+            "EngineConfigs": [python_engine("one", "listen", 0.01), python_engine("slow", "clock", 0.02)],
+            "ComputationalGraph": ["nodes.py"],
+        },
+        listen=LISTEN, clock=CLOCK, nodes=NODES,
+    )  # fmt: skip
+    run(path)
+    rows = json.loads(path.with_name("rows.json").read_text())
+    # 'slow' runs with its engine, every second time, and comes first where both engines are due
+    expected = [[k + 1, k // 2 + 1, k // 2 * 20_000_000, k % 2 == 0] for k in range(6)]
+    assert rows == expected
+    assert path.with_name("received.txt").read_text().split() == [str(k + 1) for k in range(6)]
+
+
 RELAY = """
     from nrp_core import *
     from nrp_core.data.nrp_json import JsonDataPack
@@ -100,17 +169,6 @@ RELAY = """
         for key in clock.data.keys():
             sent.data[key] = clock.data[key]
         return [sent]
-"""
-LISTEN = """
-    from nrp_core.engines.python_json import EngineScript
-
-    class Script(EngineScript):
-        def initialize(self):
-            self._registerDataPack("received")
-
-        def runLoop(self, timestep_ns):
-            with open("received.txt", "a") as file:
-                print(self._getDataPack("received")["time"], file=file)
 """
 
 

@@ -131,7 +131,13 @@ class Configuration(_Form):
     def functions(self) -> list[FunctionConfig]:
         """The functions that are active, the status function last."""
         status = [self.StatusFunction] if self.StatusFunction else []
-        return [one for one in (*self.DataPackProcessingFunctions, *status) if one.IsActive]
+        functions = self.DataPackProcessingFunctions if self.DataPackProcessor == "tf" else []
+        return [one for one in (*functions, *status) if one.IsActive]
+
+    @property
+    def graph(self) -> list[str]:
+        """The files of the computational graph, which takes the place of functions."""
+        return self.ComputationalGraph if self.DataPackProcessor == "cg" else []
 
 
 def is_configuration(path: Path) -> bool:
@@ -190,9 +196,9 @@ def _unsupported(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
     if loop != "FTILoop":
         message = f"SimulationLoop '{loop}' is not supported, for it follows the clock; valid: FTILoop"
         yield no(message, "SimulationLoop")
-    elif processor != "tf" or configuration.ComputationalGraph:
-        yield no("graphs of functional nodes are not supported; transceiver functions do the same: "
-                 "DataPackProcessor 'tf'", "DataPackProcessor")  # fmt: skip
+    elif processor not in ("tf", "cg"):
+        message = f"there is no DataPackProcessor '{processor}'; valid: tf, cg"
+        yield no(message, "DataPackProcessor")
     if not configuration.EngineConfigs:
         yield no("there is no engine: EngineConfigs is empty", "EngineConfigs")
     for i in range(len(configuration.EngineConfigs)):
@@ -230,6 +236,10 @@ def _missing(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
         if function.IsActive:
             keys = "DataPackProcessingFunctions", i
             yield from _missing_file(function.FileName, tree, "FileName", *keys)
+    for i, name in enumerate(configuration.ComputationalGraph):
+        if not file_in(tree.place_of("ComputationalGraph", i).folder, name).is_file():
+            place = tree.place_of("ComputationalGraph", i)
+            yield place.finding(Code.NRP204, f"there is no file '{name}'")
     if configuration.StatusFunction:
         yield from _missing_file(configuration.StatusFunction.FileName, tree, "FileName", "StatusFunction")
 

@@ -12,6 +12,7 @@ from typing import Any
 from nrp_core.errors import TransferFunctionError, did_you_mean
 from nrp_core.scripts import Scope
 from nrp_ebrains.datapacks import DataPack, DataPackIdentifier, Identity, RawData
+from nrp_ebrains.graph import Node
 
 
 class Kind(Enum):
@@ -228,7 +229,7 @@ def status_of(function: Function, result: Any) -> tuple[bool, list[Any]]:
     return bool(result[0]), data
 
 
-def require_engines(functions: Sequence[Function], engines: Sequence[str]) -> None:
+def require_engines(functions: Sequence[Function | Node], engines: Sequence[str]) -> None:
     """Require that functions name engines that exist.
 
     Raises:

@@ -16,6 +16,7 @@ from nrp_core.errors import ExperimentError, TransferFunctionError, TransferFunc
 from nrp_core.scripts import Scope
 from nrp_ebrains.datapacks import DataPack, Identity, copied
 from nrp_ebrains.functions import Function, Kind, datapacks_of, status_of
+from nrp_ebrains.graph import Graph, Node
 
 
 class Engine(ABC):
@@ -62,6 +63,7 @@ class Loop:
         engines: the engines, in the order of the file.
         functions: the functions, in the order of the file.
         scope: the scope in which the files of the functions were executed.
+        nodes: the nodes of a computational graph, which take the place of functions.
 
     Attributes:
         iteration: the number of iterations so far.
@@ -69,13 +71,21 @@ class Loop:
         trajectory: the data of the status function that has not been taken yet.
     """
 
-    def __init__(self, engines: Sequence[Engine], functions: Sequence[Function], scope: Scope) -> None:
+    def __init__(
+        self,
+        engines: Sequence[Engine],
+        functions: Sequence[Function],
+        scope: Scope,
+        nodes: Sequence[Node] = (),
+    ) -> None:
         self.engines = {engine.name: engine for engine in engines}
         self._scope = scope
         by_kind = {kind: [one for one in functions if one.kind is kind] for kind in Kind}
         self._preprocessing, self._transceivers = by_kind[Kind.PREPROCESSING], by_kind[Kind.TRANSCEIVER]
         self._status = by_kind[Kind.STATUS]
-        asked = dict.fromkeys(one for function in functions for one in function.requested())
+        self._graph = Graph(nodes)
+        users: list[Function | Node] = [*functions, *nodes]
+        asked = dict.fromkeys(one for user in users for one in user.requested())
         self._requested = {name: [one.name for one in asked if one.engine == name] for name in self.engines}
         self.iteration = 0
         self._inputs: dict[Identity, DataPack] = {}
@@ -106,6 +116,7 @@ class Loop:
             self._send([first])
         for pool in (self._inputs, self._outputs, self._from_client):
             pool.clear()
+        self._graph.reset()
         self.done, self.trajectory = False, []
         for engine in self.engines.values():
             engine.reset()
@@ -133,6 +144,8 @@ class Loop:
         self._read(due)
         preprocessed = self._run_all(self._preprocessing, due, self._inputs, t_ns)
         known = {**self._inputs, **preprocessed}
+        names = [engine.name for engine in due]
+        self._outputs.update(self._graph.run(names, self._inputs, self._guarded))
         self._outputs.update(self._run_all(self._transceivers, due, known, t_ns))
         for function in self._status:
             done, data = status_of(function, self._call(function, known, t_ns))
@@ -184,8 +197,11 @@ class Loop:
                 )
             return known[identity]
 
+        return self._guarded(function, function.arguments(find, t_ns, self.iteration))
+
+    def _guarded(self, function: Function | Node, arguments: dict[str, Any]) -> Any:
         try:
-            return function.call(**function.arguments(find, t_ns, self.iteration))
+            return function.call(**arguments)
         except (Exception, SystemExit) as error:
             path = function.path
             assert path is not None

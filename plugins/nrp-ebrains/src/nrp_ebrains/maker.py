@@ -35,8 +35,9 @@ from nrp_core.world import Link, Model, World
 from nrp_ebrains.config import GAZEBO, NEST, SINK, Configuration, EngineConfig, file_in, read_configuration
 from nrp_ebrains.functions import Decorators, Function, load_function, require_engines
 from nrp_ebrains.gazebo_engine import CAMERA, GazeboEngine
+from nrp_ebrains.graph import Node, NodeDecorators, load_nodes
 from nrp_ebrains.loop import Engine, Loop
-from nrp_ebrains.modules import scope_with
+from nrp_ebrains.modules import module, scope_with
 from nrp_ebrains.nest_engine import InitFile, NestEngine, NestObjects, build_network
 from nrp_ebrains.python_engines import DataTransferEngine, PythonEngine
 
@@ -69,6 +70,7 @@ class ConfigurationMaker(Maker, Participant[Run]):
     def __init__(self, path: Path, configuration: Configuration, notes: list[Finding]) -> None:
         self._path, self._configuration, self._notes = path, configuration, notes
         self._functions: list[Function] = []
+        self._nodes: list[Node] = []
         self._scope = scope_with({}, {})
         self.stops_when_done = True
 
@@ -104,20 +106,25 @@ class ConfigurationMaker(Maker, Participant[Run]):
     def functions(self, experiment: Experiment, collector: Collector) -> Iterator[TransferFunction]:
         """Load the functions, which the loop of NRP-core 4 runs and not that of this program."""
         collector.findings += self._notes
-        decorators = Decorators()
-        self._scope, shared = scope_with(decorators.names(), {}), ModuleType("functions")
-        self._functions = []
-        for path in self._files():
+        decorators, of_nodes, shared = Decorators(), NodeDecorators(), ModuleType("functions")
+        graphs = {"nrp_core.event_loop": module("nrp_core.event_loop", of_nodes.names())}
+        self._scope = scope_with(decorators.names(), graphs)
+        self._functions, self._nodes = [], []
+        for path in self._functions_files():
             with collector.during(Code.NRP210), in_folder(self._path.parent):
                 self._functions.append(load_function(path, self._scope, shared, decorators))
+        for path in self._graph_files():
+            with collector.during(Code.NRP210), in_folder(self._path.parent):
+                self._nodes += load_nodes(path, self._scope, shared, of_nodes)
         with collector.during(Code.NRP210):
-            require_engines(self._functions, [one.EngineName for one in self._configuration.EngineConfigs])
+            names = [one.EngineName for one in self._configuration.EngineConfigs]
+            require_engines([*self._functions, *self._nodes], names)
         return iter(())
 
     def listings(self, experiment: Experiment, collector: Collector) -> Iterator[Listing]:
         """Report files that are not Python; their functions are not those of this program."""
         collector.findings += self._notes
-        for path in self._files():
+        for path in (*self._functions_files(), *self._graph_files()):
             try:
                 ast.parse(path.read_bytes())
             except SyntaxError as error:
@@ -125,8 +132,11 @@ class ConfigurationMaker(Maker, Participant[Run]):
                 collector.findings.append(Finding(Code.NRP210, message, path=path, line=error.lineno))
         return iter(())
 
-    def _files(self) -> list[Path]:
+    def _functions_files(self) -> list[Path]:
         return [file_in(self._path.parent, one.FileName) for one in self._configuration.functions]
+
+    def _graph_files(self) -> list[Path]:
+        return [file_in(self._path.parent, name) for name in self._configuration.graph]
 
     # -- the run
 
@@ -134,7 +144,7 @@ class ConfigurationMaker(Maker, Participant[Run]):
         built = to_built_brain(run.brain.network)
         built.begin(run)
         engines = [self._engine(one, run, built) for one in self._configuration.EngineConfigs]
-        self.loop = loop = Loop(engines, self._functions, self._scope)
+        self.loop = loop = Loop(engines, self._functions, self._scope, self._nodes)
         folder = self._path.parent
         with in_folder(folder):
             loop.initialize()

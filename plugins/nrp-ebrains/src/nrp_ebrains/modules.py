@@ -14,7 +14,6 @@ from nrp_ebrains.messages import message_classes, message_modules
 VERSION = "1.4.1"
 """The version that the program gives itself; 4 is that of the platform."""
 _LATER = {
-    "nrp_core.event_loop": "graphs of functional nodes (EventLoop and computational graphs)",
     "nrp_core.data.nrp_ros": "messages of ROS in functions",
 }
 """Modules that are not here, with what they are for."""
