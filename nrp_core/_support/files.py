@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory, mkdtemp
+from tempfile import TemporaryDirectory, TemporaryFile, mkdtemp
 
 from platformdirs import user_cache_path
 
 from nrp_core.errors import ExperimentError
+
+_PROBE_BYTES = 4096
+_logger = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -82,6 +86,25 @@ def _for_this_process(kind: str, key: str, fill: Fill) -> Path:
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
+    return folder
+
+
+@cache
+def writable_folder(folder: Path) -> Path:
+    """Return a folder of a cache; if it cannot be written, one that exists until the process ends.
+
+    Says once that what is compiled or converted is not kept.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder) as file:  # a full disk lets folders be made
+            file.write(bytes(_PROBE_BYTES))
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        _logger.warning(
+            "the cache %s cannot be written (%s): nothing is kept for the next run", folder, reason
+        )
+        return Path(_temporary().name) / folder.name
     return folder
 
 

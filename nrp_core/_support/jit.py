@@ -19,6 +19,7 @@ from typing import Any, TypeVar, cast
 
 import platformdirs
 
+from nrp_core._support.files import writable_folder
 from nrp_core._support.stopwatch import work
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -88,9 +89,9 @@ def c_function(function: Callable[..., Any], result: str, arguments: tuple[str, 
 
 
 def cache_folder() -> Path:
-    """Return the folder in which compiled code is kept."""
+    """Return the folder in which compiled code is kept; a temporary one if it cannot be written."""
     chosen = numba.config.CACHE_DIR if COMPILED else ""
-    return Path(chosen) if chosen else platformdirs.user_cache_path("nrp-core") / "kernels"
+    return writable_folder(Path(chosen) if chosen else platformdirs.user_cache_path("nrp-core") / "kernels")
 
 
 @contextmanager
@@ -149,7 +150,7 @@ def _cache_directory(package: Path, imported: frozenset[Path], chosen: str) -> P
     digest = hashlib.blake2b(digest_size=8)
     for source in sorted({*inside, *imported, Path(__file__)}):
         digest.update(source.read_bytes())
-    base = Path(chosen) if chosen else cache_folder()
+    base = writable_folder(Path(chosen)) if chosen else cache_folder()
     return base / f"{package.name}-{digest.hexdigest()}"
 
 
