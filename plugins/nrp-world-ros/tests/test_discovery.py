@@ -130,7 +130,7 @@ def test_a_node_with_other_messages_is_not_reported_as_absent(
         with join(Ros.TWO, "another", domain=ros2.domain) as another:
             another.listen("/heard", sensor_msgs.Image)
             ros2.until(node.unmatched)
-            Audience(node, said.append).look()
+            Audience(node, said.append).update()
         assert node.met() == []
         ros2.until(lambda: not node.unmatched())
     assert said[0].startswith("no node can be connected to /heard")

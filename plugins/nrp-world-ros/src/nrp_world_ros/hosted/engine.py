@@ -17,6 +17,7 @@ from nrp_core.world import (
     JOINT_CONTROL,
     BodyPath,
     DepthArray,
+    FloatArray,
     ImageArray,
     JointStates,
     Light,
@@ -204,6 +205,10 @@ class HostedEngine(RosEngine):
 
     def _do_joint_states(self, model: str) -> JointStates:
         states: JointStates = self._ask("joint_states", model)
+        return states
+
+    def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
+        states: FloatArray = self._ask("actuator_states", model, list(actuators))
         return states
 
     def _do_touches(self) -> Sequence[Touch]:

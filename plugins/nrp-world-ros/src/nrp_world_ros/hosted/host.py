@@ -42,6 +42,7 @@ class HostedBody(Body):
         self._follow()
         self._n_warned = len(world.warnings)
         self._does: Mapping[str, Callable[..., Any]] = {
+            "actuator_states": world.engine.actuator_states,
             "close": self._close,
             "depth": world.engine.depth,
             "joint_states": world.joint_states,
