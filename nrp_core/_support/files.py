@@ -15,7 +15,7 @@ from platformdirs import user_cache_path
 
 from nrp_core.errors import ExperimentError
 
-_PROBE_BYTES = 4096
+_PROBE_BYTES = 1024
 _logger = logging.getLogger(__name__)
 
 
