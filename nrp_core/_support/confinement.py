@@ -171,10 +171,9 @@ def _write_only_in(folders: Iterable[Path], version: int) -> bool:
     if ruleset < 0:
         return False
     to_files = access & (_WRITE | _TRUNCATE)
-    allowed = [*((folder, access) for folder in folders), *((device, to_files) for device in _DEVICES)]
     try:
-        for path, rights in allowed:
-            for handle in _opened([path]):
+        for paths, rights in ((folders, access), (_DEVICES, to_files)):
+            for handle in _opened(paths):
                 rule = _Beneath(rights, handle)
                 libc.syscall(_ADD_RULE, ruleset, _BENEATH, ctypes.byref(rule), ctypes.c_uint32(0))
         return bool(libc.syscall(_RESTRICT_SELF, ruleset, ctypes.c_uint32(0)) == 0)
