@@ -155,9 +155,12 @@ class RunningKernel(Kernel):
         group = self.group_of(node)
         group.set("rate", [node - group.first], [rate_hz])
         self._now = None
-        sources = np.array(self._numbers()[1].get(node, ()), dtype=np.int64)
-        if sources.size:
-            self._built.set_parameters(sources, {"rate": np.full(len(sources), rate_hz)})
+        self._set_source_rates(self._numbers()[1].get(node, ()), rate_hz)
+
+    def _set_source_rates(self, sources: Sequence[int], rate_hz: float) -> None:
+        if sources:
+            ids = np.array(sources, dtype=np.int64)
+            self._built.set_parameters(ids, {"rate": np.full(len(ids), rate_hz)})
 
     def _number(self, node: int) -> int:
         """Return the node that a node beside cells of PyNN has become."""
@@ -166,12 +169,11 @@ class RunningKernel(Kernel):
 
     def _set_sources(self, node: int, given: Mapping[str, Any]) -> None:
         """Change a Poisson generator beside cells of PyNN."""
-        sources = np.array(self.joined.sources[node], dtype=np.int64)
         if given.keys() - {"rate"}:
             name = min(given.keys() - {"rate"})
             raise NetworkError(f"nest: '{name}' of a Poisson generator cannot change while the brain runs")
         if "rate" in given:
-            self._built.set_parameters(sources, {"rate": np.full(len(sources), float(given["rate"]))})
+            self._set_source_rates(self.joined.sources[node], float(given["rate"]))
 
     def node_values(self, node: int) -> dict[str, Any]:
         self.ready()
