@@ -71,6 +71,29 @@ def test_functions_name_engines_that_exist(write: Write) -> None:
     assert [one.code for one in caught.value.findings] == [Code.NRP210]
 
 
+WRONG_NODE = """
+    from nrp_core.event_loop import *
+
+    @ToEngine(keyword="out", address="/two")
+    @FunctionalNode(name="node", outputs=["out"])
+    def node():
+        return [None]
+"""
+
+
+def test_nodes_send_to_engines_that_exist(write: Write) -> None:
+    config = {
+        "SimulationTimeout": 1,
+        "DataPackProcessor": "cg",
+        "EngineConfigs": [ONE],
+        "ComputationalGraph": ["node.py"],
+    }
+    path = write(config, engine=ENGINE, node=WRONG_NODE)
+    with pytest.raises(InvalidExperimentError) as caught:
+        Run(load_experiment(path))
+    assert [one.code for one in caught.value.findings] == [Code.NRP210]
+
+
 @pytest.mark.parametrize("text", ["from nrp_core import Run\n", "import nrp_core.brain\n"])
 def test_files_do_not_see_this_program(write: Write, text: str) -> None:
     path = write({"SimulationTimeout": 1, "EngineConfigs": [ONE]}, engine=text + ENGINE)

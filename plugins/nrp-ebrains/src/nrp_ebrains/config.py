@@ -237,14 +237,12 @@ def _missing(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
             keys = "DataPackProcessingFunctions", i
             yield from _missing_file(function.FileName, tree, "FileName", *keys)
     for i, name in enumerate(configuration.ComputationalGraph):
-        if not file_in(tree.place_of("ComputationalGraph", i).folder, name).is_file():
-            place = tree.place_of("ComputationalGraph", i)
-            yield place.finding(Code.NRP204, f"there is no file '{name}'")
+        yield from _missing_file(name, tree, i, "ComputationalGraph")
     if configuration.StatusFunction:
         yield from _missing_file(configuration.StatusFunction.FileName, tree, "FileName", "StatusFunction")
 
 
-def _missing_file(name: str | None, tree: Tree, key: str, *above: Key) -> Iterator[Finding]:
+def _missing_file(name: str | None, tree: Tree, key: Key, *above: Key) -> Iterator[Finding]:
     if name is None:
         yield tree.place_of(*above).finding(Code.NRP203, f"'{key}' is missing")
         return

@@ -7,12 +7,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from nrp_core.errors import TransferFunctionError, did_you_mean
 from nrp_core.scripts import Scope
 from nrp_ebrains.datapacks import DataPack, DataPackIdentifier, Identity, RawData
 from nrp_ebrains.graph import Node
+from nrp_ebrains.modules import registered_by
 
 
 class Kind(Enum):
@@ -54,6 +56,12 @@ class Function:
         for keyword, asked in self.inputs.items():
             if keyword not in self.preprocessed:
                 yield from asked if isinstance(asked, list) else (asked,)
+
+    def engines_named(self) -> Iterator[str]:
+        """Yield the engines that it names."""
+        if self.engine:
+            yield self.engine
+        yield from (one.engine for one in self.requested())
 
     def arguments(self, find: Callable[[Identity], DataPack], t_ns: int, iteration: int) -> dict[str, Any]:
         """Return the arguments of a call.
@@ -177,18 +185,13 @@ def _simulation_iteration(keyword: str) -> Callable[[Function], Function]:
     return _on_function(lambda function: setattr(function, "iteration", keyword))
 
 
-def load_function(path: Path, scope: Scope, module: Any, decorators: Decorators) -> Function:
+def load_function(path: Path, scope: Scope, shared: ModuleType, decorators: Decorators) -> Function:
     """Execute a function file in the module that all of them share, and return its function.
 
     Raises:
         TransferFunctionError: it raises, or does not register exactly one function.
     """
-    before = len(decorators.registered)
-    try:
-        scope.run(path, module=module)
-    except (Exception, SystemExit) as error:
-        raise scope.located(error, TransferFunctionError, path) from error
-    found = decorators.registered[before:]
+    found = registered_by(path, scope, shared, decorators.registered)
     if len(found) != 1:
         raise TransferFunctionError(
             f"a file must register exactly one function, and this one registers {len(found)}", path=path
@@ -236,8 +239,7 @@ def require_engines(functions: Sequence[Function | Node], engines: Sequence[str]
         TransferFunctionError: one does not.
     """
     for function in functions:
-        named = [function.engine] if function.engine else []
-        for name in (*named, *(one.engine for one in function.requested())):
+        for name in function.engines_named():
             if name not in engines:
                 message = f"there is no engine '{name}'{did_you_mean(name, engines)}"
                 raise TransferFunctionError(message, path=function.path)

@@ -83,7 +83,7 @@ class GazeboEngine(Engine):
     """
 
     def __init__(
-        self, name: str, step_ns: int, world: World, *, in_json: bool, warn: Callable[[Code, str], None]
+        self, name: str, step_ns: int, world: World, *, in_json: bool, warn: Callable[[Code, str], object]
     ) -> None:
         super().__init__(name, step_ns)
         self._world, self._in_json, self._warn = world, in_json, warn

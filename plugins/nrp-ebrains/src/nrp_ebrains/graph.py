@@ -10,12 +10,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import signature
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any, NoReturn
 
 from nrp_core.errors import TransferFunctionError, did_you_mean
 from nrp_core.scripts import Scope
 from nrp_ebrains.datapacks import DataPack, Identity
+from nrp_ebrains.modules import registered_by
 
 ALWAYS, ON_NEW_MESSAGE = "always", "on_new_message"
 _POLICIES = SimpleNamespace(
@@ -63,10 +64,10 @@ class Node:
         """Yield the datapacks that engines must provide."""
         yield from self.engines.values()
 
-    @property
-    def engine(self) -> str:
-        """Nothing: it runs with all engines that it sends to."""
-        return ""
+    def engines_named(self) -> Iterator[str]:
+        """Yield the engines that it names."""
+        yield from self.targets.values()
+        yield from (one.engine for one in self.requested())
 
 
 class NodeDecorators:
@@ -144,18 +145,13 @@ def _refusal(name: str) -> Callable[..., NoReturn]:
     return refuse
 
 
-def load_nodes(path: Path, scope: Scope, module: Any, decorators: NodeDecorators) -> list[Node]:
+def load_nodes(path: Path, scope: Scope, shared: ModuleType, decorators: NodeDecorators) -> list[Node]:
     """Execute a graph file in the module that all of them share, and return its nodes.
 
     Raises:
         TransferFunctionError: it raises, or registers none.
     """
-    before = len(decorators.registered)
-    try:
-        scope.run(path, module=module)
-    except (Exception, SystemExit) as error:
-        raise scope.located(error, TransferFunctionError, path) from error
-    found = decorators.registered[before:]
+    found = registered_by(path, scope, shared, decorators.registered)
     if not found:
         raise TransferFunctionError("the file registers no functional node", path=path)
     for node in found:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager
 from dataclasses import replace
 from functools import partial
@@ -31,7 +31,7 @@ from nrp_core.experiment import (
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.parameters import Declared
 from nrp_core.paths import ExistingFile
-from nrp_core.world import Link, Model, World
+from nrp_core.world import Link, Model
 from nrp_ebrains.config import GAZEBO, NEST, SINK, Configuration, EngineConfig, file_in, read_configuration
 from nrp_ebrains.functions import Decorators, Function, load_function, require_engines
 from nrp_ebrains.gazebo_engine import CAMERA, GazeboEngine
@@ -174,11 +174,13 @@ class ConfigurationMaker(Maker, Participant[Run]):
             return NestEngine(name, step_ns, built)
         if one.EngineType in GAZEBO:
             in_json = one.EngineType == GAZEBO[1]
-            return GazeboEngine(name, step_ns, run.world, in_json=in_json, warn=_warner(run.world))
+            return GazeboEngine(name, step_ns, run.world, in_json=in_json, warn=run.world.warnings.add)
         if one.EngineType == SINK:
             names = [dump.name for dump in one.dumps if dump.file]
             return DataTransferEngine(name, step_ns, folder / one.dataDirectory, names)
-        return PythonEngine(name, step_ns, file_in(folder, one.PythonFileName), _with_defaults(one))
+        return PythonEngine(
+            name, step_ns, file_in(folder, one.PythonFileName), one.model_dump(exclude_none=True)
+        )
 
 
 def _with_own_topics(link: Link, model: str) -> Link:
@@ -204,18 +206,6 @@ class _Closing(RunObserver[Run]):
 
     def closing(self, run: Run) -> None:
         self._close()
-
-
-def _warner(world: World) -> Callable[[Code, str], None]:
-    def warn(code: Code, message: str) -> None:
-        world.warnings.add(code, message)
-
-    return warn
-
-
-def _with_defaults(engine: EngineConfig) -> Mapping[str, Any]:
-    """Return the settings of an engine as scripts see them."""
-    return engine.model_dump(exclude_none=True)
 
 
 @contextmanager

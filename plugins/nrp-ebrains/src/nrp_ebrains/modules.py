@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
+from nrp_core.errors import TransferFunctionError
 from nrp_core.scripts import Scope
 from nrp_ebrains.datapacks import JsonDataPack, JsonRawData, datapack_class, raw_data_class
 from nrp_ebrains.messages import message_classes, message_modules
@@ -58,6 +59,23 @@ def scope_with(
         if parent in known:
             setattr(known[parent], last, one)
     return Scope((), _substitute(known), folders)
+
+
+T = TypeVar("T")
+
+
+def registered_by(path: Path, scope: Scope, shared: ModuleType, registered: list[T]) -> list[T]:
+    """Execute a file in the module that all of its kind share, and return what its decorators registered.
+
+    Raises:
+        TransferFunctionError: it raises.
+    """
+    before = len(registered)
+    try:
+        scope.run(path, module=shared)
+    except (Exception, SystemExit) as error:
+        raise scope.located(error, TransferFunctionError, path) from error
+    return registered[before:]
 
 
 def _substitute(known: Mapping[str, ModuleType]) -> Callable[[str], ModuleType | None]:
