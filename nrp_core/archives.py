@@ -9,7 +9,7 @@ import zipfile
 from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from nrp_core._support.files import cached_folder
+from nrp_core._support.cache import cached_folder
 from nrp_core.errors import ExperimentError
 
 MAX_FILES = 20_000

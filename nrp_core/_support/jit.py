@@ -17,9 +17,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
-import platformdirs
-
-from nrp_core._support.files import writable_folder
+from nrp_core._support.cache import cache_root, mark_used, prune_at_exit, writable_folder
 from nrp_core._support.stopwatch import work
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -91,7 +89,7 @@ def c_function(function: Callable[..., Any], result: str, arguments: tuple[str, 
 def cache_folder() -> Path:
     """Return the folder in which compiled code is kept; a temporary one if it cannot be written."""
     chosen = numba.config.CACHE_DIR if COMPILED else ""
-    return writable_folder(Path(chosen) if chosen else platformdirs.user_cache_path("nrp-core") / "kernels")
+    return writable_folder(Path(chosen)) if chosen else writable_folder(cache_root()) / "kernels"
 
 
 @contextmanager
@@ -151,7 +149,12 @@ def _cache_directory(package: Path, imported: frozenset[Path], chosen: str) -> P
     for source in sorted({*inside, *imported, Path(__file__)}):
         digest.update(source.read_bytes())
     base = writable_folder(Path(chosen)) if chosen else cache_folder()
-    return base / f"{package.name}-{digest.hexdigest()}"
+    folder = base / f"{package.name}-{digest.hexdigest()}"
+    if folder.is_dir():
+        mark_used(folder)
+    else:
+        prune_at_exit()
+    return folder
 
 
 if COMPILED:

@@ -11,8 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from platformdirs import user_cache_path
-
+from nrp_core._support.cache import cache_root
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core._support.probe import run_module
 
@@ -65,7 +64,7 @@ def cpu_flags() -> frozenset[str] | None:
 
 def diagnose() -> list[Diagnosis]:
     """Check this machine for the platform itself; backends have their own checks."""
-    return [*_processor(), _display(), _cache(), _compiler_cache(), _confinement(), *_packages()]
+    return [*_processor(), _display(), _cache(), _confinement(), *_packages()]
 
 
 def _processor() -> Iterator[Diagnosis]:
@@ -85,18 +84,10 @@ def _display() -> Diagnosis:
 
 
 def _cache() -> Diagnosis:
-    folder = user_cache_path(DISTRIBUTION)
+    folder = cache_root()
     writable = _can_write(folder)
-    meaning = "results of checks are cached" if writable else "results of checks are not cached"
-    return Diagnosis(f"a cache folder ({folder})", writable, meaning)
-
-
-def _compiler_cache() -> Diagnosis:
-    """Check whether compiled kernels can be kept: beside the code, or in Numba's other cache folder."""
-    beside = _can_write(Path(__file__).parent / "__pycache__")
-    elsewhere = _can_write(Path(os.environ.get("NUMBA_CACHE_DIR") or user_cache_path("numba")))
-    meaning = "kernels are compiled once" if beside or elsewhere else "kernels are compiled in each process"
-    return Diagnosis("a place for compiled code", beside or elsewhere, meaning)
+    kept = "compiled kernels, converted meshes and results of checks are"
+    return Diagnosis(f"a cache folder ({folder})", writable, f"{kept} {'' if writable else 'not '}kept")
 
 
 def _confinement() -> Diagnosis:

@@ -18,8 +18,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from platformdirs import user_cache_path
-
+from nrp_core._support.cache import cache_root, mark_used
 from nrp_core._support.forked import Forker, ends_within
 
 LIBRARIES = Path("/etc/ld.so.cache")
@@ -82,15 +81,14 @@ def run_probe(
         has_folder: whether its last argument is a temporary folder of its own, which is removed when it ends.
     """
     question = [sys.executable, "-m", module, *arguments]
-    answers = user_cache_path("nrp-core") / "probes"
-    kept = (
-        answers
-        / f"{_digest([*question, sys.version, _modification_time(module), _libraries(), depends_on])}.json"
-    )
+    digest = _digest([*question, sys.version, _modification_time(module), _libraries(), depends_on])
+    kept = cache_root() / "probes" / f"{digest}.json"
     if not refresh:
         # not checked yet, or by an older version
         with suppress(OSError, ValueError, KeyError, TypeError):
-            return ChildResult(**json.loads(kept.read_text())["answer"])
+            answer = ChildResult(**json.loads(kept.read_text())["answer"])
+            mark_used(kept)
+            return answer
     answer = _run(question, timeout_s, is_forked, has_folder)
     if keep_failures or answer.exit_code == 0:
         _store(kept, {"question": question[1:], "answer": asdict(answer)})

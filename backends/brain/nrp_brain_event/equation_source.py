@@ -14,10 +14,11 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from tempfile import NamedTemporaryFile, mkdtemp
+from tempfile import NamedTemporaryFile
 from typing import Final
 
 from nrp_brain_event.handles import address_of
+from nrp_core._support.cache import mark_used
 from nrp_core._support.jit import COMPILED, cache_folder
 from nrp_core.brain.network.equations.expressions import RANDOM, STEP, TIME, WEIGHT, names_in
 from nrp_core.brain.network.equations.model import Model
@@ -57,10 +58,8 @@ def _imported(source: str, function: str) -> Callable[..., int]:
 
 def _written(source: str, name: str) -> Path:
     folder = cache_folder() / name
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:  # a cache that cannot be written
-        folder = Path(mkdtemp(prefix="nrp-"))
+    folder.mkdir(parents=True, exist_ok=True)
+    mark_used(folder)
     path = folder / f"{name}.py"
     if not path.exists():
         with NamedTemporaryFile("w", dir=folder, delete=False, encoding="utf-8") as file:

@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from nrp_core._support.files import cached_folder
+from nrp_core._support.cache import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
 from nrp_core.world.drives.muscles import ALL

@@ -19,7 +19,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core._support.files import cached_folder
+from nrp_core._support.cache import cached_folder
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.meshes import LFS
 from nrp_core.world.scene.meshes.gltf import glb

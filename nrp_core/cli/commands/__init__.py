@@ -21,6 +21,7 @@ COMMANDS = {
     "backends": "backends",
     "conformance": "conformance",
     "doctor": "backends",
+    "cache": "cache",
     "schema": "experiments",
 }
 """Their modules by name, in the order of the help text."""

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from nrp_core._support.files import cached_folder
+from nrp_core._support.cache import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.concave import hull_excess
 from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.files import cached_folder
+from nrp_core._support.cache import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Profile, Triangles, arc, revolve
