@@ -42,6 +42,7 @@ class TopicInfo:
         drop_out: share of lost samples.
         response: the message class of the answer, where the topic takes the requests of a service.
         unit: of a message that is one number.
+        elements: names of the items of the arrays of a message, in their order.
     """
 
     name: str
@@ -54,6 +55,7 @@ class TopicInfo:
     drop_out: float = 0.0
     response: builtins.type | None = None
     unit: str = ""
+    elements: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
@@ -16,7 +16,7 @@ from nrp_core.clock import seconds
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.reading.tables import numbers_in, units_in
+from nrp_core.recording.reading.tables import Value, number_values
 
 _MODEL_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
 _MODEL_UNITS = ("m", "m", "m", "", "", "", "", *3 * ("m/s",), *3 * ("rad/s",))
@@ -47,6 +47,13 @@ class Series:
         self._times_s.append(t_s)
         self._values.append(values)
 
+    def add_named(self, t_s: float, values: Mapping[str, Value]) -> None:
+        """Add the numbers of one message by their paths; new ones become further columns."""
+        new = [path for path in values if path not in self.units]
+        self.columns += tuple(new)
+        self.units |= {path: values[path].unit or self.unit for path in new}
+        self.add(t_s, [values[path].value if path in values else np.nan for path in self.columns])
+
     @property
     def times_s(self) -> FloatArray:
         """Times, s, shape ``(n,)``."""
@@ -54,8 +61,13 @@ class Series:
 
     @property
     def values(self) -> FloatArray:
-        """Values, shape ``(n, columns)``."""
-        return np.array([np.broadcast_to(one, len(self.columns)) for one in self._values], float)
+        """Values, shape ``(n, columns)``; NaN where a message has no such number."""
+        table = np.full((len(self._values), len(self.columns)), np.nan)
+        for row, one in zip(table, self._values, strict=True):
+            row[: None if self.role == Role.SOURCE else len(one)] = (
+                one  # one value can be that of all neurons
+            )
+        return table
 
     @property
     def unit(self) -> str:
@@ -129,11 +141,9 @@ class Numbers:
                 series.columns = tuple(map(str, range(len(values)))) if len(values) > 1 else ("value",)
             series.add(t_s, values)
             return
-        found = dict(numbers_in(message))
+        found = {one.path: one for one in number_values(message, topic.elements)}
         if found:
-            series = self._series(topic.name, topic, tuple(found))
-            series.units = series.units or units_in(message)
-            series.add(t_s, [found.get(column, np.nan) for column in series.columns])
+            self._series(topic.name, topic, ()).add_named(t_s, found)
 
     def _series(self, name: str, topic: RecordedTopic, columns: tuple[str, ...]) -> Series:
         if name not in self.series:

@@ -17,7 +17,7 @@ from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recorded, Recording
 from nrp_core.recording.reading.shapes import RecordedScene
-from nrp_core.recording.reading.tables import numbers_in, units_in
+from nrp_core.recording.reading.tables import number_values
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.model_states import pose_of, transform_pose
 from nrp_core.world.rigid import Pose
@@ -205,12 +205,10 @@ class Story:
                 track.yaws.append(at.yaw)
 
     def _take_numbers(self, topic: RecordedTopic, message: Any, t_s: float) -> None:
-        units = units_in(message)
-        for path, value in numbers_in(message):
-            key = f"{topic.name}.{path}"
-            unit = units.get(path, topic.about.get("unit", ""))
-            series = self.commands.setdefault(key, StepSeries(_label(topic, path), unit))
-            series.add(t_s, value, self.begin_s)
+        for one in number_values(message, topic.elements):
+            unit = one.unit or topic.about.get("unit", "")
+            series = StepSeries(_label(topic, one.path), unit)
+            self.commands.setdefault(f"{topic.name}.{one.path}", series).add(t_s, one.value, self.begin_s)
 
 
 def _motion(before: Pose, now: Pose) -> float:
@@ -220,4 +218,5 @@ def _motion(before: Pose, now: Pose) -> float:
 
 
 def _label(topic: RecordedTopic, path: str) -> str:
-    return topic.name if path == "data" else f"{topic.name}.{path}"
+    field = path.removeprefix("data").removeprefix(".")
+    return f"{topic.name}.{field}" if field else topic.name

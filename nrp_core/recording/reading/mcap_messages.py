@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import struct
 from collections.abc import Iterator, Mapping
@@ -28,7 +29,8 @@ class RecordedTopic:
         name: the name under which it was published or subscribed to.
         type_name: full name of its type.
         definition: definition of its type and of the types in it.
-        about: its metadata: ``role``, and ``unit`` if its values have one.
+        about: its metadata: ``role``, ``unit`` if its values have one, and ``elements``, names of the numbers
+            of an array, as JSON.
     """
 
     name: str
@@ -40,6 +42,15 @@ class RecordedTopic:
     def role(self) -> str:
         """One of :class:`~nrp_core.recording.layout.Role`, or the empty string in a foreign file."""
         return self.about.get("role", "")
+
+    @property
+    def elements(self) -> list[str]:
+        """Names of the numbers of an array; none in most topics."""
+        try:
+            names = json.loads(self.about.get("elements", "[]"))
+        except ValueError:  # from another program
+            return []
+        return list(map(str, names)) if isinstance(names, list) else []
 
 
 def is_mcap(path: Path) -> bool:

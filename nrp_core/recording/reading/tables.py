@@ -6,6 +6,8 @@ import dataclasses
 import importlib
 import mmap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
+from math import prod
 from typing import Any
 
 import lz4.frame  # type: ignore[import-untyped]
@@ -24,6 +26,8 @@ _UNITS = {
     "geometry_msgs/msg/Transform": {"translation": "m"},
     "geometry_msgs/msg/Twist": {"linear": "m/s", "angular": "rad/s"},
     "geometry_msgs/msg/Accel": {"linear": "m/s^2", "angular": "rad/s^2"},
+    "nrp_msgs/msg/MuscleState": {"length": "m", "velocity": "m/s", "force": "N"},
+    "nrp_msgs/msg/MuscleStates": {"length": "m", "velocity": "m/s", "force": "N"},
     "geometry_msgs/msg/Wrench": {"force": "N", "torque": "N m"},
     "sensor_msgs/msg/Imu": {"angular_velocity": "rad/s", "linear_acceleration": "m/s^2"},
     "sensor_msgs/msg/MagneticField": {"magnetic_field": "T"},
@@ -36,6 +40,8 @@ _UNITS = {
     "sensor_msgs/msg/Range": {"field_of_view": "rad", "min_range": "m", "max_range": "m", "range": "m"},
 }  # fmt: skip
 """Units of the fields of a type and of everything in them (REP 103 and the definitions of the types)."""
+_NAMES = ("name", "joint_names")
+"""Fields with the names of the items of the other arrays of a message."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -54,55 +60,88 @@ class Value:
 
 
 def numbers_in(message: Any) -> Iterator[tuple[str, float]]:
-    """Return every number in a message with its dotted path; headers and arrays are left out."""
-    for one in single_values(message):
+    """Return every number in a message and its arrays with its dotted path, as :func:`values_in` names it.
+
+    Headers, covariances, bytes, and lists of messages are left out.
+    """
+    for one in number_values(message):
+        yield one.path, one.value
+
+
+def number_values(message: Any, elements: Sequence[str] = ()) -> Iterator[Value]:
+    """Return the numbers of :func:`numbers_in` with their units, as far as the type gives them.
+
+    Args:
+        message: the message.
+        elements: names of the items of an array in a message that gives none.
+    """
+    for one in _values(message, "", "", elements, whole=False):
         if not isinstance(one.value, str):
-            yield one.path, float(one.value)
+            yield Value(one.path, float(one.value), one.unit)
 
 
 def units_in(message: Any) -> dict[str, str]:
     """Return the units of the numbers from :func:`numbers_in`, as far as its type gives them."""
-    return {one.path: one.unit for one in single_values(message) if one.unit}
+    return {one.path: one.unit for one in number_values(message) if one.unit}
 
 
-def single_values(message: Any) -> Iterator[Value]:
-    """Return the values in a message; headers and arrays are left out."""
-    return _values(message, "", "", arrays=False)
+def values_in(message: Any, elements: Sequence[str] = ()) -> Iterator[Value]:
+    """Return the values in a message, its arrays and its lists of messages; headers are left out.
 
+    Items of an array are named by the message's list ``name`` or ``joint_names`` if it has the same length,
+    as for joints and models, or by the given names. Otherwise they are numbered; along the axes of a layout,
+    with their labels.
 
-def values_in(message: Any) -> Iterator[Value]:
-    """Return the values in a message and its arrays; headers are left out.
-
-    Items of an array are named by the message's list ``name`` if it has the same length, as for joints
-    and models; otherwise they are numbered.
+    Args:
+        message: the message.
+        elements: names of the items of an array in a message that gives none.
     """
-    return _values(message, "", "", arrays=True)
+    return _values(message, "", "", elements, whole=True)
 
 
-def _values(message: Any, path: str, unit: str, *, arrays: bool) -> Iterator[Value]:
-    units, names = _UNITS.get(type_name(type(message)), {}), getattr(message, "name", ())
+def _values(message: Any, path: str, unit: str, elements: Sequence[str], *, whole: bool) -> Iterator[Value]:
+    units, skipped = _UNITS.get(type_name(type(message)), {}), ["header"]
+    layout = getattr(getattr(message, "layout", None), "dim", None)
+    if layout is not None:
+        skipped.append("layout")
+    for field in _NAMES:
+        names: Any = getattr(message, field, None)
+        if _is_sequence(names):
+            elements = names
+            skipped.append(field)
     for spec in dataclasses.fields(message):
-        if spec.name == "header" or (arrays and spec.name == "name" and _is_sequence(names)):
-            continue
         value, own = getattr(message, spec.name), unit or units.get(spec.name, "")
+        if spec.name in skipped or not (whole or _is_numeric(spec.name, value)):
+            continue
+        items = [("", value)]
         if _is_sequence(value):
-            for key, item in _items(value, names) if arrays else ():
-                yield from _value(item, f"{path}{spec.name}.{key}", own, arrays=True)
-        else:
-            yield from _value(value, f"{path}{spec.name}", own, arrays=arrays)
+            flat = value.ravel().tolist() if isinstance(value, np.ndarray) else value
+            keys = _keys(len(flat), elements, layout or ())
+            items = [(f".{key}", item) for key, item in zip(keys, flat, strict=True)]
+        for key, item in items:
+            if dataclasses.is_dataclass(item):
+                yield from _values(item, f"{path}{spec.name}{key}.", own, elements, whole=whole)
+            elif isinstance(item, (bool, int, float, str)):
+                yield Value(f"{path}{spec.name}{key}", item, own)
 
 
-def _value(value: Any, path: str, unit: str, *, arrays: bool) -> Iterator[Value]:
-    if dataclasses.is_dataclass(value):
-        yield from _values(value, f"{path}.", unit, arrays=arrays)
-    elif isinstance(value, (bool, int, float, str)):
-        yield Value(path, value, unit)
+def _is_numeric(name: str, value: Any) -> bool:
+    """Return whether a field is no covariance, bytes, or list of messages or texts."""
+    if not _is_sequence(value) or name.endswith("covariance"):
+        return not _is_sequence(value)
+    if isinstance(value, np.ndarray):
+        return bool(value.dtype != np.uint8)
+    return isinstance(next(iter(value), None), (bool, int, float))
 
 
-def _items(values: Any, names: Any) -> Iterator[tuple[str, Any]]:
-    flat = values.ravel().tolist() if isinstance(values, np.ndarray) else values
-    named = _is_sequence(names) and len(names) == len(flat)
-    return zip(names if named else map(str, range(len(flat))), flat, strict=True)
+def _keys(count: int, names: Sequence[str], layout: Sequence[Any]) -> Iterable[str]:
+    """Return the keys of the items of an array: names, or numbers along the axes of its layout."""
+    if names and len(names) == count:
+        return names
+    if layout and prod(axis.size for axis in layout) == count:
+        axes = [[f"{axis.label}{number}" for number in range(axis.size)] for axis in layout]
+        return map(".".join, product(*axes))
+    return map(str, range(count))
 
 
 def _is_sequence(value: Any) -> bool:
@@ -175,9 +214,10 @@ def frame_of(topic: RecordedTopic, messages: Iterable[tuple[int, Any]]) -> Any:
     times_s: list[float] = []
     rows: list[dict[str, Any]] = []
     units: dict[str, str] = {}
+    elements = topic.elements
     for t_ns, message in messages:
         row: dict[str, Any] = {}
-        for one in values_in(message):
+        for one in values_in(message, elements):
             row[one.path] = one.value
             units.setdefault(one.path, one.unit or topic.about.get("unit", ""))
         times_s.append(seconds(t_ns))

@@ -33,6 +33,7 @@ from nrp_core.recording.writing.signals import (
     Signal,
     TopicMessages,
     about_role,
+    about_topic,
 )
 from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.messages import nrp_msgs
@@ -44,7 +45,6 @@ from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
 from nrp_core.world.world import World
 
-_PUBLISHED = about_role(Role.PUBLISHED)
 _RUN = about_role(Role.RUN)
 _t_ns = itemgetter(0)
 
@@ -155,8 +155,7 @@ class StepCollector:
 
     def _about_published(self, topic: str) -> Mapping[str, str]:
         if topic not in self._published:
-            unit = self._world.topics[topic].unit
-            self._published[topic] = about_role(Role.PUBLISHED, unit=unit) if unit else _PUBLISHED
+            self._published[topic] = about_topic(Role.PUBLISHED, self._world.topics[topic])
         return self._published[topic]
 
     def _add(self, entry: RecordEntry) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -77,6 +78,12 @@ def about_role(role: Role, **about: str) -> Mapping[str, str]:
     return {"role": role.value, **about}
 
 
+def about_topic(role: Role, topic: TopicInfo) -> Mapping[str, str]:
+    """Return the metadata of a topic of the world: also its unit, and the names of its elements as JSON."""
+    about = {"unit": topic.unit, "elements": json.dumps(topic.elements) if topic.elements else ""}
+    return about_role(role, **{key: value for key, value in about.items() if value})
+
+
 class Signal(ABC):
     """A signal that is recorded after each step."""
 
@@ -141,10 +148,10 @@ class TopicMessages(Signal):
         period_ns: time between two steps.
     """
 
-    _about = about_role(Role.SENSOR)
+    _role = Role.SENSOR
 
     def __init__(self, world: World, topic: TopicInfo, period_ns: int) -> None:
-        self._world = world
+        self._world, self._about = world, about_topic(self._role, topic)
         depth = 1 + ceil((topic.rate_hz or 0.0) * seconds(period_ns))
         self._subscription = world.subscribe(topic.name, depth=depth)
         self._seen_ns = -1
@@ -165,7 +172,7 @@ class TopicMessages(Signal):
 class CameraImages(TopicMessages):
     """The images of one camera, compressed if requested and possible."""
 
-    _about = about_role(Role.CAMERA)
+    _role = Role.CAMERA
 
     def __init__(self, world: World, topic: TopicInfo, period_ns: int, images: Images) -> None:
         super().__init__(world, topic, period_ns)

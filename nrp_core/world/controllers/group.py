@@ -116,7 +116,9 @@ class GroupPart(JointsPart[GroupController]):
         controller, model = self._controller, self._model.name
         self._led = JointGroup(controller.topic, self._parts, model, self._engine)
         what = f"{controller.kind} of {', '.join(controller.joints)} of {model}"
-        self.topics = (TopicInfo(controller.topic, Float64MultiArray, Direction.IN, what=what),)
+        joints = tuple(controller.joints)
+        topic = TopicInfo(controller.topic, Float64MultiArray, Direction.IN, what=what, elements=joints)
+        self.topics = (topic,)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         joints = self._controller.joints

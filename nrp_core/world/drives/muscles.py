@@ -316,8 +316,15 @@ class MuscleGroupPart(Part):
                 Float64MultiArray,
                 Direction.IN,
                 what=f"controls, 0 to 1, of {names} of {model.name}",
+                elements=group.muscles,
             ),
-            TopicInfo(group.state_topic, MuscleStates, Direction.OUT, what=f"states of {names}"),
+            TopicInfo(
+                group.state_topic,
+                MuscleStates,
+                Direction.OUT,
+                what=f"states of {names}",
+                elements=group.muscles,
+            ),
         )
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:

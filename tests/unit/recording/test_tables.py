@@ -12,10 +12,12 @@ import pytest
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, spikes_topic
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.reading.tables import units_in, values_in
+from nrp_core.recording.reading.tables import number_values, numbers_in, units_in, values_in
 from nrp_core.recording.sealing import seal
 from nrp_core.world.messages.geometry_msgs import WrenchStamped
-from nrp_core.world.messages.sensor_msgs import Imu, JointState
+from nrp_core.world.messages.nav_msgs import Odometry
+from nrp_core.world.messages.sensor_msgs import Imu, JointState, PointCloud2, PointField
+from nrp_core.world.messages.std_msgs import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
 STEPS = 10
 RUN = {
@@ -57,6 +59,26 @@ def test_models_and_devices_have_their_names_and_units(recording: Recording) -> 
 def test_items_of_arrays_have_the_names_that_the_message_gives_them() -> None:
     joints = JointState(name=["hip", "knee"], position=np.array([0.5, -1.0]))
     assert {one.path: one.value for one in values_in(joints)} == {"position.hip": 0.5, "position.knee": -1.0}
+
+
+def test_numbers_in_arrays_have_the_names_of_their_topic_or_of_the_axes_of_their_layout() -> None:
+    controls = Float64MultiArray(data=np.array([0.25, 0.5]))
+    assert dict(numbers_in(controls)) == {"data.0": 0.25, "data.1": 0.5}
+    named = [one.path for one in number_values(controls, ["flexor", "extensor"])]
+    assert named == ["data.flexor", "data.extensor"]
+    assert [one.path for one in number_values(controls, ["flexor"])] == ["data.0", "data.1"]
+    axes = [MultiArrayDimension("row", 2, 4), MultiArrayDimension("", 2, 2)]
+    table = Float64MultiArray(MultiArrayLayout(axes), np.arange(4.0))
+    assert list(dict(numbers_in(table))) == ["data.row0.0", "data.row0.1", "data.row1.0", "data.row1.1"]
+    axes[0].size = 3
+    assert list(dict(numbers_in(table))) == ["data.0", "data.1", "data.2", "data.3"]
+
+
+def test_covariances_bytes_and_lists_of_messages_are_no_numbers() -> None:
+    assert not any("covariance" in path for path, _ in numbers_in(Odometry()))
+    assert not any("covariance" in path for path, _ in numbers_in(Imu()))
+    cloud = PointCloud2(data=np.zeros(16, np.uint8), fields=[PointField(name="x")])
+    assert {path.split(".")[0] for path, _ in numbers_in(cloud)}.isdisjoint({"data", "fields"})
 
 
 def test_units_are_those_of_the_definitions_of_ros() -> None:

@@ -48,14 +48,15 @@ function Topic({ topic: { name, type, direction, unit, rate_hz } }: { topic: Top
 /** A button for each number of a topic, which adds it to the plots. */
 export function Numbers({ topic }: { topic: string }) {
   const traces = useTraces((state) => state.traces);
-  const devices = useRun((run) => run.experiment?.devices);
+  const experiment = useRun((run) => run.experiment);
   const offered = useMemo(
     () =>
       offeredTraces(
         wire.offered().filter((channel) => channel.topic === topic),
-        devices ?? [],
+        experiment?.devices ?? [],
+        experiment?.topics ?? [],
       ),
-    [topic, devices],
+    [topic, experiment],
   );
   if (offered.length === 0) return null;
   return (

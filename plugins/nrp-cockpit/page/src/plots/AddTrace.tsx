@@ -7,7 +7,7 @@ import { keyOf } from "./traceStore";
 
 /** A button that opens the list of all numbers of all topics, to be searched by words. */
 export function AddTrace() {
-  const devices = useRun((run) => run.experiment?.devices);
+  const experiment = useRun((run) => run.experiment);
   return (
     <Chooser
       icon="plus"
@@ -15,7 +15,7 @@ export function AddTrace() {
       small
       title="Add a curve"
       search="Search the topics"
-      choices={() => offeredTraces(wire.offered(), devices ?? [])}
+      choices={() => offeredTraces(wire.offered(), experiment?.devices ?? [], experiment?.topics ?? [])}
       textOf={keyOf}
       show={(trace) => (
         <>

@@ -1,7 +1,7 @@
 import { type DragEvent, useEffect } from "react";
 import { useRun } from "../state/run";
 import { carriesTrace, dropTrace, useTraces } from "../state/traces";
-import type { Device } from "../state/types";
+import type { Device, TopicInfo } from "../state/types";
 import { Empty, Panel } from "../ui/Panel";
 import { AddTrace } from "./AddTrace";
 import { firstTraces, groupsOf } from "./groups";
@@ -11,15 +11,17 @@ import { WindowTools } from "./WindowTools";
 import "./plots.css";
 
 const NONE: readonly Device[] = [];
+const NO_TOPICS: readonly TopicInfo[] = [];
 const over = (event: DragEvent) => carriesTrace(event.dataTransfer) && event.preventDefault();
 
 /** Curves of devices and of fields of topics over the common window of time. */
 export function TracesPanel() {
   const traces = useTraces((state) => state.traces);
   const devices = useRun((run) => run.experiment?.devices ?? NONE);
+  const topics = useRun((run) => run.experiment?.topics ?? NO_TOPICS);
   useFirstTraces();
   useTraceValues(traces);
-  const groups = groupsOf(traces, devices);
+  const groups = groupsOf(traces, devices, topics);
   const tools = (
     <>
       <AddTrace />

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import type { Device, Experiment } from "../state/types";
+import type { Device, Experiment, TopicInfo } from "../state/types";
 import { firstTraces, groupsOf } from "./groups";
 import { offeredTraces } from "./offered";
 
@@ -37,7 +37,7 @@ test("a run shows at first what devices read, what drives its robot, and what de
 });
 
 test("devices of one quantity share an axis, and so do the fields of a topic", () => {
-  const groups = groupsOf(firstTraces(run), devices);
+  const groups = groupsOf(firstTraces(run), devices, run.topics);
   expect(groups.map(({ title, curves }) => [title, ...curves.map(({ label }) => label)])).toEqual([
     ["voltage (mV)", "left_wheel", "right_wheel"],
     ["/husky/cmd_vel", "linear.x", "angular.z"],
@@ -48,9 +48,11 @@ test("devices of one quantity share an axis, and so do the fields of a topic", (
 
 test("devices whose names end alike are told apart by their whole names", () => {
   const alike = [device("leg_1/lifting", "sink", "Hz", [1]), device("leg_2/lifting", "sink", "Hz", [2])];
-  const [group] = groupsOf(firstTraces({ ...run, devices: alike, robots: [] }), alike);
+  const [group] = groupsOf(firstTraces({ ...run, devices: alike, robots: [] }), alike, []);
   expect(group?.curves.map(({ label }) => label)).toEqual(["leg_1/lifting", "leg_2/lifting"]);
 });
+
+const muscles = [{ name: "/arm/muscles/cmd", elements: ["flexor", "extensor"] }] as unknown as TopicInfo[];
 
 test("all numbers are offered, devices first, but none of pictures", () => {
   const channel = (topic: string, schemaName: string, schema: string, encoding = "cdr") => ({
@@ -66,12 +68,18 @@ test("all numbers are offered, devices first, but none of pictures", () => {
       channel("/cockpit/status", "cockpit/status", "", "json"),
       channel("/a", "std_msgs/msg/Float64", "float64 data"),
       channel("/brain/devices/eye/left/rate", "std_msgs/msg/Float64MultiArray", "float64[] data"),
+      channel("/arm/muscles/cmd", "std_msgs/msg/Float64MultiArray", "float64[] data"),
     ],
     devices,
+    muscles,
   );
   expect(traces.map(({ topic, path }) => `${topic} ${path}`)).toEqual([
     "/brain/devices/eye/left/rate data[0]",
     "/brain/devices/eye/left/rate data[1]",
     "/a data",
+    "/arm/muscles/cmd data[0]",
+    "/arm/muscles/cmd data[1]",
   ]);
+  const [, , group] = groupsOf(traces, devices, muscles);
+  expect(group?.curves.map(({ label }) => label)).toEqual(["flexor", "extensor"]);
 });

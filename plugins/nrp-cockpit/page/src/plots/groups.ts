@@ -1,5 +1,5 @@
 import type { Trace } from "../state/traces";
-import type { Device, Experiment } from "../state/types";
+import type { Device, Experiment, TopicInfo } from "../state/types";
 import { CURVE_COLOURS } from "./palette";
 
 /** A curve as it is shown: in words, and in the colour of this number. */
@@ -27,19 +27,30 @@ function shortName({ name }: Device, devices: readonly Device[]): string {
   return same.length > 1 ? name : last;
 }
 
+/** A path with the name of its last item instead of the number, where the topic names its items. */
+function namedPath({ topic, path }: Trace, topics: readonly TopicInfo[]): string {
+  const names = topics.find(({ name }) => name === topic)?.elements ?? [];
+  return path.replace(/\[(\d+)\]$/, (number, at) => (names[at] === undefined ? number : `.${names[at]}`));
+}
+
 /** The group and the words of a curve. */
-function describe({ topic, path }: Trace, devices: readonly Device[]): { title: string; label: string } {
+function describe(trace: Trace, devices: readonly Device[], topics: readonly TopicInfo[]) {
+  const { topic, path } = trace;
   const device = devices.find((one) => one.topic === topic);
-  if (!device) return { title: topic, label: path };
+  if (!device) return { title: topic, label: namedPath(trace, topics).replace(/^data\./, "") };
   const index = device.neurons.length > 1 && path !== "data[0]" ? path.replace("data", "") : "";
   return { title: quantityOf(device), label: shortName(device, devices) + index };
 }
 
 /** The curves by axis, both in the order in which they were added. Each axis begins with the first colour. */
-export function groupsOf(traces: readonly Trace[], devices: readonly Device[]): Group[] {
+export function groupsOf(
+  traces: readonly Trace[],
+  devices: readonly Device[],
+  topics: readonly TopicInfo[],
+): Group[] {
   const groups = new Map<string, Group>();
   for (const trace of traces) {
-    const { title, label } = describe(trace, devices);
+    const { title, label } = describe(trace, devices, topics);
     const group = groups.get(title) ?? { title, curves: [] };
     groups.set(title, group);
     group.curves.push({ trace, label, colour: group.curves.length % CURVE_COLOURS.length });
@@ -61,7 +72,7 @@ export function firstTraces({ devices, robots, topics }: Experiment): Trace[] {
   const sources = devices
     .filter(({ kind }) => kind === "source")
     .map(({ topic }) => ({ topic, path: "data[0]" })); // most feed all their neurons the same
-  const groups = groupsOf([...sinks, ...drives, ...sources], devices);
+  const groups = groupsOf([...sinks, ...drives, ...sources], devices, topics);
   const chosen = groups.flatMap(({ curves }) => curves.slice(0, MOST_OF_AN_AXIS));
   return chosen.map(({ trace }) => trace).slice(0, MOST);
 }

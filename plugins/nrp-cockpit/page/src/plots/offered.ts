@@ -1,5 +1,5 @@
 import type { Trace } from "../state/traces";
-import type { Device } from "../state/types";
+import type { Device, TopicInfo } from "../state/types";
 import type { Channel } from "../wire";
 import { numericPaths } from "./messagePath";
 
@@ -7,14 +7,24 @@ import { numericPaths } from "./messagePath";
 const NO_CURVES = /\/(Image|CompressedImage|PointCloud2|SceneUpdate|TFMessage|Spikes)$/;
 
 /** All curves that a run offers: devices first, then topics by name. */
-export function offeredTraces(channels: readonly Channel[], devices: readonly Device[]): Trace[] {
-  const lengths = new Map(devices.map(({ topic, neurons }) => [topic, neurons.length]));
-  const rank = ({ topic }: Channel) => (lengths.has(topic) ? 0 : topic.endsWith("/color") ? 2 : 1);
+export function offeredTraces(
+  channels: readonly Channel[],
+  devices: readonly Device[],
+  topics: readonly TopicInfo[],
+): Trace[] {
+  const lengths = new Map([
+    ...topics
+      .filter(({ elements }) => elements.length > 0)
+      .map(({ name, elements }) => [name, elements.length] as const),
+    ...devices.map(({ topic, neurons }) => [topic, neurons.length] as const),
+  ]);
+  const read = new Set(devices.map(({ topic }) => topic));
+  const rank = ({ topic }: Channel) => (read.has(topic) ? 0 : topic.endsWith("/color") ? 2 : 1);
   return channels
     .filter(({ encoding, schemaName }) => encoding === "cdr" && !NO_CURVES.test(schemaName))
     .toSorted((a, b) => rank(a) - rank(b) || a.topic.localeCompare(b.topic))
     .flatMap(({ topic, schema }) =>
-      numericPaths(schema, (path) => (path === "data" ? (lengths.get(topic) ?? 1) : 1)).map((path) => ({
+      numericPaths(schema, (path) => (path.includes(".") ? 1 : (lengths.get(topic) ?? 1))).map((path) => ({
         topic,
         path,
       })),

@@ -8,6 +8,8 @@ export interface TopicInfo {
   /** "in": the run hears it; "out": the run sends it. */
   direction: "in" | "out";
   unit: string | null;
+  /** The names of the items of its arrays, in their order. */
+  elements: string[];
   rate_hz: number | null;
 }
 

@@ -62,6 +62,7 @@ def topic_data(topic: TopicInfo) -> dict[str, Any]:
         "type": type_name(topic.type),
         "direction": "in" if topic.direction is Direction.IN else "out",
         "unit": topic.unit or None,
+        "elements": list(topic.elements),
         "rate_hz": topic.rate_hz,
     }
 

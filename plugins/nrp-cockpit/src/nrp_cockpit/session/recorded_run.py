@@ -183,6 +183,7 @@ def _topic_data(topic: RecordedTopic) -> dict[str, Any]:
         "type": topic.type_name,
         "direction": _DIRECTIONS[Role(topic.role)],
         "unit": topic.about.get("unit") or None,
+        "elements": topic.elements,
         "rate_hz": None,
     }
 
