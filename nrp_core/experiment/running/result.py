@@ -22,6 +22,9 @@ from nrp_core.world.rigid import Pose
 FINISHED, FAILED, INTERRUPTED, RUNNING = "finished", "failed", "interrupted", "running"
 """The states of a run; a recording that still says ``running`` was killed."""
 
+_ROBOTS: Final = (Code.NRP382, Code.NRP256)
+"""Codes of robots that are lost or left out."""
+
 
 def passed_of(state: str, complete: bool, criteria: Iterable[bool | None]) -> bool | None:
     """Return whether a run passed.
@@ -98,10 +101,18 @@ class Judgement:
         if failed:
             return f"failed: {'a criterion is' if failed == 1 else f'{failed} criteria are'} not met"
         if not self.complete:
-            return "not complete: something that the experiment asks for is missing from the run"
+            return f"not complete: {self._missing}"
         if not self.criteria:
             return "done"
         return "passed" if self.passed else "not decided: the run ended early"
+
+    @property
+    def _missing(self) -> str:
+        """What is missing from the run: the robots first."""
+        missing = [group for group in self.groups if group.weight is Weight.INCOMPLETE]
+        missing.sort(key=lambda group: group.code not in _ROBOTS)
+        more = sum(len(group.findings) for group in missing[1:])
+        return missing[0].headline + (f" (and {more} more)" if more else "")
 
     @property
     def _span(self) -> str:

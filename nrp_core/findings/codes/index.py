@@ -107,6 +107,7 @@ class Code(Enum):
     NRP379 = functions.WRONG_TIME_STEP
     NRP380 = functions.BEYOND_SCANNER
     NRP381 = world.POSE_UNIT
+    NRP382 = world.ROBOT_LOST
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -178,3 +178,12 @@ TWO_CONTROLLERS = Explanation(
     "{n} joints have two controllers",
     Weight.ALTERED,
 )
+
+ROBOT_LOST = Explanation(
+    "A robot of an experiment of the Neurorobotics Platform fell, flew away, or was thrown at the start.",
+    "Whatever it was to do after this time is missing from the run.",
+    "Correct the start pose, put missing meshes where the models are searched, or hold the joints that bear "
+    "the robot.",
+    "{n} robots fell, flew away or were thrown",
+    Weight.INCOMPLETE,
+)

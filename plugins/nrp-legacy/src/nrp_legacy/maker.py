@@ -28,6 +28,7 @@ from nrp_legacy.functions import code_of, load, sources_of
 from nrp_legacy.live.built import to_built_brain
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.python2_builtins import quotient
+from nrp_legacy.robot_watch import RobotWatch
 from nrp_legacy.robots import with_sliding_base
 from nrp_legacy.shims.times import CLOCK, declare_clock, publish_clock
 from nrp_legacy.state_machines import StateMachines
@@ -181,6 +182,7 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
         self.names.graph.begin(run)
         to_built_brain(run.brain.network).begin(run)
         inject_currents(getattr(run.brain.network, "injections", ()), run.brain)
+        RobotWatch(run)
         self.playing = StateMachines(self.machines, self.names, run)
 
     def _note(self, code: Code, message: str, *, subject: str | None = None) -> None:
