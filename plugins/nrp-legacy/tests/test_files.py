@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import zipfile
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from nrp_legacy.reader import read_exc
 
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code
 from nrp_core.xml import parse_xml
 
 EXPERIMENT = '<ExD><environmentModel src="room"/><bibiConf src="x.bibi"/></ExD>'
@@ -32,9 +34,13 @@ def library(corpus: Path, tmp_path: Path) -> Library:
     with zipfile.ZipFile(folder / "husky.zip", "w") as archive:
         archive.write(models / "husky_model" / "model.sdf", "husky_v2/newest.sdf")
         archive.writestr("husky_v2/model.config", "<model><sdf version='1.6'>newest.sdf</sdf></model>")
+        archive.writestr("husky_v2/lift.sdf", "")
     with zipfile.ZipFile(folder / "brain.zip", "w") as archive:
         archive.writestr("cells/cells.py", "")
         archive.writestr("cells/__init__.py", "")
+    for place in (folder / "mouse/model.sdf", models / "arm/arm.sdf", models / "arm/arm_gripper.sdf"):
+        place.parent.mkdir(exist_ok=True)
+        place.touch()
     (models / "circle").symlink_to(models, target_is_directory=True)
     return Library(folder, [models])
 
@@ -55,6 +61,12 @@ def named(attributes: str, text: str) -> FileNamed:
         ("", "../../Models/husky_model/model.sdf", "husky_model/model.sdf"),
         ("model='husky_model'", "model.sdf", "husky_model/model.sdf"),
         ("customAsset='true' assetPath='husky.zip'", "model.sdf", "husky_v2/newest.sdf"),
+        ("customAsset='true' assetPath='husky.zip'", "lift.sdf", "husky_v2/lift.sdf"),
+        ("customAsset='false' assetPath='arm'", "arm_gripper.sdf", "arm/arm_gripper.sdf"),
+        ("customAsset='false' assetPath='arm'", "arm/arm_gripper.sdf", "arm/arm_gripper.sdf"),
+        ("customAsset='false' assetPath='arm'", "", "arm/arm.sdf"),
+        ("customAsset='false' assetPath='arm'", "arm_left.sdf", None),
+        ("robotId='mouse'", "model.sdf", "mouse/model.sdf"),
         ("", "storage://experiment-1/husky.zip", "husky_v2/newest.sdf"),
         ("", "storage://experiment-1/rooms/hall.sdf", "rooms/Hall.sdf"),
         ("src='rooms'", "", "rooms/Hall.sdf"),
@@ -67,6 +79,52 @@ def test_a_robot_or_room_is_found_by_its_name(
 ) -> None:
     path = library.find_sdf(named(attributes, text))
     assert path is None if found is None else str(path).endswith(found)
+
+
+@pytest.mark.parametrize(
+    ("text", "files", "found"),
+    [
+        ("nao/model.sdf", ["robots/nao/model.urdf"], "nao/model.urdf"),
+        ("nao/nao.urdf", ["nao/nao.sdf"], "nao/nao.sdf"),
+        ("lab/hall.sdf", ["worlds/hall_2018/hall.sdf"], "hall_2018/hall.sdf"),
+        ("lab/hall.sdf", ["new/hall.sdf", "old/hall.sdf"], "new/hall.sdf"),  # copies
+        ("lab/hall.sdf", ["new/hall.sdf", "old/hall.sdf", "other/hall.sdf"], None),
+        ("nao/model.sdf", ["roboy/model.sdf"], None),  # every robot has a file of this name
+    ],
+)
+def test_a_model_elsewhere_is_used_if_there_is_no_other_and_that_is_reported(
+    tmp_path: Path, text: str, files: list[str], found: str | None
+) -> None:
+    models = tmp_path / "Models"
+    for file in files:
+        (models / file).parent.mkdir(parents=True)
+        (models / file).write_text("<!-- other -->" if "other" in file else "")
+    (tmp_path / "Experiment").mkdir()
+    library = Library(tmp_path / "Experiment", [models])
+    path = library.find_sdf(named("", text))
+    assert path is None if found is None else str(path).endswith(found)
+    assert library.elsewhere == ({text: path} if found else {})
+
+
+@pytest.mark.parametrize("place", ["Models", "Experiments/Models", "Experiments/course/resources/Models"])
+def test_the_models_of_a_repository_are_found_without_a_setting(
+    corpus: Path, tmp_path: Path, place: str
+) -> None:
+    folder = tmp_path / "repository" / "Experiments" / "course"
+    folder.mkdir(parents=True)
+    (folder / "x.exc").write_text(EXPERIMENT.replace("room", "kitchen/kitchen.sdf"))
+    (folder / "x.bibi").write_text(BIBI.replace("two_cells", "brains/two_cells.py"))
+    models = tmp_path / "repository" / place
+    shutil.copytree(corpus / "models", models)
+    (models / "house").mkdir()
+    (models / "house" / "kitchen.sdf").write_text("<sdf version='1.5'><world name='w'/></sdf>")
+    with Run(read_exc(folder / "x.exc")) as run:
+        run.run_until(0.02)
+        judgement = run.result().judgement
+    assert judgement.complete
+    assert run.experiment.world.robots["robot"].model == models / "husky_model" / "model.sdf"
+    reported = {problem.subject for problem in judgement.problems if problem.code is Code.NRP204}
+    assert reported == {"kitchen/kitchen.sdf", "brains/two_cells.py"}
 
 
 @pytest.mark.parametrize(

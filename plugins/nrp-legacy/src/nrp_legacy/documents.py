@@ -161,27 +161,33 @@ class FileNamed:
     Args:
         name: the name in the document, empty if there is none.
         element: the element that names it.
-        model: the folder of the model library that it belongs to, if given.
-        others: alternatives in the document: an archive and a file in it, a model.
+        folders: the folders that it may be in, here or in the library: those of its model and of its robot.
+        archive: the archive that it is in, if given.
     """
 
     name: str
     element: Element
-    model: str | None = None
-    others: tuple[str, ...] = ()
+    folders: tuple[str, ...] = ()
+    archive: str | None = None
 
     @classmethod
     def of(cls, element: Element) -> FileNamed:
-        """Read a file name from an attribute, a child element, or the text of the element."""
-        model, archive = attribute(element, "model"), attribute(element, "assetPath")
+        """Read a file name from an attribute, a child element, or the text of the element.
+
+        ``assetPath`` is the folder of a model, or an archive with it; a model without a file is named by its
+        folder.
+        """
+        asset = attribute(element, "assetPath") or ""
+        archive = asset if asset.lower().endswith(".zip") else None
+        model = attribute(element, "model") or (asset[:-4] if archive else asset)
+        folders = dict.fromkeys(filter(None, (model, attribute(element, "robotId"))))
         name = attribute(element, "src") or text(element, "file", "src") or element.text.strip()
-        said = [one for one in dict.fromkeys((archive, name, model)) if one]
-        return cls(said[0] if said else "", element, model, tuple(said[1:]))
+        return cls(name or archive or model, element, tuple(folders), archive)
 
     @property
     def names(self) -> tuple[str, ...]:
         """All possible names, the most likely one first."""
-        return (self.name, *self.others)
+        return tuple(dict.fromkeys((self.archive or self.name, self.name)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,8 @@ import os
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from filecmp import cmp
+from functools import cached_property, partial
 from pathlib import Path, PurePosixPath
 
 from nrp_core.archives import unpack
@@ -19,7 +20,14 @@ EMPTY_ROOM, NO_BRAIN = _STAND_INS / "empty_room.sdf", _STAND_INS / "no_brain.py"
 _SHELVES = ("", "robots", "brains", "environments", "bibi", "brain_model")
 """Folders of a model library in which its models stand."""
 _BRAINS = (".py", ".h5")
-_SCHEMES = ("storage://", "model://", "file://")
+_FORMATS = {".sdf": ".urdf", ".urdf": ".sdf"}
+"""Formats of robots and rooms, and the one in which another owner may have the same model."""
+_SHARED = ("model", "__init__")
+"""Stems of files that every model or package has, so that they do not identify one."""
+_LEVELS = 3
+"""The number of folders above an experiment in which a library may stand."""
+_STORAGE = "storage://"
+_SCHEMES = (_STORAGE, "model://", "file://")
 
 
 def installed_models() -> list[Path]:
@@ -28,16 +36,35 @@ def installed_models() -> list[Path]:
     return [folder for folder in said if folder != Path("/") and folder.is_dir()][:1]
 
 
+def models_beside(folder: Path) -> list[Path]:
+    """Return the folders ``Models`` in and beside an experiment, and in those above it, up to its repository.
+
+    Args:
+        folder: the folder of the experiment.
+    """
+    places = [folder / "resources"]
+    for above in (folder, *folder.parents[:_LEVELS]):
+        places.append(above)
+        if any(above.glob(".git")):
+            break
+    return [found for place in places for found in sorted(place.glob("[Mm]odels")) if found.is_dir()]
+
+
 class Library:
     """The folders in which files are searched.
 
     Args:
         folder: the folder of the experiment.
         models: the folders of model libraries, in order of search.
+
+    Attributes:
+        elsewhere: the files that were found by their names alone, or in another format, by the names that
+            were given.
     """
 
     def __init__(self, folder: Path, models: Sequence[Path] = ()) -> None:
         self.folder = folder
+        self.elsewhere: dict[str, Path] = {}
         self._models = [found for path in models for found in (path, path / "Models") if found.is_dir()]
 
     def roots(self) -> list[Path]:
@@ -64,68 +91,93 @@ class Library:
 
     def find(self, named: FileNamed) -> Path | None:
         """Return a file by the name that a document gives it, or None."""
-        return self._first(named.names, named.model)
+        return self._first(named.names, named.folders) or self._by_name_alone(named.name)
 
     def find_code(self, name: str) -> Path | None:
         """Return a file of code by its name."""
-        return self._first((name,), None)
+        return self._first((name,)) or self._by_name_alone(name)
 
     def find_data(self, name: str) -> Path | None:
         """Return a file or folder that code names."""
         plain = _plain(name).rstrip("/")
-        places = (place for place in self._candidates(plain, None) if plain and place.exists())
-        return next((place.resolve() for place in places), None) or self._by_its_end(plain)
+        if not plain:
+            return None
+        places = (*self._candidates(plain), *self._in_experiment(plain))
+        found = next((place.resolve() for place in places if place.exists()), None)
+        return found or self.find_code(plain)
 
     def find_sdf(self, named: FileNamed) -> Path | None:
         """Return the file of a robot or room; of an archive, the one that it unpacks to."""
+
+        def main(folder: Path, _name: str) -> Path | None:
+            wanted = sorted(folder.rglob(PurePosixPath(_plain(named.name)).name))
+            return next((path for path in wanted if path.is_file()), None) or main_file(folder)
+
         names = []
         for name in named.names:
             names += [name, f"{name}/model.sdf", f"{name}/{Path(name).name}.sdf", f"{name}.sdf"]
-            names += [f"{Path(name).parent.name or named.model}.zip"] if name.endswith(".sdf") else []
-        return self._main(names, named.model, lambda folder, _name: main_file(folder))
+            if name.endswith(".sdf"):
+                names += [f"{folder}.zip" for folder in (Path(name).parent.name, *named.folders) if folder]
+        found = self._main(names, named.folders, main) or self._in_other_format(named)
+        return found or self._by_name_alone(*names)
 
     def find_brain(self, named: FileNamed) -> Path | None:
         """Return the file of a brain; of an archive, the one that it unpacks to."""
         others = (f"{name}{end}" for name in named.names for end in (f"/{Path(name).name}.py", ".py", ".h5"))
-        return self._main([*named.names, *others], named.model, _main_script)
+        names = [*named.names, *others]
+        return self._main(names, named.folders, _main_script) or self._by_name_alone(*names)
 
     def _main(
-        self, names: Sequence[str], model: str | None, main: Callable[[Path, str], Path | None]
+        self, names: Sequence[str], inner: Sequence[str], main: Callable[[Path, str], Path | None]
     ) -> Path | None:
         """Return the first file that exists; for an archive or a folder, its main file."""
-        path = self._first(names, model)
+        path = self._first(names, inner)
         if path is not None:
             return path if path.suffix.lower() != ".zip" else main(unpack(path), path.stem)
-        places = (place for name in names for place in self._candidates(_plain(name), model))
+        places = (place for name in names for place in self._candidates(_plain(name), inner))
         folders = (place for place in places if place.is_dir() and place.resolve() not in self._tops)
         return next((file for folder in folders if (file := main(folder, folder.name))), None)
 
-    def _first(self, names: Iterable[str], model: str | None) -> Path | None:
+    def _in_other_format(self, named: FileNamed) -> Path | None:
+        """Return ``model.urdf`` for ``model.sdf``, and the reverse."""
+        path = PurePosixPath(named.name)
+        other = _FORMATS.get(path.suffix.lower())
+        found = None if other is None else self._first([str(path.with_suffix(other))], named.folders)
+        return self._found_elsewhere(named.name, found)
+
+    def _first(self, names: Iterable[str], folders: Sequence[str] = ()) -> Path | None:
         """Return the first file that exists.
 
         Args:
             names: relative to the experiment, or to a folder of models; ``storage://experiment/file`` is a
                 file of the experiment.
-            model: the model of a library that they belong to.
+            folders: the folders that they may be in.
         """
-        plain = [_plain(name) for name in names]
-        candidates = (path for name in plain for path in self._candidates(name, model))
-        found = next((path.resolve() for path in candidates if path.is_file()), None)
-        return found or next((path for name in plain if (path := self._by_its_end(name))), None)
+        given = list(names)
+        for find in (partial(self._in_place, folders=folders), self._of_experiment, self._by_its_end):
+            found = next((path for name in given if (path := find(name))), None)
+            if found is not None:
+                return found.resolve()
+        return None
 
-    def _candidates(self, name: str, model: str | None) -> Iterator[Path]:
-        beside = (self.folder, self.folder / "resources", self.folder.parent)
-        yield from (place / name for place in beside)
-        if model is not None:
-            yield self.folder / model / name
-        for library in self._models:
-            for shelf in _SHELVES:
-                yield library / shelf / name
-                if model is not None:
-                    yield library / shelf / model / name
-        # `storage://experiment/file` and `../Experiments/experiment/file`
-        rest = name.replace("\\", "/").split("/")
-        yield from (self.folder.joinpath(*rest[i:]) for i in range(1, len(rest)))
+    def _in_place(self, name: str, folders: Sequence[str]) -> Path | None:
+        return next((path for path in self._candidates(_plain(name), folders) if path.is_file()), None)
+
+    def _of_experiment(self, name: str) -> Path | None:
+        found = next((path for path in self._in_experiment(_plain(name)) if path.is_file()), None)
+        is_sure = found is None or name.startswith(_STORAGE) or not _is_shared(found.name)
+        return found if is_sure else self._found_elsewhere(name, found)
+
+    def _candidates(self, name: str, folders: Sequence[str] = ()) -> Iterator[Path]:
+        shelves = (library / shelf for library in self._models for shelf in _SHELVES)
+        for place in (self.folder, self.folder / "resources", self.folder.parent, *shelves):
+            yield from (place / folder / name for folder in folders)
+            yield place / name
+
+    def _in_experiment(self, name: str) -> Iterator[Path]:
+        """Yield where ``storage://experiment/file`` and ``../Experiments/experiment/file`` are."""
+        rest = name.split("/")
+        return (self.folder.joinpath(*rest[i:]) for i in range(1, len(rest)))
 
     def _by_its_end(self, name: str) -> Path | None:
         """Return the first file whose path ends with these parts, ignoring case.
@@ -133,14 +185,36 @@ class Library:
         Leading folders may be missing here, such as folders or variables of another machine. At least a
         folder and a file must match.
         """
-        parts = [part.lower() for part in PurePosixPath(name).parts if part not in ("..", ".", "/")]
-        named = self._files.get(parts[-1], ()) if parts else ()
-        for i in range(max(len(parts) - 1, 1)):
+        parts = [part.lower() for part in _parts(name)]
+        for i in range(len(parts) - 1):
             end = parts[i:]
-            for path in named:
+            for path in self._files_named(parts[-1]):
                 if [part.lower() for part in path.parts[-len(end) :]] == end:
-                    return path.resolve()
+                    return path
         return None
+
+    def _by_name_alone(self, *names: str) -> Path | None:
+        """Return the file of one of these names, ignoring case and folders.
+
+        The experiment, or else its libraries together, must have only one, or copies of one.
+        """
+        for name in names:
+            parts = _parts(name)
+            found = [] if not parts or _is_shared(parts[-1]) else self._files_named(parts[-1])
+            own = [path for path in found if path.is_relative_to(self.folder)]
+            copies = own or found
+            if copies and all(cmp(copies[0], copy, shallow=False) for copy in copies[1:]):
+                return copies[0] if own and len(parts) == 1 else self._found_elsewhere(name, copies[0])
+        return None
+
+    def _found_elsewhere(self, name: str, path: Path | None) -> Path | None:
+        if path is not None:
+            self.elsewhere[name] = path
+        return path
+
+    def _files_named(self, name: str) -> list[Path]:
+        """Return the files of a name, ignoring case, without links to files of another machine."""
+        return [path for path in self._files.get(name.lower(), ()) if path.is_file()]
 
     @cached_property
     def _files(self) -> Mapping[str, list[Path]]:
@@ -191,3 +265,12 @@ def _plain(name: str) -> str:
     for scheme in _SCHEMES:
         name = name.removeprefix(scheme)
     return name.strip().replace("\\", "/").lstrip("/")
+
+
+def _parts(name: str) -> list[str]:
+    """Return the parts of a name that another machine may have, too."""
+    return [part for part in PurePosixPath(_plain(name)).parts if part not in ("..", ".", "/")]
+
+
+def _is_shared(name: str) -> bool:
+    return PurePosixPath(name).stem.lower() in _SHARED

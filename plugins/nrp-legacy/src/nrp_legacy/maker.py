@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from os.path import relpath
 from pathlib import Path
 from types import MappingProxyType
 
@@ -130,14 +131,21 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
     def _ready(self, loaded: Iterable[TransferFunction], collector: Collector) -> list[TransferFunction]:
         """Return functions in the order of the platform, once all notes are taken."""
         functions = list(loaded)
-        collector.findings += dict.fromkeys(self._notes)
+        collector.findings += self._all_notes()
         # of equal priority, those to the robot ran before those to the brain
         return sorted(functions, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
+
+    def _all_notes(self) -> Iterator[Finding]:
+        """Yield each note once, then the files that are not where the experiment says."""
+        yield from dict.fromkeys(self._notes)
+        for name, path in self.library.elsewhere.items():
+            message = f"there is no '{name}': '{relpath(path, self.library.folder)}' is used"
+            yield Finding(Code.NRP204, message, Level.WARNING, self._document, subject=name)
 
     def _listing(self, names: Namespace, sources: Iterable[PythonSource], collector: Collector) -> Listing:
         """Return pieces of code that share the names of the platform, once all notes are taken."""
         pieces = tuple(sources)
-        collector.findings += dict.fromkeys(self._notes)
+        collector.findings += self._all_notes()
         known = {name: value for name, value in vars(names.module).items() if name[:2] != "__"}
         return Listing(pieces, known, names.scope, self._folders, quotient)
 

@@ -19,7 +19,7 @@ from nrp_core.xml import Element
 from nrp_legacy import documents
 from nrp_legacy.document_checks import check_documents
 from nrp_legacy.documents import local, milliseconds_of, pose_of, seconds_of
-from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, installed_models
+from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, installed_models, models_beside
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.state_machines import check_machine_file
 
@@ -86,8 +86,8 @@ class _Reading:
         self._exc = exc or documents.read_experiment(path)
         self._chosen = [one for one in overrides if one.partition("=")[0].strip().startswith("models")]
         models = reduce(overridden, self._chosen, Tree({})).plain().get("models", [])
-        folders = [existing_folder(folder) for folder in models]
-        self._library = Library(path.parent, folders or installed_models())
+        given, beside = [existing_folder(folder) for folder in models], models_beside(path.parent)
+        self._library = Library(path.parent, [*given, *beside] if given else [*beside, *installed_models()])
         self._notes: list[Finding] = []
         self.bibi_path = self._bibi_file().resolve()
         self._bibi = documents.read_bibi(self.bibi_path)
