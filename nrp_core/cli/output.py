@@ -95,6 +95,9 @@ def lines(error: Exception) -> Iterator[str]:
         yield f"{error.filename}: {error.strerror}"
     elif isinstance(error, (NrpError, OSError)):
         yield str(error)
+    elif isinstance(error, MemoryError) or str(error) == "can't start new thread":
+        cause = str(error) or "out of memory"
+        yield f"{cause}: this machine or its limits (`ulimit -a`) have too little for the command"
     else:
         yield (
             f"{type(error).__name__}: {error}; this is a bug in the program: "

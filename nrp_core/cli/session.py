@@ -26,6 +26,7 @@ from nrp_core.findings.problems import is_warning
 from nrp_core.quantities import time_ns
 from nrp_core.recording.layout import Images, check_folder
 from nrp_core.running import open_checked_run
+from nrp_core.scripts import intercept_os_exit
 
 if TYPE_CHECKING:
     from nrp_core.recording.folder.recording_folder import RecordingFolder
@@ -156,7 +157,8 @@ class Session:
                 self._control = stack.enter_context(
                     ControlServer(self._request.control, commands, waits=True)
                 )
-            self._step(simulation, until_s, folder, files)
+            with intercept_os_exit():
+                self._step(simulation, until_s, folder, files)
             self._write_csv(simulation)
             return simulation.result()
 

@@ -114,6 +114,30 @@ def test_a_failed_run_in_json_holds_the_error_and_the_result(
     assert (data["steps"], data["passed"]) == (51, False)
 
 
+def test_a_function_that_leaves_the_process_ends_the_run_as_an_error(
+    nrp_process: Nrp, experiment: Path, raising: Raising
+) -> None:
+    done = nrp_process("run", experiment, "-s", raising("import os; os._exit(0)"), "--json")
+    data = json.loads(done.out)
+    assert done.code == 1
+    assert data["error"]["kind"] == "TransferFunctionRaisedError"
+    assert data["error"]["t_ns"] == 1_020_000_000
+
+
+@pytest.mark.parametrize("error", [MemoryError(), RuntimeError("can't start new thread")])
+def test_a_machine_with_too_little_of_something_is_not_called_a_bug(
+    nrp: Nrp, experiment: Path, error: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_run: Run, *_arguments: Any) -> None:
+        raise error
+
+    monkeypatch.setattr(Run, "run", refuse)
+    done = nrp("run", experiment)
+    assert done.code == 1
+    assert "ulimit" in done.err
+    assert "bug" not in done.err
+
+
 def test_a_full_disk_ends_the_run_with_one_clear_error(
     nrp: Nrp, experiment: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -177,7 +201,7 @@ def test_a_mistake_in_the_file_is_found_by_line_and_column(nrp: Nrp, experiment:
     done = nrp("run", experiment)
     line = next(i for i, text in enumerate(path.read_text().splitlines(), 1) if "timestp" in text)
     assert done.code == 3
-    assert done.err.startswith(f"error: {path}:{line}:1: ")
+    assert f"error: {path}:{line}:1: " in done.err
     data = json.loads(nrp("run", experiment, "--json").out)["error"]
     assert (data["path"], data["line"], data["column"]) == (str(path), line, 1)
     assert data["findings"][0]["code"] == "NRP201"
