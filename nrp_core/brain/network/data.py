@@ -20,6 +20,7 @@ import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments, require_fields
+from nrp_core._support.overview import Overview, Row, counted
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.checked import (
     copy_mappings,
@@ -272,8 +273,8 @@ class Projection:
         )
 
 
-@dataclass(frozen=True)
-class Network:
+@dataclass(frozen=True, repr=False)
+class Network(Overview):
     """Populations, the projections between them, and named views of their neurons.
 
     Args:
@@ -317,6 +318,18 @@ class Network:
         for name, ids in self.views.items():
             if ids.size and not (ids.min() >= 0 and ids.max() < self.size):
                 raise NetworkError(f"view '{name}' reaches outside the network's {self.size} neurons")
+
+    def _overview(self) -> tuple[str, Iterable[Row]]:
+        n_synapses = sum(projection.size for projection in self.projections)
+        return (
+            f"of {self.size} cells in {counted(len(self.populations), 'population')}, "
+            f"with {n_synapses} synapses in {counted(len(self.projections), 'projection')}",
+            [
+                ("population or projection", "cells or synapses", "kind"),
+                *((one.label, one.size, one.cell_type) for one in self.populations.values()),
+                *((one.label, one.size, one.synapse_type) for one in self.projections),
+            ],
+        )
 
     @cached_property
     def size(self) -> int:

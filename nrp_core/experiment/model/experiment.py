@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -26,9 +26,10 @@ from pydantic import (
 )
 
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.overview import Overview, Row
 from nrp_core.brain.network.data import Network
 from nrp_core.cle.pacing import SLOWEST
-from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.clock import NS_PER_MS, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.loading import Listing
 from nrp_core.dsl.messages import message_type
@@ -316,7 +317,7 @@ class CompatibilitySection(Section):
     """Options of that platform."""
 
 
-class Experiment(Section):
+class Experiment(Overview, Section):
     """A brain, a world, their connection, and events and criteria."""
 
     name: str = Field(min_length=1)
@@ -371,6 +372,18 @@ class Experiment(Section):
     _source: Tree = PrivateAttr(default_factory=lambda: Tree({}))
     _maker: PartMaker | None = PrivateAttr(default=None)
     _overrides: tuple[str, ...] = PrivateAttr(default=())
+
+    def _overview(self) -> tuple[str, Iterable[Row]]:
+        engines = f"{self.brain.backend} and {self.world.backend}"
+        return f"{self.name}: {seconds(self.duration):g} s on {engines}", [
+            ("part", "value"),
+            ("brain", self.brain.model),
+            ("scene", self.world.scene or "none"),
+            *((f"robot {name}", robot.model) for name, robot in self.world.robots.items()),
+            *(("transfer functions", path) for path in self.transfer_functions),
+            *((f"criterion {name}", "") for name in self.criteria),
+            ("seed", self.seed),
+        ]
 
     @field_validator("duration")
     @classmethod

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.closing import Closing
 from nrp_core._support.collector import CollectorPaused
+from nrp_core._support.overview import Overview, Row
 from nrp_core.brain.interface import Brain
 from nrp_core.cle import ClosedLoop, pacing_of
 from nrp_core.clock import seconds
@@ -49,10 +50,11 @@ from nrp_core.experiment.running.result import (
 )
 from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete, without
+from nrp_core.world.messages.base import type_name
 from nrp_core.world.world import World
 
 
-class OpenExperiment(Closing):
+class OpenExperiment(Overview, Closing):
     """An experiment with open engines: the part of a :class:`.Run` that opens, observes and reports."""
 
     error: BaseException | None
@@ -110,6 +112,13 @@ class OpenExperiment(Closing):
             self._begin()
             self._join_participants()
             self._opened, self._is_closed = opened.pop_all(), False
+
+    def _overview(self) -> tuple[str, Iterable[Row]]:
+        end_s = seconds(self.experiment.duration)
+        return f"of {self.experiment.name} at {self.now_s:g} s of {end_s:g} s", [
+            ("topic", "type"),
+            *((name, type_name(topic.type)) for name, topic in self.world.topics.items()),
+        ]
 
     def _close_loop(self, plan: Plan) -> ClosedLoop:
         limit_ns = self.experiment.function_time_limit

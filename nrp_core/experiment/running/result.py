@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from nrp_core._support.named_values import Named
+from nrp_core._support.overview import Overview, Row
 from nrp_core.cle.engine import Failure
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.criteria import Verdict
@@ -180,8 +181,8 @@ _KINDS: Final = {
 """What the names in the dictionaries of a result are of."""
 
 
-@dataclass(frozen=True, slots=True)
-class Result:
+@dataclass(frozen=True, slots=True, repr=False)
+class Result(Overview):
     """The result of a run. The results of equal runs differ only in wall times and time shares.
 
     A name that a dictionary lacks raises :class:`.UnknownNameError`, with those that there are.
@@ -239,6 +240,24 @@ class Result:
     def __post_init__(self) -> None:
         for name, kind in _KINDS.items():
             object.__setattr__(self, name, Named(getattr(self, name), kind))
+
+    def _overview(self) -> tuple[str, Iterable[Row]]:
+        marks = {True: "met", False: "not met", None: "open"}
+        return (
+            f"of {self.experiment} on {self.brain} and {self.world}, seed {self.seed}: "
+            f"{self.judgement.headline}",
+            [
+                ("part", "value", "meaning"),
+                *((name, marks[one.passed], one.reason) for name, one in self.criteria.items()),
+                *(
+                    (name, f"({at['x']:.3g}, {at['y']:.3g}, {at['z']:.3g}) m", "final position")
+                    for name, at in self.final_pose.items()
+                ),
+                *((name, count, "spikes") for name, count in self.spikes.items()),
+                *((name, "-" if t_s is None else f"{t_s:g} s", "event") for name, t_s in self.events.items()),
+                *((str(one.code.name), one.level.value, one.message) for one in self.problems),
+            ],
+        )
 
     @property
     def judgement(self) -> Judgement:

@@ -13,6 +13,7 @@ import numpy as np
 from mcap.records import Message
 
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.overview import Overview, Row
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.paths import path_of
@@ -41,7 +42,7 @@ class Recorded:
     message: Any
 
 
-class Recording:
+class Recording(Overview):
     """A recording on disk.
 
     Args:
@@ -65,6 +66,14 @@ class Recording:
             raise ExperimentError(
                 f"not a recording, which is a folder with a file '{MCAP_NAME}', or such a file", path=path
             )
+
+    def _overview(self) -> tuple[str, Iterable[Row]]:
+        return f"of {self.run.get('experiment', self.file.name)} in {self.folder}", self._topic_rows()
+
+    def _topic_rows(self) -> Iterator[Row]:
+        yield ("topic", "type", "role")
+        for topic in self.topics.values():
+            yield (topic.name, topic.type_name, topic.role)
 
     @cached_property
     def run(self) -> dict[str, Any]:

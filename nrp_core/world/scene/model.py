@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import ClassVar, TypeVar
 
 from nrp_core._support.checked_arguments import checks_arguments, require_fields
+from nrp_core._support.overview import Overview, Row
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Finding
 from nrp_core.world.rigid import Pose, Vector
@@ -438,8 +439,8 @@ class Light:
     cone: tuple[float, float] = (pi / 4, pi / 2)
 
 
-@dataclass(frozen=True)
-class Scene:
+@dataclass(frozen=True, repr=False)
+class Scene(Overview):
     """Everything that a world backend loads.
 
     Args:
@@ -471,6 +472,24 @@ class Scene:
         for tie in self.ties:
             for name, link in (tie.parent, tie.child):
                 self.model(name).link(link)
+
+    def _overview(self) -> tuple[str, Iterable[Row]]:
+        names = ", ".join(model.name for model in self.models)
+        return f"with {names or 'no models'}", [
+            ("model", "links", "joints", "sensors", "mass (kg)"),
+            *(
+                (
+                    model.name,
+                    len(model.links),
+                    len(model.joints),
+                    sum(len(link.sensors) for link in model.links),
+                    "static"
+                    if model.static
+                    else f"{sum(link.inertial.mass for link in model.links if link.inertial):g}",
+                )
+                for model in self.models
+            ),
+        ]
 
     @checks_arguments()
     def with_model(self, model: Model) -> Scene:
