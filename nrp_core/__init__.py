@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from nrp_core.dsl.loading import load_transfer_functions as load_transfer_functions
     from nrp_core.dsl.loading import provide_messages as provide_messages
     from nrp_core.errors import NrpError as NrpError
-    from nrp_core.experiment.making.prepare import open_world as open_world
     from nrp_core.experiment.model.experiment import Experiment as Experiment
     from nrp_core.experiment.reading.find import load_experiment as load_experiment
     from nrp_core.experiment.reading.find import shipped as shipped
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from nrp_core.recording.layout import Images as Images
     from nrp_core.recording.reading.recording import Recording as Recording
     from nrp_core.running import open_run as open_run
+    from nrp_core.running import open_world as open_world
     from nrp_core.running import run as run
     from nrp_core.world.backends import worlds as worlds
     from nrp_core.world.messages import builtin_interfaces as builtin_interfaces
@@ -75,13 +75,12 @@ else:
             "nrp_core.errors": "NrpError",
             "nrp_core.experiment.model.experiment": "Experiment",
             "nrp_core.experiment.reading.find": "load_experiment shipped",
-            "nrp_core.experiment.making.prepare": "open_world",
             "nrp_core.experiment.running.result": "Result",
             "nrp_core.experiment.running.run": "Run",
             "nrp_core.findings": "Code Finding InvalidExperimentError Level Weight",
             "nrp_core.recording.layout": "Images",
             "nrp_core.recording.reading.recording": "Recording",
-            "nrp_core.running": "open_run run",
+            "nrp_core.running": "open_run open_world run",
             "nrp_core.world.backends": "worlds",
             "nrp_core.world.interface": "World",
             "nrp_core.world.messages": (

@@ -11,7 +11,9 @@ from nrp_core._support.checked_arguments import checks_arguments, is_number, tak
 from nrp_core.checks.warnings import with_warnings
 from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress
+from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress, open_engine, prepare
+from nrp_core.experiment.making.watch import declare_own
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment, once_each
 from nrp_core.experiment.running.result import Result
@@ -20,6 +22,7 @@ from nrp_core.paths import path_of
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Images, check_folder
+from nrp_core.world.world import World
 
 
 @checks_arguments("overrides")
@@ -58,6 +61,34 @@ def open_checked_run(
         return with_warnings(plan, until_s)
 
     return Run(experiment, progress, revise=checked)
+
+
+@checks_arguments("overrides")
+def open_world(experiment: str | Path | Experiment, overrides: Iterable[str] = ()) -> World:
+    """Open the world of an experiment without its brain, with the topics and aliases of the experiment.
+
+    Events, criteria and transfer functions do not act; the caller steps the world.
+
+    Args:
+        experiment: as for :func:`run`, or one that was loaded.
+        overrides: as for :func:`run`.
+
+    Raises:
+        BackendError: a backend is missing, broken or does not open.
+        InvalidExperimentError: the experiment is wrong; it carries all findings.
+    """
+    if not isinstance(experiment, Experiment):
+        experiment = load_experiment(experiment, once_each(overrides))
+    plan = prepare(experiment)
+    world: World = open_engine(experiment.world, plan.world, plan.scene, experiment.seed)
+    collector = Collector(experiment.source)
+    try:
+        declare_own(experiment, world, collector)
+        collector.raise_errors()
+    except BaseException:
+        world.close()
+        raise
+    return world
 
 
 @checks_arguments("overrides", "images", "snapshots_s", "on_step", "until_s")

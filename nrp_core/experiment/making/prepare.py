@@ -519,25 +519,3 @@ def open_world_like(first: World, section: BackendSection, side: Side[Any], seed
     with named_errors(section.backend, "open"):
         world: World = side.backend.open_another(first, seed=seed, options=side.options)
         return world
-
-
-@checks_arguments()
-def open_world(experiment: Experiment) -> World:
-    """Open the world of an experiment without its brain, with the topics and aliases of the experiment.
-
-    Events, criteria and transfer functions do not act; the caller steps the world.
-
-    Raises:
-        BackendError: a backend is missing, broken or does not open.
-        InvalidExperimentError: the experiment is wrong; it carries all findings.
-    """
-    plan = prepare(experiment)
-    world: World = open_engine(experiment.world, plan.world, plan.scene, experiment.seed)
-    collector = Collector(experiment.source)
-    try:
-        declare_own(experiment, world, collector)
-        collector.raise_errors()
-    except BaseException:
-        world.close()
-        raise
-    return world
