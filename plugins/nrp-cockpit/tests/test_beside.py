@@ -55,9 +55,11 @@ def runs(opened: Cockpit) -> tuple[Run, Run]:
 
 
 def states(opened: Cockpit) -> tuple[object, object]:
-    """Return all that the loops, brains and worlds of both keep."""
+    """Return all that the loops, brains and worlds of both keep, but for what is kept to be shown."""
 
     def state(run: Run) -> object:
+        session = opened.session if run is opened.run else opened.session.beside
+        session.stream.close()  # type: ignore[union-attr]
         sides, loop, own = pickle.loads(run.snapshot())
         return plain((sides, loop, own[:2]))
 

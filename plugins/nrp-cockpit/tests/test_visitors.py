@@ -74,15 +74,18 @@ def test_a_new_visitor_gets_the_last_reports_at_once(opened: Cockpit) -> None:
         assert visitor.last("experiment")["name"] == "braitenberg_husky"
 
 
-def test_a_topic_is_sent_only_while_somebody_hears_it(opened: Cockpit, visitor: Visitor) -> None:
-    visitor.subscribe("/gazebo/model_states", "/husky/camera")
+def test_what_is_not_remembered_is_sampled_only_while_somebody_hears_it(
+    opened: Cockpit, visitor: Visitor
+) -> None:
+    remembered = {"spikes", "devices", "/gazebo/model_states", "/husky/camera"}
+    visitor.subscribe("/tf", "/scene")
     visitor.call("step", n=5)
-    visitor.until(lambda: visitor.heard["/gazebo/model_states"] and visitor.heard["/husky/camera"])
-    assert {"/gazebo/model_states", "/husky/camera"} <= opened.session.stream._open.keys()
-    for topic in ("/gazebo/model_states", "/husky/camera"):
+    visitor.until(lambda: visitor.heard["/tf"] and visitor.heard["/scene"])
+    assert opened.session.stream._open.keys() == {"/tf", "/scene"} | remembered
+    for topic in ("/tf", "/scene"):
         visitor.unsubscribe(topic)
     visitor.call("step")
-    assert not opened.session.stream._open
+    assert opened.session.stream._open.keys() == remembered
 
 
 def test_who_returns_while_nothing_goes_on_sees_the_last_image_and_none_that_is_past(
@@ -110,14 +113,14 @@ def test_who_returns_while_nothing_goes_on_sees_the_last_image_and_none_that_is_
 
 def test_who_leaves_is_not_heard_of_again(opened: Cockpit) -> None:
     with opened.visit() as leaving:
-        leaving.subscribe("/gazebo/model_states")
+        leaving.subscribe("/scene")
         leaving.call("step")
     with opened.visit() as staying:
         staying.subscribe("/cockpit/status")
         staying.status(viewers=1)
         staying.call("step")
         assert opened.session.hub.subscribed == {"/cockpit/status"}
-        assert not opened.session.stream._open
+        assert "/scene" not in opened.session.stream._open
 
 
 def test_the_whole_scene_is_sent_to_whoever_joins(opened: Cockpit, visitor: Visitor) -> None:

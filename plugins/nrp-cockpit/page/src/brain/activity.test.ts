@@ -1,4 +1,5 @@
 import { describe, expect, test } from "vitest";
+import { Spans } from "../plots/spans";
 import { TimeRing } from "../plots/timeRing";
 import { brightnessOf, ratesNow } from "./activity";
 
@@ -30,7 +31,20 @@ describe("brightness", () => {
   });
 });
 
+const heardFrom = (from_s: number) => {
+  const heard = new Spans();
+  heard.begin(from_s);
+  return heard;
+};
+
 test("rates count the last second, and at the begin of a run what there was", () => {
-  expect(ratesNow(spikes(0.5, 1.5, 1.8, 2), 2, 2)[1]).toBe(3);
-  expect(ratesNow(spikes(0.1, 0.2), 2, 0.2)[1]).toBe(10);
+  expect(ratesNow(spikes(0.5, 1.5, 1.8, 2), heardFrom(0), 2, 2)?.[1]).toBe(3);
+  expect(ratesNow(spikes(0.1, 0.2), heardFrom(0), 2, 0.2)?.[1]).toBe(10);
+});
+
+test("rates relate to the time that was heard, and are unknown where that is too short", () => {
+  expect(ratesNow(spikes(1.6, 1.8, 2), heardFrom(1.5), 2, 2)?.[1]).toBe(6);
+  expect(ratesNow(spikes(2), heardFrom(1.9), 2, 2)).toBeNull();
+  expect(ratesNow(spikes(), heardFrom(0), 2, 0)?.[1]).toBe(0);
+  expect(ratesNow(spikes(), new Spans(), 2, 0)).toBeNull();
 });

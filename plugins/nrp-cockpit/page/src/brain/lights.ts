@@ -1,4 +1,4 @@
-import { spikesOf } from "../plots/spikeStore";
+import { heardOf, spikesOf } from "../plots/spikeStore";
 import type { Population } from "../state/types";
 import { brightnessOf, meanOf, ratesNow } from "./activity";
 import type { Graph } from "./graph";
@@ -7,12 +7,12 @@ import type { Part } from "./nodes";
 /** Sets brightness and rates of a drawn graph. The elements are few: small populations and boxes. */
 export function shine(svg: SVGSVGElement, { nodes }: Graph, now_s: number): void {
   const lights = new Map<string, number>();
-  const activity = new Map<Population, { light: Float64Array; rates: Float64Array }>();
+  const activity = new Map<Population, { light: Float64Array; rates: Float64Array | null }>();
   const activityOf = (population: Population) => {
     const spikes = spikesOf(population.label);
     const known = activity.get(population) ?? {
       light: brightnessOf(spikes, population.size, now_s),
-      rates: ratesNow(spikes, population.size, now_s),
+      rates: ratesNow(spikes, heardOf(population.label), population.size, now_s),
     };
     activity.set(population, known);
     return known;
@@ -23,7 +23,7 @@ export function shine(svg: SVGSVGElement, { nodes }: Graph, now_s: number): void
     if (!part) continue;
     const { light, rates } = activityOf(part.population);
     lights.set(part.id, ofPart(part, light));
-    show(element, ofPart(part, light), ofPart(part, rates));
+    show(element, ofPart(part, light), rates && ofPart(part, rates));
   }
   for (const line of svg.querySelectorAll<SVGPathElement>("[data-from]"))
     line.style.setProperty("--light", shortNumber(lights.get(line.dataset.from ?? "") ?? 0));
@@ -34,9 +34,12 @@ const ofPart = ({ index }: Part, values: Float64Array): number =>
 
 const shortNumber = (value: number) => value.toFixed(2);
 
-function show(element: SVGGElement, light: number, rate_hz: number): void {
+const rateText = (rate_hz: number) =>
+  rate_hz < 10 ? rate_hz.toFixed(rate_hz === 0 ? 0 : 1) : String(Math.round(rate_hz));
+
+function show(element: SVGGElement, light: number, rate_hz: number | null): void {
   element.style.setProperty("--light", shortNumber(light));
-  const text = `${rate_hz < 10 ? rate_hz.toFixed(rate_hz === 0 ? 0 : 1) : Math.round(rate_hz)} Hz`;
+  const text = `${rate_hz === null ? "–" : rateText(rate_hz)} Hz`;
   const rate = element.querySelector(".brain-rate");
   if (rate && rate.textContent !== text) rate.textContent = text;
 }

@@ -4,7 +4,7 @@ import type { TopicInfo } from "../state/types";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
 import { Empty, Panel } from "../ui/Panel";
-import { useTopic } from "../wire";
+import { PAST, type Past, useTopic } from "../wire";
 import { type AnyImage, drawImage } from "./drawImage";
 import "./camera.css";
 
@@ -54,6 +54,7 @@ function CameraView({ topic }: { topic: string }) {
     told.current = next;
     setShown(next);
   };
+  useTopic<Past>(PAST, (past) => past.topic === topic && past.count === 0 && show("nothing"));
   useTopic<AnyImage>(
     topic,
     (image) => {

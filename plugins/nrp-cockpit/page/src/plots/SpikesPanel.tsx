@@ -5,7 +5,7 @@ import type { Population } from "../state/types";
 import { Empty, Panel } from "../ui/Panel";
 import { Segmented } from "../ui/Segmented";
 import { clock } from "./clock";
-import { spikesOf, useSpikes } from "./spikeStore";
+import { heardOf, spikesOf, useSpikes } from "./spikeStore";
 import { type Kind, SpikesPicture } from "./spikesPicture";
 import { useCanvas } from "./useCanvas";
 import { useTimeNavigation } from "./useTimeNavigation";
@@ -81,6 +81,10 @@ function Raster({ populations, kind, onCount }: RasterProps) {
 }
 
 function countText(populations: readonly Population[]): string {
+  const from_s = Math.max(0, clock.now_s - 1);
+  const isHeard = ({ label }: Population) =>
+    heardOf(label).has(clock.now_s) && heardOf(label).gaps(from_s, clock.now_s).length === 0;
+  if (!populations.every(isHeard)) return "– in the last second";
   const count = populations.reduce((sum, { label }) => {
     const spikes = spikesOf(label);
     return sum + spikes.length - spikes.indexAt(clock.now_s - 1);

@@ -9,7 +9,7 @@ import type { Group, Shown } from "./groups";
 import { CURVE_COLOURS } from "./palette";
 import { drawCursors, drawEvents, drawTimeAxis, MARGIN, setFont } from "./pen";
 import { type TimeScale, timeAt, valueText } from "./timeAxis";
-import { keyOf, valuesOf } from "./traceStore";
+import { heardOf, keyOf, valuesOf } from "./traceStore";
 import { paintCurves, TOP } from "./tracesPicture";
 import { useCanvas } from "./useCanvas";
 import { crosshair, scaleNow, useTimeNavigation } from "./useTimeNavigation";
@@ -91,7 +91,8 @@ function sayValues(scale: TimeScale, curves: readonly Shown[], values: Map<strin
       ? Math.min(scale.to_s, clock.now_s)
       : timeAt(scale, scale.left + crosshair.share * (scale.right - scale.left));
   for (const { trace } of curves) {
-    const text = valueText(valueAt(valuesOf(trace), pointed_s));
+    const value = heardOf(trace).has(pointed_s) ? valueAt(valuesOf(trace), pointed_s) : undefined;
+    const text = valueText(value);
     const element = values.get(keyOf(trace));
     if (element && element.textContent !== text) element.textContent = text;
   }

@@ -53,7 +53,7 @@ export function drawGaps(
     pen.fillStyle = colours.hover;
     pen.fillRect(from, top, to - from, bottom - top);
     pen.fillStyle = colours.text3;
-    if (to - from > WORDS_PX) pen.fillText("not heard", (from + to) / 2, (top + bottom) / 2);
+    if (to - from > WORDS_PX) pen.fillText("not recorded", (from + to) / 2, (top + bottom) / 2);
   }
 }
 

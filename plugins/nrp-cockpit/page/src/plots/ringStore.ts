@@ -1,4 +1,4 @@
-import { wire } from "../wire";
+import { onPast, wire } from "../wire";
 import { clock } from "./clock";
 import { Spans } from "./spans";
 import { TimeRing } from "./timeRing";
@@ -8,21 +8,18 @@ type Take<T> = (ring: TimeRing, message: T, t_s: number) => void;
 
 /** A series of numbers, and when it was heard. */
 interface Series {
+  topic: string;
   ring: TimeRing;
   heard: Spans;
   followers: number;
-  /** Since when the page waits for its begin, in milliseconds of the wall clock; null: it does not. */
-  waits_ms: number | null;
   stop: () => void;
 }
 
 const ROUNDING_S = 1e-6;
-/** By then a topic that says nothing is silent: what the server sent before it knew of the follower has arrived. */
-const SILENT_MS = 500;
 
 /**
- * Series of numbers by key, each heard while somebody follows it. What was heard stays, so a panel that closes and
- * opens again still shows its past; what a seek or a reset undid is forgotten.
+ * Series of numbers by key, each heard while somebody follows it. The server sends first what it remembers, so a
+ * series is complete however late it is followed; what a seek or a reset undid is forgotten.
  */
 export class RingStore {
   private readonly all = new Map<string, Series>();
@@ -36,45 +33,41 @@ export class RingStore {
     kind: "events" | "values",
   ) {
     const there_s = kind === "values" ? ROUNDING_S : 0;
-    clock.onRun((t_s, { back, goes }) => {
-      const early_ms = goes ? performance.now() - SILENT_MS : Number.POSITIVE_INFINITY;
-      for (const series of this.all.values()) {
-        if (back) forget(series, t_s + there_s);
-        if ((series.waits_ms ?? early_ms) < early_ms) begin(series, t_s);
-      }
+    clock.onBack((t_s) => {
+      for (const series of this.all.values()) forget(series, t_s + there_s);
     });
-    clock.onLeap((from_s, to_s) => {
-      for (const series of this.all.values()) series.heard.leave(from_s, to_s);
+    onPast((past) => {
+      for (const series of this.all.values())
+        if (series.topic === past.topic && series.followers > 0) {
+          forget(series, past.new ? Number.NEGATIVE_INFINITY : past.from_s);
+          series.heard.begin(past.from_s);
+        }
     });
     wire.onLink(({ state }) => {
-      for (const series of this.all.values()) {
-        if (state === "open") series.waits_ms = series.followers > 0 ? performance.now() : null;
-        else series.heard.end(clock.now_s);
-      }
+      if (state !== "open") for (const series of this.all.values()) series.heard.end(clock.now_s);
     });
   }
 
   of(key: string): Readonly<Series> {
-    return this.series(key);
+    return this.series(key, "");
   }
 
   /** Fills a series from a topic until the returned function is called by all who follow it. */
   follow<T>(key: string, topic: string, take: Take<T>): () => void {
-    const series = this.series(key);
+    const series = this.series(key, topic);
     if (series.followers++ === 0) hear(series, topic, take);
     return () => {
       if (--series.followers > 0) return;
       series.stop();
-      series.waits_ms = null;
       series.heard.end(clock.now_s);
     };
   }
 
-  private series(key: string): Series {
+  private series(key: string, topic: string): Series {
     const known = this.all.get(key);
-    if (known) return known;
+    if (known) return topic ? Object.assign(known, { topic }) : known;
     const ring = new TimeRing(this.capacity);
-    const series = { ring, heard: new Spans(), followers: 0, waits_ms: null, stop: () => undefined };
+    const series = { topic, ring, heard: new Spans(), followers: 0, stop: () => undefined };
     this.all.set(key, series);
     return series;
   }
@@ -82,20 +75,13 @@ export class RingStore {
 
 function hear<T>(series: Series, topic: string, take: Take<T>): void {
   let last_s = Number.NEGATIVE_INFINITY;
-  series.waits_ms = performance.now();
   series.stop = wire.subscribe<T>(topic, (message, t_s) => {
     if (t_s < last_s) forget(series, t_s);
     last_s = t_s;
-    begin(series, t_s);
-    series.heard.include(t_s);
     take(series.ring, message, t_s);
     clock.data(t_s);
   });
-}
-
-function begin(series: Series, t_s: number): void {
-  if (series.waits_ms !== null) series.heard.begin(t_s);
-  series.waits_ms = null;
+  wire.recall(topic); // another handler may have heard its past already
 }
 
 function forget({ ring, heard }: Series, t_s: number): void {

@@ -5,7 +5,7 @@ import { SimClock } from "./simClock";
 function newClock() {
   const clock = new SimClock();
   const back = vi.fn();
-  clock.onRun((t_s, said) => said.back && back(t_s));
+  clock.onBack(back);
   return { clock, back };
 }
 
@@ -15,19 +15,6 @@ test("data move the time on, but never back", () => {
   clock.data(1.5);
   clock.data(1.2);
   expect(clock.now_s).toBe(1.5);
-});
-
-test("a leap forward is told, and a step is none", () => {
-  const { clock } = newClock();
-  const leap = vi.fn();
-  clock.onLeap(leap);
-  clock.run(0, true);
-  clock.data(1);
-  clock.run(1, false);
-  clock.data(1.02);
-  expect(leap).not.toHaveBeenCalled();
-  clock.data(2);
-  expect(leap).toHaveBeenCalledExactlyOnceWith(1.02, 2);
 });
 
 describe("the status", () => {

@@ -44,29 +44,3 @@ test("after a seek the present stretch goes on from there, and no future is left
   ended.forgetFrom(3);
   expect(ended.within(0, 99)).toEqual([[2, 3]]);
 });
-
-test("a leap leaves a gap in a stretch that goes on, and in no other", () => {
-  const on = heard(2);
-  on.leave(6, 16);
-  expect(on.within(0, 20)).toEqual([
-    [2, 6],
-    [16, 20],
-  ]);
-  const over = heard(2, 4);
-  over.leave(6, 16);
-  expect(over.within(0, 20)).toEqual([[2, 4]]);
-});
-
-test("what comes late from before the begin of a stretch belongs to it, but not to one that has ended", () => {
-  const spans = heard(2, 4, 20);
-  spans.include(16);
-  expect(spans.within(0, 30)).toEqual([
-    [2, 4],
-    [16, 30],
-  ]);
-  spans.include(3);
-  expect(spans.within(0, 30)).toEqual([
-    [2, 4],
-    [4, 30],
-  ]);
-});

@@ -15,21 +15,6 @@ export class Spans {
     if (last?.[1] === Number.POSITIVE_INFINITY) last[1] = Math.max(last[0], t_s);
   }
 
-  /** Something from this time came: a stretch that has not ended begins there at the latest. */
-  include(t_s: number): void {
-    const last = this.spans.at(-1);
-    const before_s = this.spans.at(-2)?.[1] ?? Number.NEGATIVE_INFINITY;
-    if (last?.[1] === Number.POSITIVE_INFINITY && t_s < last[0]) last[0] = Math.max(t_s, before_s);
-  }
-
-  /** A stretch that has not ended left out what lies between two times. */
-  leave(from_s: number, to_s: number): void {
-    if (this.spans.at(-1)?.[1] === Number.POSITIVE_INFINITY) {
-      this.end(from_s);
-      this.begin(to_s);
-    }
-  }
-
   /** Drops what is later than a time; a stretch that has not ended goes on from there. */
   forgetFrom(t_s: number): void {
     const open = this.spans.at(-1)?.[1] === Number.POSITIVE_INFINITY;
@@ -40,6 +25,11 @@ export class Spans {
     const last = this.spans.at(-1);
     if (open && last?.[1] === t_s) last[1] = Number.POSITIVE_INFINITY;
     else if (open) this.begin(t_s);
+  }
+
+  /** Whether a time belongs to a stretch. */
+  has(t_s: number): boolean {
+    return this.spans.some(([from_s, to_s]) => from_s <= t_s && t_s <= to_s);
   }
 
   /** What was heard between two times. */

@@ -18,7 +18,9 @@ export const spikesOf = (label: string): TimeRing => store.of(label).ring;
 /** When the spikes of a population were heard. */
 export const heardOf = (label: string): Spans => store.of(label).heard;
 
+/** Adds the spikes of a step; those that are there already, because the step is taken again, are replaced. */
 function take(ring: TimeRing, { ids, times_ms }: Spikes): void {
+  ring.forgetFrom((times_ms[0] ?? Number.POSITIVE_INFINITY) / 1000);
   for (let at = 0; at < ids.length; at++) ring.push((times_ms[at] ?? 0) / 1000, ids[at] ?? 0);
 }
 

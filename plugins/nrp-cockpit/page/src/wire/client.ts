@@ -43,6 +43,11 @@ export class Wire {
     return this.subscriptions.add(topic, handler as Handler, kind, channel);
   }
 
+  /** Has the server send again what it remembers of a topic, unless it is about to do so. */
+  recall(topic: string): void {
+    this.subscriptions.recall(topic);
+  }
+
   /** Calls a service; the promise fails with the server's one sentence. */
   call<T = object>(name: string, request: object = {}): Promise<T> {
     return this.calls.call(name, request) as Promise<T>;

@@ -9,6 +9,8 @@ interface Topic {
   latest: Set<Handler>;
   channel: Channel | null;
   subscriptionId: number;
+  /** Whether something came for this subscription. */
+  begun: boolean;
   decode: Decode | null;
   waiting: { data: DataView; t_s: number } | null;
 }
@@ -46,6 +48,14 @@ export class Subscriptions {
     if (topic) this.bind(topic, channel);
   }
 
+  recall(name: string): void {
+    const topic = this.topics.get(name);
+    if (!topic?.channel || !topic.begun) return;
+    const { channel, subscriptionId } = topic;
+    this.send({ op: "unsubscribe", subscriptionIds: [subscriptionId] });
+    this.bind(topic, channel);
+  }
+
   withdrawn(channelId: number): void {
     for (const topic of this.topics.values()) if (topic.channel?.id === channelId) this.unbind(topic);
   }
@@ -58,6 +68,7 @@ export class Subscriptions {
   message(subscriptionId: number, data: DataView, t_s: number): void {
     const topic = this.byId.get(subscriptionId);
     if (!topic?.decode) return;
+    topic.begun = true;
     if (topic.every.size > 0) deliver(topic.every, topic.decode(data), t_s);
     if (topic.latest.size === 0) return;
     topic.waiting = { data, t_s };
@@ -78,6 +89,7 @@ export class Subscriptions {
     topic.channel = channel;
     topic.decode = decoderOf(channel);
     topic.subscriptionId = this.nextId++;
+    topic.begun = false;
     this.byId.set(topic.subscriptionId, topic);
     this.send({ op: "subscribe", subscriptions: [{ id: topic.subscriptionId, channelId: channel.id }] });
   }
@@ -95,6 +107,7 @@ const newTopic = (): Topic => ({
   latest: new Set(),
   channel: null,
   subscriptionId: 0,
+  begun: false,
   decode: null,
   waiting: null,
 });

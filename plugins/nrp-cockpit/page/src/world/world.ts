@@ -1,5 +1,5 @@
 import { useRun } from "../state/run";
-import { wire } from "../wire";
+import { onPast, wire } from "../wire";
 import { type Entities, updated, WORLD_FRAME } from "./entities";
 import type { ModelStates, SceneUpdate, Transforms } from "./messages";
 import { IDENTITY, type Pose, poseFrom, poseOf } from "./pose";
@@ -7,6 +7,8 @@ import { extend, newTrail, type Trail } from "./trail";
 
 /** What changed: the shapes of the scene, or only where things are. */
 export type Change = "scene" | "poses";
+const MODEL_STATES = "/gazebo/model_states";
+
 type Listener = (change: Change) => void;
 
 /**
@@ -50,11 +52,8 @@ class World {
       }),
       wire.subscribe<SceneUpdate>("/scene", (update) => this.readScene(update)),
       wire.subscribe<Transforms>("/tf", (message) => this.readFrames(message), "latest"),
-      wire.subscribe<ModelStates>(
-        "/gazebo/model_states",
-        (message, t_s) => this.readModels(message, t_s),
-        "latest",
-      ),
+      wire.subscribe<ModelStates>(MODEL_STATES, (message, t_s) => this.readModels(message, t_s)),
+      onPast(({ topic, new: isNew }) => topic === MODEL_STATES && isNew && this.trails.clear()),
     ];
   }
 

@@ -70,7 +70,6 @@ class LiveSession(Session):
             functions: its transfer functions.
         """
         self._end_recording_of_the_past()
-        self.stream.reset()
         self._end_observation()
         self.run.close()
         self._attend(run, functions)
@@ -185,7 +184,7 @@ class LiveSession(Session):
     def seek(self, t_s: float) -> None:
         """Go to a time: back by a snapshot and forward from there, or forward."""
         until_ns = min(self._step_at(max(t_s, 0.0)), self.end_ns)
-        live_again = self.past.way_to(until_ns)
+        live_again = self.past.way_to(until_ns, self.stream.longest_period_ns)
         if until_ns < self.now_ns:
             self._end_recording_of_the_past()
 
@@ -204,9 +203,10 @@ class LiveSession(Session):
     def restore(self, name: str) -> None:
         """Return to a snapshot."""
         moment = self.past.named(name)
+        is_elsewhere = not moment.was
         self._end_recording_of_the_past()
         self.past.restore(moment)
-        self._jumped()
+        self._jumped(is_elsewhere=is_elsewhere)
 
     def snapshot(self) -> dict[str, Any]:
         """Take a snapshot and return its name and time."""
@@ -260,12 +260,16 @@ class LiveSession(Session):
         """Run as fast as possible, whatever the pace is."""
         self.run.loop.pacing = AsFastAsPossible()
 
-    def _jumped(self) -> None:
-        """Report that the time has jumped."""
+    def _jumped(self, *, is_elsewhere: bool = False) -> None:
+        """Report that the time has jumped.
+
+        Args:
+            is_elsewhere: whether it went to an abandoned past.
+        """
         if self.run.error is None:
             self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
         self.functions.costs.reset()
-        self.stream.reset()
+        self.stream.reset(is_elsewhere=is_elsewhere)
         self.stream.take()
         if self.beside is not None:
             self.beside.go_along()

@@ -145,11 +145,15 @@ class Past:
             self._reach_ns = moment.t_ns
             self._last_was(moment.t_ns)
 
-    def way_to(self, t_ns: int) -> Callable[[], None]:
+    def way_to(self, t_ns: int, lead_ns: int = 0) -> Callable[[], None]:
         """Return the repetition from the last snapshot before a time up to that time, or from now on.
 
         The messages from outside are published again. A time that was not reached yet is beyond
         the repetition.
+
+        Args:
+            t_ns: that time.
+            lead_ns: the time to repeat at least, if there is an earlier snapshot.
 
         Raises:
             CapabilityError: there is no earlier snapshot.
@@ -157,7 +161,8 @@ class Past:
         self._note_reach()
         now_ns = self._run.loop.now_ns
         past = [each for each in self._moments if each.was and each.t_ns <= t_ns]
-        before = past[-1] if past else None
+        early = [each for each in past if each.t_ns <= t_ns - lead_ns]
+        before = (early or past or [None])[-1]
         until_ns = min(t_ns, self._reach_ns)
         if t_ns >= now_ns and (before is None or before.t_ns <= now_ns):
             return lambda: self._relive(until_ns)

@@ -1,4 +1,4 @@
-"""Sends subscribed topics of a run to clients; other topics are neither sampled nor encoded."""
+"""Sends topics of a run to clients and has the hub remember them; other topics are not sampled or encoded."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from collections.abc import Callable, Iterator
 
 from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
+from nrp_cockpit.wire.memory import PAST
 from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.clock import NS_PER_S
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.layout import SCENE, TRANSFORMS, Images, Role, device_topic, spikes_topic
@@ -40,6 +42,13 @@ from nrp_core.world.topics import Direction, Stamped, TopicInfo
 from nrp_core.world.world import World
 
 Open = Callable[[], Signal]
+
+ALONE_NS = 30 * NS_PER_S
+"""Wall time for which a run is remembered after its last client has left: a page may be opened again."""
+_ALWAYS = ("spikes", "devices", MODEL_STATES)
+"""The sources of topics that are remembered as soon as there is a client."""
+_NOW_ONLY = (SCENE, TRANSFORMS)
+"""Topics of which the past is not shown."""
 
 
 class WholeImages(CameraImages):
@@ -98,6 +107,9 @@ class Throttled(Signal):
 class LiveStream:
     """The topics of a run, sent to a hub step by step. All methods belong to the thread of the run.
 
+    While there are clients, and for some time after the last one has left, the hub remembers spikes, devices,
+    the poses of models, the images of cameras that the run uses, and each topic that was ever subscribed to.
+
     Args:
         run: the run; its topics are advertised immediately.
         hub: receives the messages.
@@ -110,10 +122,16 @@ class LiveStream:
         self._sources: dict[str, str] = {}
         self._open: dict[str, Signal] = {}
         self._subscribed: frozenset[str] = frozenset()
+        self._kept: set[str] = set()  # topics to be remembered while somebody watches
+        self._known: set[str] = set()  # topics that are remembered
+        self._images: dict[str, int] = {}  # the topics of cameras, with the time between two images, ns
+        self._wanted: set[str] = set()  # topics that are sent
+        self._watched_ns = 0  # wall time at which there was a client
         self._joined = 0
         self._steps = self._spent_ns = 0
         self._now_ns = -1
         self._left: set[str] = set()  # topics without subscribers whose last message is that of now
+        hub.offer_json(PAST, Kind.EVERY)
         self.offer_all()
 
     @property
@@ -126,6 +144,13 @@ class LiveStream:
         """Whether it observes something, or keeps what becomes invalid with the next step."""
         return bool(self._open or self._left)
 
+    @property
+    def longest_period_ns(self) -> int:
+        """The time in which each camera that is sent takes an image."""
+        return max(
+            (period_ns for topic, period_ns in self._images.items() if topic in self._wanted), default=0
+        )
+
     def take(self) -> None:
         """Send the new messages since the last call."""
         hub = self._hub
@@ -136,6 +161,11 @@ class LiveStream:
             self._follow()
         if self._open:
             began, now_ns = time.perf_counter_ns(), self._run.loop.now_ns
+            if hub.listeners:
+                self._watched_ns = began
+            elif now_ns != self._now_ns and began - self._watched_ns > ALONE_NS:
+                self.close()
+                return
             self._steps += now_ns != self._now_ns
             self._now_ns = now_ns
             for signal in tuple(self._open.values()):
@@ -143,12 +173,20 @@ class LiveStream:
             hub.flush()
             self._spent_ns += time.perf_counter_ns() - began
 
-    def reset(self) -> None:
-        """Forget what was sent, because the time of the run went back or its scene changed."""
+    def reset(self, *, is_elsewhere: bool = False) -> None:
+        """Forget all that is later than now, because the time of the run has jumped.
+
+        Args:
+            is_elsewhere: whether its past is another one from now on.
+        """
         self._close_all()
         self._hub.forget(self._sources)
+        if is_elsewhere:
+            self._known.clear()
+        else:
+            self._hub.go_back(self._run.loop.now_ns)
         self._left.clear()
-        self._subscribed = frozenset()
+        self._follow()
 
     def take_poses_again(self) -> None:
         """Send the poses again with the next :meth:`take`, because bodies were moved between two steps."""
@@ -158,16 +196,24 @@ class LiveStream:
                 self._open[name] = self._openers[name]()
 
     def close(self) -> None:
-        """End all observation."""
+        """End all observation, and forget what was sent."""
         self._close_all()
+        self._hub.forget(self._sources)
+        self._hub.forget_past(self._known)
+        self._known.clear()
+        self._left.clear()
 
     # -- subscriptions
 
     def _follow(self) -> None:
-        """Open newly subscribed topics and close topics without subscribers."""
+        """Open topics that are newly subscribed to or kept, and close all others."""
         hub = self._hub
         joined, self._joined, self._subscribed = self._joined, hub.joined[SCENE], hub.subscribed
-        wanted = {self._sources[topic] for topic in self._subscribed if topic in self._sources}
+        subscribed = self._subscribed & self._sources.keys()
+        self._kept |= subscribed.difference(_NOW_ONLY)
+        self._wanted = subscribed | (self._kept if hub.listeners or self._known else set())
+        self._remember(self._wanted.difference(_NOW_ONLY))
+        wanted = {self._sources[topic] for topic in self._wanted}
         for name in self._open.keys() - wanted:
             self._open.pop(name).close()
             # whoever returns before the next step gets the last ones: a sensor has none in between
@@ -178,12 +224,20 @@ class LiveStream:
             self._open[name] = self._openers[name]()
         self._left = {topic for topic in self._left if self._sources[topic] not in self._open}
 
+    def _remember(self, topics: set[str]) -> None:
+        new, now_ns = topics - self._known, self._run.loop.now_ns
+        self._known |= new
+        if images := new & self._images.keys():
+            self._hub.remember(images, now_ns, most=1)
+        if others := new - self._images.keys():
+            self._hub.remember(others, now_ns)
+
     def _close_all(self) -> None:
         while self._open:
             self._open.popitem()[1].close()
 
     def _send(self, entry: RecordEntry) -> None:
-        if entry.topic not in self._subscribed:
+        if entry.topic not in self._wanted:
             return
         try:
             pieces = _pieces(entry.parts) if entry.parts else (bytes(self._codec.encode(entry.message)),)
@@ -213,6 +267,7 @@ class LiveStream:
         for each in world.topics.values():
             if each.response is None:
                 self._offer_topic(each)
+        self._subscribed = frozenset()  # some of them may be kept
 
     def _devices(self) -> Iterator[tuple[str, type]]:
         for port in self._run.brain.devices:
@@ -227,6 +282,9 @@ class LiveStream:
         elif topic.type is Image:
             opener = lambda: WholeImages(world, topic, period_ns, Images.EXACT)  # noqa: E731
             self._offer(topic.name, Image, topic.name, opener, Kind.LATEST)
+            self._images[topic.name] = round(NS_PER_S / (topic.rate_hz or NS_PER_S / period_ns))
+            if topic.name in world.subscribed:
+                self._kept.add(topic.name)
         else:
             self._offer(topic.name, topic.type, topic.name, lambda: TopicMessages(world, topic, period_ns))
 
@@ -241,6 +299,8 @@ class LiveStream:
             return
         self._hub.offer(topic, name, schema, lost)
         self._sources[topic] = source
+        if source in _ALWAYS:
+            self._kept.add(topic)
         self._openers.setdefault(source, opener)
 
 

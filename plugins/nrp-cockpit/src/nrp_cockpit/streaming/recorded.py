@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 
 from nrp_cockpit.streaming.stored import Stored, StoredMessages
 from nrp_cockpit.wire.channels import Kind, Sent
-from nrp_cockpit.wire.hub import Hub
+from nrp_cockpit.wire.hub import Hub, to_json
+from nrp_cockpit.wire.memory import PAST, past_data
 from nrp_core.clock import NS_PER_S
 from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
@@ -114,6 +115,7 @@ class RecordedStream:
         self._taken = self._spent_ns = 0
         self._topics = {name: topic for name, topic in messages.topics.items() if _is_streamed(topic)}
         self.scenes = RecordedScenes(messages) if SCENE in self._topics else None
+        hub.offer_json(PAST, Kind.EVERY)
         for topic in self._topics.values():
             lost = Kind.LATEST if topic.role in _LATEST else Kind.EVERY
             hub.offer(topic.name, topic.type_name, topic.definition, lost)
@@ -155,11 +157,19 @@ class RecordedStream:
         """Send the current state of some topics, and the last seconds of plotted ones."""
         plotted = [name for name in topics if self._topics[name].role not in (*_LATEST, Role.SCENE)]
         window: dict[str, list[Stored]] = {name: [] for name in topics}
+        from_ns = max(self._at_ns - WINDOW_NS, self._messages.span_ns[0])
         for stored in self._messages.between(plotted, self._at_ns - WINDOW_NS, self._at_ns):
             window[stored.topic].append(stored)
         for name in sorted(window):
-            for stored in self._shown(self._topics[name], window[name]):
+            shown = self._shown(self._topics[name], window[name])
+            is_cut = name not in plotted or len(shown) < len(window[name])
+            self._announce(name, self._at_ns if is_cut else from_ns, len(shown))
+            for stored in shown:
                 self._send(stored)
+
+    def _announce(self, topic: str, from_ns: int, count: int) -> None:
+        about = to_json(past_data(topic, from_ns, count))
+        self._hub.send(Sent(self._hub.channels[PAST], self._at_ns, (about,)), keep=False)
 
     def _shown(self, topic: RecordedTopic, window: list[Stored]) -> list[Stored]:
         """Return the messages to send of a topic: the last seconds if small enough, else the last message."""

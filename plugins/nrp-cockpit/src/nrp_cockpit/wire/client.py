@@ -16,7 +16,8 @@ from nrp_cockpit.wire import protocol
 from nrp_cockpit.wire.calls import Calls
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.frames import Pieces, frame
-from nrp_cockpit.wire.hub import Hub
+from nrp_cockpit.wire.hub import Hub, to_json
+from nrp_cockpit.wire.memory import PAST, past_data
 from nrp_cockpit.wire.outbox import Outbox
 from nrp_cockpit.wire.protocol import ClientMessage, PlaybackRequest, ProtocolError, ServiceRequest
 
@@ -43,6 +44,7 @@ class Client:
         self._subscribed: dict[int, Channel] = {}
         self._subscriptions: dict[int, list[int]] = {}
         self._topics: dict[int, str] = {}
+        self._past: int | None = None  # its subscription to the announcements of pasts
         self._calls = Calls(hub.services, may_steer=may_steer)
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -80,6 +82,18 @@ class Client:
         """Queue a message, if the client subscribes to its channel."""
         for subscription in self._subscriptions.get(sent.channel.id, ()):
             self._outbox.add(subscription, sent)
+
+    def recall(self, topics: Iterable[str], *, are_new: bool) -> None:
+        """Queue the past of these topics, and of those of which messages were lost.
+
+        Args:
+            topics: the topics.
+            are_new: whether all that was known of them before is invalid.
+        """
+        wanted, memory = set(topics), self._hub.memory
+        for subscription, channel in self._subscribed.items():
+            if channel.topic in memory and (channel.topic in wanted or subscription in self._outbox.lost):
+                self._recall(subscription, channel.topic, is_new=are_new)
 
     def tick(self, t_ns: int) -> None:
         """Queue the time."""
@@ -172,7 +186,12 @@ class Client:
         self._subscribed[subscription] = channel
         self._subscriptions.setdefault(channel_id, []).append(subscription)
         last = self._hub.subscribe(channel.topic)
-        if last is not None:
+        if channel.topic == PAST:
+            self._past = subscription
+            self.recall([each.topic for each in self._subscribed.values()], are_new=False)
+        elif self._past is not None and channel.topic in self._hub.memory:
+            self._recall(subscription, channel.topic)
+        elif last is not None:
             self._outbox.add(subscription, last)
             self._wake.set()
 
@@ -182,7 +201,20 @@ class Client:
             raise ProtocolError(f"there is no subscription {subscription!r}")
         self._subscriptions[channel.id].remove(subscription)
         self._outbox.forget(subscription)
+        if subscription == self._past:
+            self._past = None
         self._hub.unsubscribe(channel.topic)
+
+    def _recall(self, subscription: int, topic: str, *, is_new: bool = False) -> None:
+        if self._past is None:
+            return
+        from_ns, messages = self._hub.memory.of(topic)
+        about = to_json(past_data(topic, from_ns, len(messages), is_new=is_new))
+        announced = Sent(self._hub.channels[PAST], self._hub.playback.t_ns, (about,))
+        self._outbox.recall(
+            subscription, [(self._past, announced), *((subscription, sent) for sent in messages)]
+        )
+        self._wake.set()
 
     def _begin(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(work)

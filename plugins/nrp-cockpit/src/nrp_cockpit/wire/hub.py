@@ -12,6 +12,7 @@ from math import isfinite
 from typing import Any, Protocol
 
 from nrp_cockpit.wire.channels import Channel, Channels, Kind, Sent
+from nrp_cockpit.wire.memory import MOST_MESSAGES, Memory
 from nrp_cockpit.wire.playback import Playback
 
 Service = Callable[..., Any]
@@ -48,6 +49,8 @@ class Listener(Protocol):
 
     def receive(self, sent: Sent) -> None: ...
 
+    def recall(self, topics: Iterable[str], *, are_new: bool) -> None: ...
+
     def flush(self) -> None: ...
 
 
@@ -60,6 +63,7 @@ class Hub:
     Attributes:
         channels: the channels offered.
         services: the services for clients.
+        memory: the past of topics that the run has it :meth:`remember`.
         subscribed: the topics with at least one subscriber; the same object until it changes.
         playback: the time and state of the session.
         joined: the number of subscriptions to each topic so far.
@@ -70,6 +74,7 @@ class Hub:
     def __init__(self) -> None:
         self.channels = Channels()
         self.services = Services()
+        self.memory = Memory()
         self.subscribed: frozenset[str] = frozenset()
         self.joined: Counter[str] = Counter()
         self.listeners: dict[Listener, None] = {}
@@ -110,8 +115,7 @@ class Hub:
             sent: the message.
             keep: whether later subscribers get it, as long as it is the last.
         """
-        if keep or sent.channel.topic in self.subscribed:
-            self._waiting.append((sent, keep))
+        self._waiting.append((sent, keep))
 
     def play_back(self, playback: Playback) -> None:
         """Send the time to all clients, and keep the state of the session."""
@@ -124,6 +128,27 @@ class Hub:
         """Forget the last messages of these topics, which have become invalid."""
         self.flush()
         self._hand(self._forget, tuple(topics))
+
+    def remember(self, topics: Iterable[str], from_ns: int, most: int = MOST_MESSAGES) -> None:
+        """Keep the messages on these topics from a time on, and none from before.
+
+        Args:
+            topics: the topics.
+            from_ns: the time.
+            most: maximum number of messages of each.
+        """
+        self.flush()
+        self._hand(self._remember, (tuple(topics), from_ns, most))
+
+    def go_back(self, t_ns: int) -> None:
+        """Forget all that is later than a time, and send clients again what they have lost before it."""
+        self.flush()
+        self._hand(self._go_back, t_ns)
+
+    def forget_past(self, topics: Iterable[str]) -> None:
+        """Do not :meth:`remember` these topics any more."""
+        self.flush()
+        self._hand(self.memory.forget, tuple(topics))
 
     def flush(self) -> None:
         """Pass the waiting messages to the thread of the server, unless more come :meth:`together`."""
@@ -198,6 +223,7 @@ class Hub:
         for sent, keep in waiting:
             if keep:
                 self._last[sent.channel.topic] = sent
+            self.memory.add(sent)
             for listener in self.listeners:
                 listener.receive(sent)
         for listener in self.listeners:
@@ -206,6 +232,18 @@ class Hub:
     def _forget(self, topics: tuple[str, ...]) -> None:
         for topic in topics:
             self._last.pop(topic, None)
+
+    def _remember(self, begun: tuple[tuple[str, ...], int, int]) -> None:
+        topics, from_ns, most = begun
+        for topic in topics:
+            self.memory.begin(topic, from_ns, most)
+        for listener in self.listeners:
+            listener.recall(topics, are_new=True)
+
+    def _go_back(self, t_ns: int) -> None:
+        self.memory.go_back(t_ns)
+        for listener in self.listeners:
+            listener.recall(self.memory.last_only, are_new=False)
 
     def _announce(self, channel: Channel) -> None:
         for listener in self.listeners:

@@ -1,0 +1,163 @@
+"""Whoever comes late gets the past of each topic, as far as it is known and fits into memory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nrp_cockpit.streaming import live
+from nrp_cockpit.wire.channels import Channel, Sent
+from nrp_cockpit.wire.memory import PAST, Memory
+from visitors import Cockpit, Visitor, cockpit
+
+TOPICS = {name: Channel(n, name, "cdr", "", "") for n, name in enumerate(("/a", "/b"), 1)}
+SPIKES, CAMERA, MODELS = "/brain/circuit/spikes", "/husky/camera", "/gazebo/model_states"
+
+
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 50), st.booleans())))
+def test_a_memory_holds_of_each_topic_what_was_sent_until_time_went_back(
+    events: list[tuple[str, int, bool]],
+) -> None:
+    memory, expected = Memory(), dict[str, list[Sent]]()
+    for topic in TOPICS:
+        memory.begin(topic, 0)
+        expected[topic] = []
+    for letter, t_ns, goes_back in events:
+        if goes_back:
+            memory.go_back(t_ns)
+            expected = {name: [one for one in all_ if one.t_ns <= t_ns] for name, all_ in expected.items()}
+        else:
+            channel = TOPICS[f"/{letter}"]
+            sent, before = Sent(channel, t_ns, (bytes(t_ns),)), expected[channel.topic]
+            if before and t_ns < before[-1].t_ns:
+                before[:] = [one for one in before if one.t_ns < t_ns]
+            before.append(sent)
+            memory.add(sent)
+    assert {name: memory.of(name) for name in TOPICS} == {name: (0, all_) for name, all_ in expected.items()}
+
+
+def test_a_full_memory_forgets_the_oldest_of_the_largest_topic_and_knows_since_when() -> None:
+    memory = Memory(100_000)
+    for topic in TOPICS:
+        memory.begin(topic, 0)
+    for t_ns in range(1, 100):
+        memory.add(Sent(TOPICS["/a"], t_ns, (bytes(4_800),)))
+        memory.add(Sent(TOPICS["/b"], t_ns, (b"",)))
+    from_ns, messages = memory.of("/a")
+    assert from_ns == messages[0].t_ns > 80
+    assert messages[-1].t_ns == 99
+    assert memory.of("/b")[0] == 0
+    assert sum(5_000 for _ in messages) + 99 * 200 <= 100_000
+
+
+def test_a_memory_of_one_message_holds_the_last() -> None:
+    memory = Memory()
+    memory.begin("/a", 0, most=1)
+    for t_ns in range(3):
+        memory.add(Sent(TOPICS["/a"], t_ns, ()))
+    assert [sent.t_ns for sent in memory.of("/a")[1]] == [2]
+    memory.go_back(1)
+    assert memory.of("/a")[1] == []
+
+
+@pytest.fixture(scope="module")
+def opened() -> Iterator[Cockpit]:
+    with cockpit() as opened:
+        yield opened
+
+
+def pasts(visitor: Visitor) -> dict[str, dict[str, Any]]:
+    """Return the last announcement of each topic's past."""
+    heard = (json.loads(one.payload) for one in visitor.heard[PAST])
+    return {past["topic"]: past for past in heard}
+
+
+def test_a_late_client_gets_what_others_were_sent_and_the_last_image(
+    opened: Cockpit, visitor: Visitor
+) -> None:
+    visitor.subscribe(SPIKES, MODELS, CAMERA)
+    visitor.call("seek", t_s=1.0)
+    visitor.until(lambda: visitor.heard[SPIKES] and visitor.heard[SPIKES][-1].t_ns == 1_000_000_000)
+    with opened.visit() as late:
+        late.subscribe(PAST, SPIKES, MODELS, CAMERA)
+        late.until(lambda: late.heard[CAMERA] and late.heard[MODELS])
+        assert late.heard[SPIKES] == visitor.heard[SPIKES]
+        assert late.heard[CAMERA] == visitor.heard[CAMERA][-1:]
+        assert [one.t_ns for one in late.heard[MODELS]] == sorted(one.t_ns for one in late.heard[MODELS])
+        assert {name: (past["from_s"], past["count"]) for name, past in pasts(late).items()} == {
+            SPIKES: (0.0, len(late.heard[SPIKES])),
+            MODELS: (0.0, len(late.heard[MODELS])),
+            CAMERA: (pytest.approx(1.0, abs=0.04), 1),
+        }
+
+
+def test_a_client_that_does_not_ask_for_the_past_gets_only_the_last_message(
+    opened: Cockpit, visitor: Visitor
+) -> None:
+    visitor.call("seek", t_s=0.5)
+    with opened.visit() as late:
+        late.subscribe(SPIKES, MODELS)
+        late.until(lambda: late.heard[MODELS])
+        late.listen(0.2)
+        assert [one.t_ns for one in late.heard[MODELS]] == [500_000_000]
+        assert late.heard[SPIKES] == []
+
+
+def test_a_jump_back_undoes_what_came_later(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("seek", t_s=1.5)
+    visitor.call("seek", t_s=0.5)
+    with opened.visit() as late:
+        late.subscribe(PAST, SPIKES, CAMERA)
+        late.until(lambda: late.heard[SPIKES] and late.heard[CAMERA])
+        late.listen(0.2)
+        assert max(one.t_ns for one in late.heard[SPIKES]) == 500_000_000
+        assert len({one.t_ns for one in late.heard[SPIKES]}) == len(late.heard[SPIKES]) > 20
+        assert late.heard[CAMERA][-1].t_ns > 400_000_000
+
+
+def test_an_abandoned_past_is_unknown(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.subscribe(PAST, SPIKES)
+    visitor.call("seek", t_s=1.0)
+    taken = visitor.call("snapshot")
+    visitor.call("reset", what="all")
+    visitor.call("publish", topic="/left_vr_screen/body/screen_glass/color", value="red")
+    visitor.call("step", n=5)
+    visitor.call("restore", id=taken["id"])
+    visitor.until(lambda: pasts(visitor)[SPIKES]["new"] and pasts(visitor)[SPIKES]["from_s"] == 1.0)
+    assert pasts(visitor)[SPIKES]["count"] == 0
+    visitor.call("forget", id=taken["id"])
+
+
+def test_a_topic_is_remembered_from_when_somebody_first_asked_for_it(
+    opened: Cockpit, visitor: Visitor
+) -> None:
+    visitor.subscribe(PAST)
+    visitor.call("seek", t_s=0.5)
+    visitor.subscribe("/husky/odom")
+    visitor.until(lambda: "/husky/odom" in pasts(visitor))
+    assert pasts(visitor)["/husky/odom"]["from_s"] == 0.5
+    visitor.unsubscribe("/husky/odom")
+    visitor.call("seek", t_s=1.0)
+    visitor.subscribe("/husky/odom")
+    heard = visitor.heard["/husky/odom"]
+    visitor.until(lambda: heard and heard[-1].t_ns == 1_000_000_000)
+    assert [one.t_ns for one in heard] == sorted({one.t_ns for one in heard})
+    assert heard[0].t_ns < 600_000_000
+
+
+def test_what_nobody_may_come_back_to_is_not_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live, "ALONE_NS", 0)
+    with cockpit() as opened:
+        session = opened.session
+        with opened.visit() as visitor:
+            visitor.subscribe(SPIKES)
+            visitor.call("step", n=2)
+            assert session.stream.is_active
+        session.ask(lambda: session.step(1))
+        session.ask(lambda: session.step(1))
+        assert not session.stream.is_active
+        assert SPIKES not in session.hub.memory
