@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from nrp_cockpit.session import reports
 from states import plain
 from visitors import Cockpit, RefusedError, Visitor, cockpit
 
@@ -186,3 +188,16 @@ def test_a_second_run_says_what_a_check_doubts_of_files_that_nobody_edits(tmp_pa
         visitor.call("branch")
         _, beside = runs(opened)
         assert [one.code for one in beside.problems].count(Code.NRP229) == 1
+
+
+def test_all_that_is_compared_is_of_one_step(
+    opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    visitor.call("branch")
+    monkeypatch.setattr(reports, "SLOW_S", 0.0)
+    visitor.call("step", n=25)
+    visitor.until(lambda: visitor.last("comparison")["distances"][-1][0] == pytest.approx(1.1))
+    shown = [json.loads(one.payload) for one in visitor.heard["/cockpit/comparison"]]
+    compared = [pair for one in shown if one for pair in one["spikes"]]
+    assert len({pair["one"] for pair in compared}) > 10
+    assert all(pair["one"] == pair["other"] for pair in compared)

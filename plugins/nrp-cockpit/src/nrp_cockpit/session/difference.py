@@ -35,6 +35,7 @@ class Difference:
         self._every = 1
         self._steps = 0
         self._first: dict[str, int] = {}
+        self._shown = self._data_now()
 
     def update(self) -> None:
         """Compare them now."""
@@ -70,7 +71,12 @@ class Difference:
         )
 
     def data(self) -> dict[str, Any]:
-        """Return the difference as data for the page."""
+        """Return the difference at the last time that both had reached, as data for the page."""
+        if self._one.loop.now_ns == self._other.loop.now_ns:
+            self._shown = self._data_now()
+        return self._shown
+
+    def _data_now(self) -> dict[str, Any]:
         one, other = (run.result() for run in self._runs)
         return {
             "since_s": seconds(self.since_ns),

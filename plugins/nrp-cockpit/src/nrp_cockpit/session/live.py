@@ -144,14 +144,14 @@ class LiveSession(Session):
 
     def _after_step(self, loop: Any) -> None:
         # with cold caches each call takes microseconds, so there are few while nobody watches
+        if self.beside is not None and not self._jumping:
+            began_ns = work.now_ns()
+            self.beside.follow()  # before the report, which compares equal steps
+            loop.account.total_ns -= work.now_ns() - began_ns  # the second run is not part of this one
         if self.hub.listeners or self._is_shown:
             self._show_step()
         elif loop.brain.now_ns >= self.past.due_ns:
             self.past.after_step(ALONE_NS)
-        if self.beside is not None and not self._jumping:
-            began_ns = work.now_ns()
-            self.beside.follow()
-            loop.account.total_ns -= work.now_ns() - began_ns  # the second run is not part of this one
         if self.requests.wanted:
             loop.stop()
 
