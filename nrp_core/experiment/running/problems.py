@@ -200,9 +200,8 @@ def ends_of(failures: Iterable[Failure], error: BaseException | None, now_s: flo
     """
     cause = None if error is None else error.__cause__
     for failure in failures:
-        if failure.error is not cause:
-            yield _quarantine(failure)
-    if error is not None:
+        yield _quarantine(failure) if failure.error is not cause else _stop(failure)
+    if error is not None and not any(failure.error is cause for failure in failures):
         yield _end(error, now_s)
 
 
@@ -213,6 +212,13 @@ def _quarantine(failure: Failure) -> Finding:
     )
     return Finding(
         Code.NRP272, message, Level.WARNING, Path(failure.path), failure.line, subject=failure.function
+    )
+
+
+def _stop(failure: Failure) -> Finding:
+    message = f"transfer function '{failure.function}' {failure.reason}"
+    return Finding(
+        Code.NRP276, message, Level.WARNING, Path(failure.path), failure.line, subject=failure.function
     )
 
 

@@ -132,3 +132,17 @@ def test_a_misspelt_name_is_mended_by_a_click_or_a_key_and_that_can_be_undone(hu
     expect(mended).to_be_visible()
     page.keyboard.press("Control+Enter")
     expect(page.get_by_text("No file is edited.")).to_be_visible()
+
+
+def test_a_function_that_stopped_the_run_is_marked_and_linked_to_its_line(
+    in_process: Callable[..., str], watched: Watched, broken: Path
+):
+    page = watched.open(in_process("on_error=stop", experiment=str(broken)))
+    page.get_by_role("button", name="Step", exact=True).click()
+    functions(page, "listing1.py")
+    row = page.get_by_role("listitem").filter(has=page.get_by_role("switch", name="divides runs"))
+    expect(row).to_contain_text("stopped the run")
+    expect(row).to_contain_text("ZeroDivisionError: division by zero")
+    page.get_by_role("region", name="Findings").get_by_role("button", name="broken.py:5").click()
+    expect(page.get_by_role("tab", name="broken.py")).to_have_attribute("aria-selected", "true")
+    expect(page.locator(".cm-line", has_text="1 / len")).to_contain_text("ZeroDivisionError")

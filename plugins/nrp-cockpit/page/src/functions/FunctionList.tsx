@@ -63,12 +63,12 @@ function Row({ one }: { one: TransferFunction }) {
         {one.failure && (
           <span className="tag tag-bad">
             <Icon name="error" small />
-            quarantine
+            {one.failure.stops ? "stopped the run" : "quarantine"}
           </span>
         )}
         <Switch
           label={`${one.name} runs`}
-          on={one.active && one.failure === null}
+          on={one.active && !(one.failure && !one.failure.stops)}
           disabled={blocked}
           onChange={(on) => void activate(one.name, on)}
         />

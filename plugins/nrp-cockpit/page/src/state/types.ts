@@ -93,7 +93,8 @@ export interface Experiment {
   may_steer: boolean;
   /** Each: true, or the reason why not. */
   capabilities: Record<string, true | string>;
-  backends: { brain: string[]; world: string[] };
+  /** What can be chosen for another run; null: a recording. */
+  backends: { brain: string[]; world: string[] } | null;
   topics: TopicInfo[];
   robots: string[];
   populations: Population[];
@@ -129,7 +130,8 @@ export interface TransferFunction {
   line: number;
   flow: string;
   active: boolean;
-  failure: { t_s: number; message: string; traceback: string } | null;
+  /** `stops`: it ended the run; otherwise the run goes on without the function. */
+  failure: { t_s: number; message: string; traceback: string; stops: boolean } | null;
   calls: number;
   mean_ms: number;
   recent_ms: number[];

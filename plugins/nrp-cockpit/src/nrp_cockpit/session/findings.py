@@ -44,14 +44,17 @@ def _weight(finding: Finding) -> str:
 def function_data(function: TransferFunction, run: Run, cost: Cost) -> dict[str, Any]:
     """Return a transfer function, its cost, and why it does not run."""
     failed = {failure.function: failure for failure in run.loop.failures}
-    failure = None if function.active else failed.get(function.name)
+    failure = failed.get(function.name)
+    stops = failure is not None and run.error is not None and run.error.__cause__ is failure.error
+    if function.active and not stops:
+        failure = None  # it was activated again
     return {
         "name": function.name,
         "file": str(function.place.path),
         "line": function.place.line,
         "flow": function.flow.value,
         "active": function.active,
-        "failure": None if failure is None else failure_data(failure),
+        "failure": None if failure is None else failure_data(failure) | {"stops": stops},
         "calls": cost.calls,
         "mean_ms": cost.mean_ms,
         "recent_ms": [round(each, 4) for each in cost.recent_ms],

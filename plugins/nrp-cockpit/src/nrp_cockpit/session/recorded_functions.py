@@ -50,7 +50,12 @@ def _function_data(
         "flow": function.flow.value,
         "active": function.active and failure is None,
         "failure": failure
-        and {"t_s": failure["t_s"], "message": failure["error"], "traceback": failure["error"]},
+        and {
+            "t_s": failure["t_s"],
+            "message": failure["error"],
+            "traceback": failure["error"],
+            "stops": False,
+        },
         "calls": 0,
         "mean_ms": 0.0,
         "recent_ms": [],
