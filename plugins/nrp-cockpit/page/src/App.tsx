@@ -7,6 +7,7 @@ import { Rail } from "./shell/Rail";
 import { StatusBar } from "./shell/StatusBar";
 import { useView, type View } from "./state/view";
 import { Toolbar } from "./toolbar/Toolbar";
+import { Boundary } from "./ui/Boundary";
 import "./shell/shell.css";
 
 const FunctionsView = lazy(() => import("./functions/FunctionsView"));
@@ -33,7 +34,9 @@ export function App() {
       <Rail />
       <Toolbar />
       <main id="main" className="main" tabIndex={-1}>
-        <Suspense fallback={null}>{views[view]()}</Suspense>
+        <Boundary key={view} title="Error">
+          <Suspense fallback={null}>{views[view]()}</Suspense>
+        </Boundary>
       </main>
       <StatusBar />
       <Notices />

@@ -10,6 +10,7 @@ import "./ui/tokens.css";
 import "./ui/base.css";
 import "./ui/controls.css";
 import "./ui/panel.css";
+import { Boundary } from "./ui/Boundary";
 import { wire } from "./wire";
 
 const EmbeddedView = lazy(() => import("./compare/EmbeddedView"));
@@ -24,12 +25,14 @@ wire.open();
 const inside = isEmbedded(window.location);
 createRoot(root).render(
   <StrictMode>
-    {inside ? (
-      <Suspense fallback={null}>
-        <EmbeddedView />
-      </Suspense>
-    ) : (
-      <Root />
-    )}
+    <Boundary title="Error">
+      {inside ? (
+        <Suspense fallback={null}>
+          <EmbeddedView />
+        </Suspense>
+      ) : (
+        <Root />
+      )}
+    </Boundary>
   </StrictMode>,
 );

@@ -36,6 +36,14 @@ def test_a_recording_is_played_and_shown_at_any_time(played: str, watched: Watch
     expect(page.get_by_role("button", name="Record")).to_have_count(0)
 
 
+def test_compare_says_how_a_recording_is_run_again(played: str, watched: Watched, recording: Path):
+    page = watched.open(played)
+    page.get_by_role("link", name="Compare", exact=True).click()
+    expect(page.get_by_role("region", name="Comparison")).to_contain_text(f"nrp replay {recording} --from")
+    page.get_by_role("link", name="Cockpit", exact=True).click()
+    expect(page.get_by_role("region", name="Spikes")).to_be_visible()
+
+
 def test_with_host_and_port_others_may_connect_with_the_token(played: str, port: int, recording: Path):
     address = urlsplit(played)
     assert (address.hostname, address.port) == ("127.0.0.1", port)

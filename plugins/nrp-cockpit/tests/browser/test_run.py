@@ -131,3 +131,22 @@ def test_a_run_that_cannot_be_saved_says_why_there_is_no_way_back(
         page.get_by_role("link", name="Compare", exact=True).click()
         expect(page.get_by_role("button", name="Branch at 1.00 s")).to_be_disabled()
         expect(page.get_by_role("timer")).to_contain_text("1.00 s")
+
+
+def test_an_error_in_one_panel_leaves_the_others_and_can_be_tried_again(watched: Watched):
+    with cockpit() as opened:
+        page = watched.open(opened.address)
+        brain = page.get_by_role("region", name="Brain", exact=True)
+        expect(brain).to_contain_text("8 cells")
+        described = opened.session.ask(opened.session.reports._experiment_data)
+        opened.session.hub.send_json("/cockpit/experiment", {**described, "devices": [{"neurons": None}]})
+        expect(brain.get_by_role("alert")).to_contain_text("error of the page")
+        for panel in ("Scene", "Camera", "From above"):
+            expect(page.get_by_role("region", name=panel, exact=True)).to_be_visible()
+        page.get_by_role("button", name="Step", exact=True).click()
+        expect(page.get_by_role("timer")).to_contain_text("0.02 s")
+        opened.session.hub.send_json("/cockpit/experiment", described)
+        brain.get_by_role("button", name="Try again").click()
+        expect(brain).to_contain_text("8 cells")
+        assert watched.complaints  # of the error
+        watched.complaints.clear()

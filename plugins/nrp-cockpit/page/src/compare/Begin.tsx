@@ -5,10 +5,37 @@ import { Button } from "../ui/Button";
 
 /** What the view offers while there is one run: another future, or other engines. */
 export function Begin() {
+  const recording = useRun(({ experiment }) => (experiment?.source === "recording" ? experiment.file : null));
+  if (recording !== null) return <Recorded folder={recording} />;
   return (
     <div className="compare-begin">
       <NewBranch />
       <OtherEngines />
+    </div>
+  );
+}
+
+/** A recording has no second future of its own. */
+function Recorded({ folder }: { folder: string }) {
+  const t_s = useRun((run) => run.status?.t_s ?? 0);
+  return (
+    <div className="compare-begin">
+      <section className="panel" aria-label="Comparison">
+        <div className="panel-head">
+          <h2>A recording</h2>
+        </div>
+        <div className="panel-body compare-card">
+          <p>
+            Only runs can be branched and compared, and this is a recording. This command continues it as a
+            run from this moment:
+          </p>
+          <p>
+            <code>
+              nrp replay {folder} --from {t_s.toFixed(2)}s
+            </code>
+          </p>
+        </div>
+      </section>
     </div>
   );
 }
@@ -58,7 +85,7 @@ function OtherEngines() {
   const experiment = useRun((run) => run.experiment);
   const [brain, setBrain] = useState("");
   const [world, setWorld] = useState("");
-  if (!experiment) return null;
+  if (!experiment?.backends) return null;
   const same =
     (brain || experiment.brain) === experiment.brain && (world || experiment.world) === experiment.world;
   return (

@@ -1,6 +1,7 @@
 import { type DragEvent, type HTMLAttributes, useMemo } from "react";
 import { useAfterPicture } from "../state/picture";
 import { setFull, useView } from "../state/view";
+import { Boundary } from "../ui/Boundary";
 import { IconButton } from "../ui/Button";
 import { Panel } from "../ui/Panel";
 import { PanelContext } from "../ui/panelContext";
@@ -50,7 +51,9 @@ export function PanelFrame({ id }: { id: PanelId }) {
   return (
     // biome-ignore lint/a11y/noStaticElementInteractions: only a place to drop on; the menu of the layout does the same
     <div className="frame" data-panel={id} tabIndex={-1} onDragOver={over} onDrop={drop}>
-      <PanelContext value={frame}>{comes ? <Room /> : <Panel title={title}>{null}</Panel>}</PanelContext>
+      <PanelContext value={frame}>
+        <Boundary title={title}>{comes ? <Room /> : <Panel title={title}>{null}</Panel>}</Boundary>
+      </PanelContext>
     </div>
   );
 }
