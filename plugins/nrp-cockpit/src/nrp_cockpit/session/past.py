@@ -162,7 +162,7 @@ class Past:
         now_ns = self._run.loop.now_ns
         past = [each for each in self._moments if each.was and each.t_ns <= t_ns]
         early = [each for each in past if each.t_ns <= t_ns - lead_ns]
-        before = (early or past or [None])[-1]
+        before = (early or past)[-1] if past else None
         until_ns = min(t_ns, self._reach_ns)
         if t_ns >= now_ns and (before is None or before.t_ns <= now_ns):
             return lambda: self._relive(until_ns)

@@ -209,7 +209,7 @@ class LiveStream:
         """Open topics that are newly subscribed to or kept, and close all others."""
         hub = self._hub
         joined, self._joined, self._subscribed = self._joined, hub.joined[SCENE], hub.subscribed
-        subscribed = self._subscribed & self._sources.keys()
+        subscribed = {topic for topic in self._subscribed if topic in self._sources}
         self._kept |= subscribed.difference(_NOW_ONLY)
         self._wanted = subscribed | (self._kept if hub.listeners or self._known else set())
         self._remember(self._wanted.difference(_NOW_ONLY))
