@@ -105,6 +105,10 @@ class PartProxy(Part):
         return self.inner.unwrapped
 
     @property
+    def has_deadlines(self) -> bool:
+        return self.inner.has_deadlines
+
+    @property
     def deadline_ns(self) -> int | None:  # type: ignore[override]
         return self.inner.deadline_ns
 

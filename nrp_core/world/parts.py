@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 
 from nrp_core.errors import SceneError
+from nrp_core.world.command_delay import with_delays
 from nrp_core.world.controllers.group import GroupPart, PairPart
 from nrp_core.world.controllers.joint import ControllerPart, OrientationPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
@@ -107,12 +108,13 @@ class Parts:
             if name not in self._of_models:
                 self._of_models[name] = self._connect(list(parts_of(model, self._engine)), model)
         self.all = [*self._own, *(part for name in models for part in self._of_models[name])]
-        self.timed = [part for part in self.all if part.unwrapped.has_deadlines]
+        self.timed = [part for part in self.all if part.has_deadlines]
         self.pollers = [part for part in self.all if type(part).poll is not Part.poll]
         self._reported = None
 
     def _connect(self, usual: Sequence[Part], model: Model | None) -> list[Part]:
-        parts = list(self._engine.parts(usual, model))
+        delays = dict(self._engine.scene.command_delays)
+        parts = [with_delays(part, delays) for part in self._engine.parts(usual, model)]
         for part in parts:
             self._board.connect(part)
         return parts

@@ -358,13 +358,14 @@ def _make_scene(
 
 
 def _with_imperfections(experiment: Experiment, scene: Scene, collector: Collector) -> Scene:
-    """Return the scene with the imperfections of sensors in the experiment."""
+    """Return the scene with the imperfections of sensors and commands in the experiment."""
     for topic, section in experiment.world.sensors.items():
         with collector.during(Code.NRP202, "world", "sensors", topic):
             noise = None if section.noise is None else Noise(section.bias, section.noise)
             delay = None if section.delay is None else seconds(section.delay)
             scene = with_imperfection(scene, topic, noise=noise, delay=delay, drop_out=section.drop_out)
-    return scene
+    delays = ((topic, seconds(section.delay)) for topic, section in experiment.world.commands.items())
+    return replace(scene, command_delays=tuple(delays))
 
 
 def _require_units(experiment: Experiment, scene: Scene, collector: Collector) -> None:

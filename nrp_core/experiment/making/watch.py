@@ -26,6 +26,9 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
         Whether there are no mistakes that prevent a run.
     """
     findings_before = len(collector.findings)
+    for topic in experiment.world.commands:
+        with collector.during(Code.NRP212, "world", "commands", topic):
+            world.advertise(topic)
     for name, kind in experiment.topics.items():
         with collector.during(Code.NRP212, "topics", name):
             world.declare(name, kind)

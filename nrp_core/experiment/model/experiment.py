@@ -273,6 +273,13 @@ class SensorSection(Section):
         return self
 
 
+class CommandSection(Section):
+    """Imperfections of commands."""
+
+    delay: DurationNs
+    """From the publication of a command to its effect."""
+
+
 class WorldSection(BackendSection):
     """The world side."""
 
@@ -282,6 +289,8 @@ class WorldSection(BackendSection):
     """The robots in it; a robot's name is that of its model in the scene."""
     sensors: dict[TopicName, SensorSection] = Field(default_factory=dict)
     """Imperfections added to sensors, by topic."""
+    commands: dict[TopicName, CommandSection] = Field(default_factory=dict)
+    """Imperfections of commands, by topic."""
 
 
 class ComparisonSection(Section):

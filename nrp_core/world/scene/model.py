@@ -451,6 +451,7 @@ class Scene(Overview):
         step_s: the time step that its file asks for, s. No engine uses it: steps belong to the experiment.
         surroundings: the Earth around it, for sensors.
         ties: joints between two models.
+        command_delays: topics whose commands act late, with the delay, s.
 
     Raises:
         SceneError: two models have the same name, or one of them or a tie is inconsistent.
@@ -463,6 +464,7 @@ class Scene(Overview):
     step_s: float | None = field(default=None, compare=False)
     surroundings: Surroundings = field(default=Surroundings(), metadata=LATER)
     ties: tuple[Tie, ...] = field(default=(), metadata=LATER)
+    command_delays: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
 
     def __post_init__(self) -> None:
         require_fields(self, "the scene")

@@ -126,12 +126,16 @@ Opener = Callable[..., World]
 def open_world() -> Opener:
     """Open a world with the robot and a screen, and with another camera rate or drive time-out."""
 
-    def open_it(*, rate_hz: float = 30.0, timeout: float = 0.1, snapshot: bool = True) -> World:
+    def open_it(
+        *, rate_hz: float = 30.0, timeout: float = 0.1, snapshot: bool = True, delay_s: float = 0.0
+    ) -> World:
         base, *wheels = ROBOT.links
         camera = replace(base.sensors[0], rate_hz=rate_hz)
         drive = replace(ROBOT.drives[0], timeout=timeout)
         robot = replace(ROBOT, links=(replace(base, sensors=(camera,)), *wheels), drives=(drive,))
-        return World(PointEngine(Scene((robot, SCREEN), (Light("sun"),)), snapshot=snapshot))
+        delays = (("/husky/cmd_vel", delay_s),) if delay_s else ()
+        scene = Scene((robot, SCREEN), (Light("sun"),), command_delays=delays)
+        return World(PointEngine(scene, snapshot=snapshot))
 
     return open_it
 

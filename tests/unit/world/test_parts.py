@@ -29,6 +29,33 @@ def distance(world: Any) -> float:
 # -- drives
 
 
+def test_a_delayed_command_acts_at_the_first_step_after_its_delay(open_world: Any) -> None:
+    world = open_world(delay_s=0.0305)
+    world.run_until(20 * MS)
+    message = Twist(Vector3(x=1.0))
+    world.advertise("/husky/cmd_vel").publish(message)
+    message.linear.x = 7.0
+    world.run_until(50 * MS)
+    assert world.engine.velocity.forward == 0
+    world.run_until(52 * MS)
+    assert (world.engine.velocity.forward, distance(world)) == (1, 0)
+    world.run_until(1000 * MS)
+    assert distance(world) == pytest.approx(0.1), "its time-out counts from its arrival"
+
+
+def test_a_snapshot_keeps_commands_that_have_not_arrived_and_a_reset_does_not(open_world: Any) -> None:
+    world = open_world(delay_s=0.03)
+    world.advertise("/husky/cmd_vel").publish(FORWARD)
+    world.run_until(20 * MS)
+    saved = world.snapshot()
+    world.reset()
+    world.run_until(200 * MS)
+    assert distance(world) == 0
+    world.restore(saved)
+    world.run_until(200 * MS)
+    assert distance(world) == pytest.approx(0.1)
+
+
 def test_a_command_moves_the_body_and_turns_it(room: Any) -> None:
     room.advertise("/husky/cmd_vel").publish(Twist(Vector3(x=0.5), Vector3(z=-2)))
     assert (room.engine.velocity.forward, room.engine.velocity.left, room.engine.velocity.turn) == (
