@@ -7,7 +7,8 @@ point; other files in the folder are its variants: ``braitenberg_husky`` and ``b
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from os import PathLike
@@ -31,6 +32,9 @@ READERS: Registry[Reader] = Registry("nrp_core.experiment_readers", "experiment 
 _logger = logging.getLogger(__name__)
 STEM = "experiment"
 ARCHIVE = ".zip"
+_YAML = (".yaml", ".yml")
+_KEYS = re.compile(rb"^(extends|brain|world|transfer_functions)\s*:", re.MULTILINE)
+_MAX_DEPTH, _MOST_LISTED = 4, 12
 
 
 @checks_arguments("text", "overrides")
@@ -156,8 +160,10 @@ def _in_archive(archive: Path) -> Path:
 
 
 def _in_folder(folder: Path) -> Path:
+    """Return the experiment of a folder, else the only one below it, as in a repository."""
     found = sorted(path for path in folder.iterdir() if _is_experiment(path))
-    named = [path for path in found if path.stem == STEM] or found
+    likely = [path for path in found if not _is_other_yaml(path)]
+    named = [path for path in found if path.stem == STEM] or likely or sorted(_below(folder)) or found
     if len(named) == 1:
         try:
             require_target(named[0])
@@ -167,8 +173,27 @@ def _in_folder(folder: Path) -> Path:
     if not named:
         _require_readers(folder.iterdir())
         raise ExperimentError("the folder does not contain an experiment (experiment.yaml)", path=folder)
-    several = ", ".join(path.name for path in named)
-    raise ExperimentError(f"the folder holds several experiments; name one: {several}", path=folder)
+    several = ", ".join(str(path.relative_to(folder)) for path in named[:_MOST_LISTED])
+    more = f" and {len(named) - _MOST_LISTED} more" if len(named) > _MOST_LISTED else ""
+    raise ExperimentError(f"the folder holds several experiments; name one: {several}{more}", path=folder)
+
+
+def _below(folder: Path, depth: int = 1) -> Iterator[Path]:
+    """Yield the experiments in the folders of a folder; of those in YAML only ``experiment.yaml``."""
+    for inner in folder.iterdir():
+        if inner.name[:1] == "." or inner.is_symlink() or not inner.is_dir():
+            continue
+        with suppress(PermissionError):
+            for path in inner.iterdir():
+                if _is_experiment(path) and (path.suffix not in _YAML or path.stem == STEM):
+                    yield path
+            if depth < _MAX_DEPTH:
+                yield from _below(inner, depth + 1)
+
+
+def _is_other_yaml(path: Path) -> bool:
+    """Return whether a YAML file lacks all keys of an experiment, such as the settings of other programs."""
+    return path.suffix in _YAML and path.is_file() and not _KEYS.search(path.read_bytes())
 
 
 def _is_experiment(path: Path) -> bool:

@@ -73,9 +73,23 @@ def test_a_folder_stands_for_its_experiment_yaml_or_its_only_experiment(folder: 
 
 
 def test_a_folder_with_several_lists_them(folder: Path) -> None:
-    (folder / "one.yaml").touch()
+    (folder / "one.yaml").write_text("extends: walkers\n")
     (folder / "two.walk").touch()
     with pytest.raises(ExperimentError, match=r"several experiments; name one: one\.yaml, two\.walk"):
+        find_file(".")
+
+
+def test_a_repository_stands_for_the_experiment_below_it_or_lists_several(folder: Path) -> None:
+    (folder / "_config.yml").write_text("theme: plain\n")
+    (folder / "Experiments" / "one").mkdir(parents=True)
+    (folder / ".hidden").mkdir()
+    for name in ("Experiments/one/first.walk", "Experiments/one/room.yaml", ".hidden/other.walk"):
+        (folder / name).touch()
+    assert find_file(".") == folder / "Experiments" / "one" / "first.walk"
+    (folder / "Experiments" / "two").mkdir()
+    (folder / "Experiments" / "two" / "experiment.yaml").touch()
+    listed = r"name one: Experiments/one/first\.walk, Experiments/two/experiment\.yaml$"
+    with pytest.raises(ExperimentError, match=listed):
         find_file(".")
 
 
