@@ -279,7 +279,8 @@ class ClosedLoop(Closing):
         tf_time: the time that functions get: the ``end`` of the step, which is the time of their data,
             or its ``start``.
         on_error: the reaction to a function that raises: the run ``stop``s, or the function is put in
-            ``quarantine`` (it does not run again, its devices fall silent) and the others continue.
+            ``quarantine`` (it does not run again, its devices fall silent, nothing is sampled for it) and
+            the others continue.
         function_time_limit_s: wall time that one call of a function may take, s; a longer call is
             interrupted and counts as failed. None: no limit.
         pacing: how fast time passes; by default as fast as possible.
@@ -434,7 +435,7 @@ class ClosedLoop(Closing):
                 self.failures.append(failure)
                 if self.on_error == "stop":
                     return failure
-                function.active = False
+                function.quarantine()
         return None
 
     # -- from outside

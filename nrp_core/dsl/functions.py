@@ -279,6 +279,14 @@ class TransferFunction:
         self._active = active
         for adapter in self._adapters.values():
             adapter.set_active(active)
+            if active:
+                adapter.set_read(True)
+
+    def quarantine(self) -> None:
+        """Deactivate it until it is replaced or reset: its sensors are no longer read."""
+        self.active = False
+        for adapter in self._adapters.values():
+            adapter.set_read(False)
 
     def is_due(self, t_ns: int) -> bool:
         """Return whether it runs in the step that began at ``t_ns``; called once per step."""
@@ -327,6 +335,8 @@ class TransferFunction:
         Parameters that are new or of another kind keep their values.
         """
         self._active, throttle, adapters = saved
+        for bound in self._adapters.values():
+            bound.set_read(True)
         self.throttle.restore(throttle)
         for name, (kind, state) in adapters.items():
             adapter = self._adapters.get(name)

@@ -46,6 +46,9 @@ class Adapter:
     def set_active(self, active: bool) -> None:
         """Activate or silence it; it keeps its settings."""
 
+    def set_read(self, is_read: bool) -> None:
+        """Set whether the function reads it; a sensor that nobody reads costs nothing."""
+
     def release(self) -> None:
         """Release its resources in brain and world."""
 
@@ -297,6 +300,9 @@ class SubscribedTopic(Adapter):
         now_kept = self._subscription.messages()
         if is_latest and now_kept:
             self._seen = now_kept[-1]
+
+    def set_read(self, is_read: bool) -> None:
+        self._subscription.is_read = is_read
 
     def release(self) -> None:
         self._world.unsubscribe(self._subscription)

@@ -56,8 +56,15 @@ class Sampling:
     def __post_init__(self) -> None:
         self.delay_ns = from_seconds(self.info.delay)
 
+    @property
+    def is_read(self) -> bool:
+        """Whether anybody reads it; transfer functions in quarantine do not."""
+        return any(subscription.is_read for subscription in self.subscriptions)
+
     def is_dropped(self, now_ns: int, seed: int) -> bool:
         """Return whether the sample of this time is lost."""
+        if not self.info.drop_out:
+            return False
         stream = Seeds(seed).child("world/drop_out").stream(f"{self.info.name}@{now_ns}")
         return bool(stream.random() < self.info.drop_out)
 
@@ -340,7 +347,7 @@ class Switchboard:
         for name, sampling in self._rated.items():
             if sampling.due_ns == now_ns:
                 sampling.due_ns = sampling.schedule.next_after(now_ns)
-                if not (sampling.info.drop_out and sampling.is_dropped(now_ns, self._owner.seed)):
+                if sampling.is_read and not sampling.is_dropped(now_ns, self._owner.seed):
                     message = sampling.part.read(name, now_ns)
                     sampling.in_flight.append(Stamped(now_ns + sampling.delay_ns, message))
             if sampling.due_ns == now_ns + self._step_ns and sampling.part.needs_previous_step:

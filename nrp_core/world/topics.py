@@ -73,12 +73,16 @@ class Subscription:
         topic: the topic.
         depth: number of messages stored for :meth:`since`.
         current: returns the current value, for topics without a rate.
+
+    Attributes:
+        is_read: whether anybody reads the messages; samples that nobody reads are not taken.
     """
 
     def __init__(
         self, topic: TopicInfo, depth: int = 1, current: Callable[[], Stamped | None] | None = None
     ) -> None:
         self.topic = topic
+        self.is_read = True
         self._messages: deque[Stamped] = deque(maxlen=depth)
         self._current = current
 

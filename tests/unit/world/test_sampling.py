@@ -10,6 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import nrp_core.dsl as nrp
+from nrp_core.cle import ClosedLoop
+from nrp_core.dsl.testing import MockBrain
+
 MS = 1_000_000
 STEP = 2 * MS
 cuts = st.lists(st.integers(0, 200), max_size=8).map(lambda steps: sorted(k * STEP for k in steps))
@@ -89,6 +93,21 @@ def test_a_camera_that_nobody_reads_is_never_rendered(room: Any) -> None:
     room.subscribe("/husky/odom")
     room.run_until(1000 * MS)
     assert room.engine.renders == 0
+
+
+def test_a_camera_whose_only_reader_is_in_quarantine_is_not_rendered(room: Any) -> None:
+    @nrp.MapRobotSubscriber("camera", nrp.Topic("/husky/camera"))
+    @nrp.Robot2Neuron()
+    def look(t: float, camera: Any) -> None:
+        assert t < 0.1
+
+    loop = ClosedLoop(MockBrain({}), room, [look], period_ns=20 * MS, on_error="quarantine")
+    loop.run_until(1000 * MS)
+    assert [failure.function for failure in loop.failures] == ["look"]
+    assert room.engine.renders == 4  # at 0, 34, 68 and 100 ms
+    loop.reset()
+    loop.run_until(80 * MS)
+    assert room.engine.renders == 4 + 3
 
 
 def test_two_readers_share_one_image(room: Any) -> None:
