@@ -13,7 +13,7 @@ from nrp_core.errors import NrpError
 from nrp_core.experiment.making.prepare import Plan
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level, Weight
-from nrp_core.findings.problems import grouped, is_warning, ordered
+from nrp_core.findings.problems import is_warning, lines_of, ordered
 
 _COMPARISONS: Final = Code.NRP202
 """What the section 'comparison' cannot vary, which a run does not read."""
@@ -56,7 +56,7 @@ def announcement(name: str, problems: Iterable[Finding]) -> str:
     _ANNOUNCED.update((name, one) for one in new)
     if not new:
         return ""
-    lines = [group.headline if group.is_counted else str(group.findings[0]) for group in grouped(new)]
+    lines = [line for _weight, line in lines_of(new, places=True)]
     return "\n  ".join([f"nrp validate warns about the experiment '{name}':", *lines])
 
 

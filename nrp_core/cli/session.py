@@ -246,14 +246,14 @@ class Session:
 
 def _announce(simulation: Run) -> None:
     """Report before the first step how many problems there are; the summary at the end lists them."""
-    counts = dict.fromkeys(Weight, 0)
-    for problem in simulation.problems:
-        if is_warning(problem):
-            counts[problem.weight] += problem.count
-    missing, warnings = counts.pop(Weight.INCOMPLETE), sum(counts.values())
+    problems = [problem for problem in simulation.problems if is_warning(problem)]
+    others = [problem for problem in problems if problem.weight is not Weight.INCOMPLETE]
+    warnings = sum(problem.count for problem in others)
+    missing = sum(problem.count for problem in problems) - warnings
     if missing:
         parts = "a part of the experiment is" if missing == 1 else f"{missing} parts of the experiment are"
         warn(f"{parts} left out, so the run will not be complete")
     if warnings:
-        count = "1 warning" if warnings == 1 else f"{warnings} warnings"
+        kinds = len({problem.code for problem in others})
+        count = "1 warning" if warnings == 1 else f"{warnings} warnings of {kinds} kind{'s' * (kinds > 1)}"
         complain(f"{count}, shown at the end; nrp validate shows them now", label="note")

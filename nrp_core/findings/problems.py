@@ -11,6 +11,8 @@ from nrp_core.findings.findings import merged
 
 MARKS = {Weight.INCOMPLETE: "✗", Weight.ALTERED: "!", Weight.REMARK: "·"}
 """The sign of each weight in a text."""
+MAX_LINES = 5
+"""The number of lines in a summary about a run that is complete."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,17 +69,29 @@ def lines_of(
 ) -> Iterator[tuple[Weight, str]]:
     """Yield a line for each code of ordered problems, with its weight; several of one code are counted.
 
+    Without details, the codes that leave nothing out have at most ``MAX_LINES`` lines; the last one counts
+    the problems of the remaining codes.
+
     Args:
         problems: the problems, as :func:`ordered` returns them.
         details: whether to yield each of several problems, and its place, as well.
         places: whether a single problem has its place without details, too.
     """
-    for group in grouped(problems):
+    groups, others = list(grouped(problems)), []
+    n_complete = sum(group.weight is not Weight.INCOMPLETE for group in groups)
+    if n_complete > MAX_LINES and not details:
+        first = len(groups) - n_complete + MAX_LINES - 1
+        groups, others = groups[:first], groups[first:]
+    for group in groups:
         is_placed = not group.is_counted and (details or places)
         text = str(group.findings[0].as_error()) if is_placed else group.headline
         yield group.weight, f"{MARKS[group.weight]} {text} [{group.code.name}]"
         for finding in group.findings if details and group.is_counted else ():
             yield group.weight, f"    {finding.as_error()}"
+    if others:
+        n = sum(finding.count for group in others for finding in group.findings)
+        codes = " ".join(group.code.name for group in others)
+        yield others[0].weight, f"{MARKS[others[0].weight]} {n} others of {len(others)} kinds [{codes}]"
 
 
 def without(findings: Iterable[Finding], codes: Collection[str]) -> Iterator[Finding]:

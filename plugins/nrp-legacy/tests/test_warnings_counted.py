@@ -30,7 +30,7 @@ def doubts_of(
         (folder / "drive.py").write_text(functions)
         app.run_app(["run", str(folder), "--until", "20ms"])
         said = capsys.readouterr()
-        counted = re.search(r"note: (\d+) warnings?,", said.err)
+        counted = re.search(r"note: (\d+) warnings?[ ,]", said.err)
         return 0 if counted is None else int(counted[1]), said.out
 
     return of

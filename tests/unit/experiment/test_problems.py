@@ -14,7 +14,7 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.result import Judgement, passed_of, recorded_judgement
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.findings.problems import grouped, is_complete, ordered
+from nrp_core.findings.problems import MAX_LINES, grouped, is_complete, lines_of, ordered
 
 MESH = Finding(Code.NRP258, "the mesh is replaced", Level.WARNING, Path("b.sdf"), 3, subject="a.dae")
 GHOST = Finding(Code.NRP256, "the robot 'ghost' is left out", Level.WARNING)
@@ -45,6 +45,22 @@ def test_problems_of_one_code_are_one_line_unless_details_are_asked_for() -> Non
     assert many == "! 3 meshes, textures or materials are replaced [NRP258]"
     assert each.strip() == "b.sdf:3: the mesh is replaced (and 2 more)"
     assert [len(group.findings) for group in grouped(judgement.problems)] == [1, 2]
+
+
+def test_a_summary_has_five_lines_besides_those_of_what_is_missing() -> None:
+    codes = [Code.NRP210, Code.NRP212, Code.NRP258, Code.NRP260, Code.NRP264, Code.NRP237, Code.NRP266]
+    five = [Finding(code, code.name, Level.WARNING) for code in codes[:5]]
+    assert [line for _, line in lines_of(ordered(five))] == [
+        f"! {each.name} [{each.name}]" for each in codes[:5]
+    ]
+    seven = ordered([GHOST, *five, *(Finding(code, code.name, Level.WARNING) for code in codes[5:])])
+    seven = tuple(replace(each, count=4) if each.code is Code.NRP264 else each for each in seven)
+    missing, *others = [line for _, line in lines_of(seven)]
+    assert "NRP256" in missing
+    assert len(others) == MAX_LINES == 5
+    assert others[-1] == "! 6 others of 3 kinds [NRP264 NRP237 NRP266]"
+    every = "\n".join(line for _, line in lines_of(seven, details=True))
+    assert all(f"[{code.name}]" in every for code in codes)
 
 
 def test_only_the_weightiest_problems_make_a_run_incomplete() -> None:
