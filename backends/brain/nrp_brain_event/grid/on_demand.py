@@ -48,7 +48,7 @@ from nrp_brain_event.grid.synapses import (
 )
 from nrp_brain_event.handles import address_of, call, opened
 from nrp_brain_event.neuron import fire, move, plan
-from nrp_brain_event.records import FIRE, Array, Cell, Work, constant
+from nrp_brain_event.records import FIRE, HODGKIN_HUXLEY, Array, Cell, Work, constant
 from nrp_brain_event.records import JUMP as JUMP_SYNAPSE
 from nrp_brain_event.rise import arrive
 from nrp_core._support.jit import inlined, jit
@@ -96,7 +96,8 @@ def _update_cell(cell: Cell, work: Work, excitation: float, inhibition: float, t
                 break
             what = _FIRED
             fire(cell)
-            cell.free_at = max(cell.free_at, t)
+            if cell.membrane != HODGKIN_HUXLEY:  # without a reset, the spike itself goes on
+                cell.free_at = max(cell.free_at, t)
         else:
             move(cell, cell.wake)
         if not plan(cell, work):
