@@ -31,9 +31,9 @@ tables of the core and the declarations of the backends; not to be edited. How e
 under [backends](backends.md).
 """
 MARKS = """\
-*yes*: the backend has it, with its default options. *approximate*: its error is larger than the resolution
-explains. *extension*: the backend has it, the original machine does not. `pynn` is one backend with four
-simulators.
+*yes*: the backend has it, with its default options and, for `event`, a time grid, which synapses that
+transmit voltages need. *approximate*: its error is larger than the resolution explains. *extension*: the
+backend has it, the original machine does not. `pynn` is one backend with four simulators.
 """
 SIMULATORS = ("nest", "neuron", "brian2", "spinnaker")
 
@@ -47,7 +47,7 @@ def page() -> str:
 
 
 def backends() -> Iterator[tuple[str, BrainCapabilities]]:
-    """Yield name and capabilities of the backends of this repository, with their default options."""
+    """Yield name and capabilities of the backends of this repository, with the options of :data:`MARKS`."""
     for project in (ROOT / "pyproject.toml", *ROOT.glob("plugins/nrp-brain-*/pyproject.toml")):
         declared = tomllib.loads(project.read_text("utf-8"))["project"]["entry-points"]
         if (source := project.parent / "src").is_dir():
@@ -63,7 +63,7 @@ def _choices(name: str) -> Iterator[tuple[str, dict[str, str]]]:
     if name == "pynn":
         yield from ((f"pynn, {simulator}", {"simulator": simulator}) for simulator in SIMULATORS)
     else:
-        yield name, {}
+        yield name, {"resolution": "0.1 ms"} if name == "event" else {}
 
 
 def _capabilities(backend: BrainBackend, options: dict[str, str]) -> BrainCapabilities:
@@ -135,7 +135,8 @@ def _weights(unit: str) -> str:
 def _laws() -> Iterator[str]:
     for law in LAWS.values():
         yield f"## `{law.pynn}`\n\n{_plain(law.summary)} In networks and their files: `{law.name}`.\n"
-        yield from _parameters("parameter", {**EVERY_SYNAPSE, **law.parameters})
+        every = {name: one for name, one in EVERY_SYNAPSE.items() if name != "delay" or not law.continuous}
+        yield from _parameters("parameter", {**every, **law.parameters})
         if law.state:
             yield from _parameters("state", law.state)
         yield from _parts(law)

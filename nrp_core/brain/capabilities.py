@@ -13,6 +13,7 @@ from nrp_core.findings.refusals import (
     no_neuromodulation,
     no_rewiring,
     no_synapses,
+    no_voltages,
 )
 from nrp_core.simulation import Determinism
 
@@ -185,6 +186,8 @@ class BrainCapabilities:
                 raise no_cells(name, population.cell_type, population.label, self.cells)
         for projection in network.projections:
             if projection.synapse_type not in self.synapses:
+                if projection.is_continuous:
+                    raise no_voltages(name, projection.synapse_type, projection.label)
                 raise no_synapses(name, projection.synapse_type, projection.label, self.synapses)
             if projection.initial_values and not self.initial_synapses:
                 raise no_initial_synapses(name, projection.label, projection.initial_values)

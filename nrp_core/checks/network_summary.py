@@ -166,13 +166,14 @@ def mute(network: Network) -> list[str]:
     i_offset tau_m / cm``, is below the threshold, as their initial voltage is.
     """
     excited = {one.post for one in network.projections if _may_excite(one, network.populations[one.post])}
+    excited |= {one.pre for one in network.projections if one.is_electrical}
     return [label for label, one in network.populations.items() if label not in excited and _rests_below(one)]
 
 
 def _may_excite(projection: Projection, post: Population) -> bool:
     if projection.neuromodulation is not None:
         return False
-    if projection.rewiring is not None or projection.plasticity:
+    if projection.rewiring is not None or projection.plasticity or projection.is_electrical:
         return True
     if post.is_conductance_based and projection.receptor == "inhibitory":
         cells = post.parameters

@@ -101,7 +101,7 @@ def unlikely_units(network: Network) -> list[str]:
     for population in network.populations.values():
         found += _check_cells(population)
     for projection in network.projections:
-        if projection.size and projection.neuromodulation is None:
+        if projection.size and projection.neuromodulation is None and not projection.is_continuous:
             found += _check_synapses(projection, network.populations[projection.post], network.timestep_ms)
     return found
 

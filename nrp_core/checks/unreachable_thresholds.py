@@ -29,6 +29,8 @@ def unreached_thresholds(network: Network) -> dict[str, str]:
     inputs: dict[str, list[Projection]] = {}
     for projection in network.projections:
         inputs.setdefault(projection.post, []).append(projection)
+        if projection.is_electrical:
+            inputs.setdefault(projection.pre, []).append(projection)
     found = {}
     for label, projections in inputs.items():
         cells = network.populations[label]
@@ -67,7 +69,7 @@ def _highest_voltage_mv(
 
 def _largest_exciting_weight(projection: Projection, cells: Population) -> float | None:
     """Return the largest weight by which a projection excites; 0 if it inhibits, None if it is unknown."""
-    if projection.rewiring is not None or projection.equations is not None:
+    if projection.rewiring is not None or projection.equations is not None or projection.is_continuous:
         return None
     if projection.plasticity and "w_max" not in projection.synapse_parameters:
         return None

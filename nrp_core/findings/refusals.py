@@ -42,6 +42,14 @@ def no_synapses(backend: str, synapse_type: str, projection: str, valid: Iterabl
     return _no_type(backend, f"{synapse_type} synapses (projection '{projection}')", synapse_type, valid)
 
 
+def no_voltages(backend: str, synapse_type: str, projection: str) -> CapabilityError:
+    """Return the error for synapses that transmit voltages, on a brain backend whose synapses do not."""
+    return CapabilityError(
+        f"{backend}, as it is set, has no {synapse_type} synapses (projection '{projection}'), which "
+        "transmit voltages; 'event' with a time grid has, e.g. `resolution: 0.1 ms`"
+    )
+
+
 def no_initial_synapses(backend: str, projection: str, given: Iterable[str]) -> CapabilityError:
     """Return the error for a brain backend whose synapses begin at rest."""
     return CapabilityError(

@@ -330,8 +330,9 @@ class RunningState(State):
     def _open(self) -> Brain:
         backend = brains().load(self._backend)
         network, own = network_of(self), {}
-        equations = any(population.equations is not None for population in network.populations.values())
-        if equations and "resolution" in backend.options.model_fields:  # they advance on a grid
+        on_grid = any(population.equations is not None for population in network.populations.values())
+        on_grid |= any(projection.is_continuous for projection in network.projections)
+        if on_grid and "resolution" in backend.options.model_fields:
             own = {"resolution": f"{self.dt!r} ms"}
         if self._follows and "timestep" in backend.options.model_fields:
             own["timestep"] = f"{self.dt!r} ms"

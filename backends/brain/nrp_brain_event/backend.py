@@ -11,6 +11,7 @@ from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.equations.model import CELL_TYPE
+from nrp_core.brain.network.synapses import CONTINUOUS
 from nrp_core.simulation import Determinism
 
 
@@ -24,10 +25,10 @@ class EventBackend(BrainBackend):
 
         assert isinstance(options, EventOptions)
         variables = (kind.state_variables for kind in CELL_TYPES.values())
-        own = frozenset() if options.resolution is None else frozenset({CELL_TYPE})
+        on_grid = options.resolution is not None
         return BrainCapabilities(
-            cells=frozenset(CELL_TYPES) | own,
-            synapses=SYNAPSES,
+            cells=frozenset(CELL_TYPES) | (frozenset({CELL_TYPE}) if on_grid else frozenset()),
+            synapses=SYNAPSES | (CONTINUOUS if on_grid else frozenset()),
             resolution_ns=options.resolution,
             determinism=Determinism.MACHINE,
             state_variables=frozenset().union(*variables),

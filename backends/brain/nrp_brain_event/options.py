@@ -110,6 +110,9 @@ def _impossible(network: Network, options: EventOptions) -> str:
         return "several threads share the plain grid only"
     if options.poisson == "grid":
         return "`poisson: grid` gives input to all neurons in each step"
+    for projection in network.projections:
+        if projection.is_continuous:
+            return f"the synapses of projection '{projection.label}' act in each step"
     kinds = 0
     for population in _simulated(network):
         if population.cell_type not in _CELLS:

@@ -31,7 +31,7 @@ from nrp_brain_event.records import (
 from nrp_brain_event.rise import POLYNOMIAL, first_rise, remaining_at, silent
 from nrp_core._support.jit import inlined, jit
 
-_PER_NA: Final = 1000.0
+PER_NA: Final = 1000.0
 """PyNN's factor between nA and the unit of current of Izhikevich's model."""
 _STEEPEST: Final = 200.0
 """Maximum exponent in a spike's upstroke: an integration step is refused well below it."""
@@ -54,7 +54,7 @@ def slopes(cell: Cell, work: Work, s: int) -> None:
     elif cell.membrane == HODGKIN_HUXLEY:
         _hodgkin_huxley(cell, current, work, s)
     else:
-        out[s, 0] = (0.04 * v + 5.0) * v + 140.0 - y[1] + _PER_NA * current
+        out[s, 0] = (0.04 * v + 5.0) * v + 140.0 - y[1] + PER_NA * current
         out[s, 1] = cell.a * (cell.b * v - y[1])
     if cell.t < cell.free_at:
         out[s, 0] = 0.0

@@ -59,10 +59,11 @@ def with_shuffled_signs(network: Network, seeds: Seeds) -> Network:
     """Return the network with the signs of its cells permuted; as many cells excite and inhibit as before.
 
     The synapses of a cell with a new sign act on the other receptor, with equal magnitude. Cells with
-    synapses of both signs and spike sources keep their signs. Rewards and punishments have none.
+    synapses of both signs and spike sources keep their signs. Rewards, punishments and gap junctions have
+    none.
     """
     excites, inhibits = (np.zeros(network.size, bool) for _ in range(2))
-    for projection in (one for one in network.projections if one.neuromodulation is None):
+    for projection in filter(_has_sign, network.projections):
         ids = network.offsets[projection.pre] + projection.pre_index
         (excites if projection.is_excitatory else inhibits)[ids] = True
     for label, population in network.populations.items():
@@ -74,13 +75,17 @@ def with_shuffled_signs(network: Network, seeds: Seeds) -> Network:
     projections: list[Projection] = []
     for projection in network.projections:
         moved = changes[network.offsets[projection.pre] + projection.pre_index]
-        if projection.neuromodulation is not None:
+        if not _has_sign(projection):
             moved[:] = False
         if (~moved).any() or not len(moved):
             projections.append(projection.only(~moved) if moved.any() else projection)
         if moved.any():
             projections.append(_on_other_receptor(network, projection.only(moved)))
     return replace(network, projections=tuple(projections))
+
+
+def _has_sign(projection: Projection) -> bool:
+    return projection.neuromodulation is None and not projection.is_electrical
 
 
 CONTROLS: Final[Mapping[tuple[str, str], Control]] = MappingProxyType(

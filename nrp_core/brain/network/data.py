@@ -54,7 +54,8 @@ from nrp_core.brain.network.limits import (
     limits_of_synapses,
 )
 from nrp_core.brain.network.rewiring import MODULATORY, Neuromodulation, Rewiring
-from nrp_core.brain.network.synapses import LAWS, PLASTIC, STATIC
+from nrp_core.brain.network.synapses import CONTINUOUS, ELECTRICAL, LAWS, PLASTIC, STATIC
+from nrp_core.brain.network.voltages import require_voltages
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 from nrp_core.units import Unit, unit_of
 
@@ -184,9 +185,9 @@ class Projection:
             ``punishment``.
         pre_index, post_index: cells within their populations, shape ``(n_synapses,)``; stored compressed,
             so use :meth:`pairs` to read a few at a time.
-        weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
-            may share memory (a broadcast array). Those of large projections may be drawn again for each
-            read (:class:`~nrp_core.brain.network.drawing.Drawn`).
+        weight: in the units of the target (see module), or uS if the synapses are electrical, shape
+            ``(n_synapses,)``; equal weights may share memory (a broadcast array). Those of large projections
+            may be drawn again for each read (:class:`~nrp_core.brain.network.drawing.Drawn`).
         delay_ms: shape ``(n_synapses,)``, like the weights.
         synapse_type: name of the synapse law, see :mod:`nrp_core.brain.network.synapses`.
         synapse_parameters: the law's parameters, PyNN names and units, shape ``(n_synapses,)``.
@@ -241,6 +242,16 @@ class Projection:
         if self.equations is not None:
             return self.equations.model.is_plastic
         return self.synapse_type in PLASTIC
+
+    @property
+    def is_continuous(self) -> bool:
+        """Whether its synapses transmit voltages instead of spikes."""
+        return self.synapse_type in CONTINUOUS
+
+    @property
+    def is_electrical(self) -> bool:
+        """Whether its synapses are gap junctions, through which current flows both ways, at no receptor."""
+        return self.synapse_type == ELECTRICAL
 
     @property
     def is_excitatory(self) -> bool:
@@ -462,10 +473,22 @@ class Network(Overview):
             lowest, highest = indices_of(projection, f"{end}_index").bounds()
             if lowest < 0 or highest >= size:
                 raise NetworkError(f"{where}: {end} index outside population '{label}' of {size}")
+        self._check_receptor(where, projection)
+        if self.populations[projection.post].is_source:
+            raise NetworkError(f"{where} ends on '{projection.post}', which only emits spikes")
+        if projection.is_continuous:
+            require_voltages(where, projection, self.populations)
+        if projection.equations is None:
+            require_synapse_names(projection.label, projection.synapse_type, projection.synapse_parameters)
+        self._check_values(where, projection)
+
+    def _check_receptor(self, where: str, projection: Projection) -> None:
         equations = self.populations[projection.post].equations
         valid = RECEPTORS
         if projection.neuromodulation is not None:
             equations, valid = None, MODULATORY
+        if projection.is_electrical:  # acts on the membrane itself
+            equations = None
         if equations is None and projection.receptor not in valid:
             raise NetworkError(
                 f"{where}: receptor '{projection.receptor}'{did_you_mean(projection.receptor, valid)}"
@@ -480,11 +503,6 @@ class Network(Overview):
                 f"{where}: the equations of '{projection.post}' have no receptor '{projection.receptor}'"
                 f"{did_you_mean(projection.receptor, known) if known else '; give `receptors`'}"
             )
-        if self.populations[projection.post].is_source:
-            raise NetworkError(f"{where} ends on '{projection.post}', which only emits spikes")
-        if projection.equations is None:
-            require_synapse_names(projection.label, projection.synapse_type, projection.synapse_parameters)
-        self._check_values(where, projection)
 
     def _check_values(self, where: str, projection: Projection) -> None:
         values = {"weight": stored_form(projection, "weight"), "delay": stored_form(projection, "delay_ms")}
@@ -492,14 +510,15 @@ class Network(Overview):
             if array.shape != (projection.size,):
                 raise NetworkError(f"{where}: {name} has shape {array.shape}, not ({projection.size},)")
         _check_beginning(where, projection)
-        conductance_based = self.populations[projection.post].is_conductance_based
+        post = self.populations[projection.post]
+        conductance_based = post.is_conductance_based or projection.is_electrical
         check_synapses(
             where, projection.ends, {**values, **projection.synapse_parameters},
             receptor=projection.receptor, conductance_based=conductance_based, signed=conductance_based,
             limits=limits_of_synapses(projection.equations),
         )  # fmt: skip
         if projection.equations is not None:
-            unit = self.populations[projection.post].weight_unit(projection.receptor)
+            unit = post.weight_unit(projection.receptor)
             projection.equations.require_weight_unit(where, unit)
             projection.equations.require_values(
                 where, describing(projection.ends), projection.synapse_parameters

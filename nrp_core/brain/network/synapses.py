@@ -44,6 +44,8 @@ class SynapseLaw:
         complements: further names of initial values: a state variable, and the parameter less which it is.
         parts: the parts that PyNN composes the law from: PyNN's argument, its classes and their parameters.
         plastic: whether spikes change the weight itself, not only the share of it that one spike transmits.
+        continuous: whether the voltage of the source acts all the time, without a delay, instead of its
+            spikes.
         stands_for: unsupported PyNN classes whose nearest equivalent this is.
     """
 
@@ -56,6 +58,7 @@ class SynapseLaw:
     complements: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     parts: Mapping[str, Mapping[str, RulePart]] = field(default_factory=dict)
     plastic: bool = False
+    continuous: bool = False
     stands_for: tuple[str, ...] = ()
 
     @property
@@ -118,12 +121,7 @@ class RulePart:
 
 STATIC: Final = "static"
 
-STATIC_LAW: Final = SynapseLaw(
-    STATIC,
-    pynn="StaticSynapse",
-    summary="A constant weight and delay (ms).",
-    stands_for=("ElectricalSynapse",),
-)
+STATIC_LAW: Final = SynapseLaw(STATIC, pynn="StaticSynapse", summary="A constant weight and delay (ms).")
 
 # Short-term plasticity of Tsodyks, Uziel & Markram (2000, J Neurosci 20:RC50).
 #
@@ -273,6 +271,17 @@ STDP_LAW: Final = SynapseLaw(
     plastic=True,
 )
 
+# Gap junctions: the current ``weight (v_pre - v_post)`` into the target, and its opposite into the source.
+
+ELECTRICAL: Final = "electrical"
+
+ELECTRICAL_LAW: Final = SynapseLaw(
+    ELECTRICAL,
+    pynn="ElectricalSynapse",
+    summary="A gap junction: a conductance (uS) between two cells, through which current flows both ways.",
+    continuous=True,
+)
+
 LAWS: Final[Mapping[str, SynapseLaw]] = {
     law.name: law
     for law in (
@@ -282,7 +291,10 @@ LAWS: Final[Mapping[str, SynapseLaw]] = {
         STOCHASTIC_TSODYKS_MARKRAM_LAW,
         MULTIQUANTAL_LAW,
         STDP_LAW,
+        ELECTRICAL_LAW,
     )
 }
 PLASTIC: Final = frozenset(law.name for law in LAWS.values() if law.plastic)
 """The laws whose weights change by themselves."""
+CONTINUOUS: Final = frozenset(law.name for law in LAWS.values() if law.continuous)
+"""The laws that transmit voltages."""

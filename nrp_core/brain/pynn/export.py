@@ -24,7 +24,7 @@ from nrp_core.brain.pynn.arguments import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of, require_existing
 from nrp_core.brain.pynn.projections import Projection
 from nrp_core.brain.pynn.simulator import State
-from nrp_core.brain.pynn.synapse_columns import taken
+from nrp_core.brain.pynn.synapse_columns import constant, taken
 from nrp_core.errors import NetworkError
 
 
@@ -237,6 +237,7 @@ def _parts(
         if several:
             chosen = (from_cells[projection.pre_index] >= 0) & (to_cells[projection.post_index] >= 0)
         values = {key: taken(column, chosen) for key, column in projection.values.items()}
+        (n,) = values["weight"].shape
         yield data.Projection(
             label=f"{name} ({labels[pre]}→{labels[post]})" if several else name,
             pre=labels[pre],
@@ -245,7 +246,7 @@ def _parts(
             pre_index=_within(from_cells, projection, "pre", chosen),
             post_index=_within(to_cells, projection, "post", chosen),
             weight=values.pop("weight"),
-            delay_ms=values.pop("delay"),
+            delay_ms=values.pop("delay", constant(0.0, n)),
             synapse_type=projection.synapse_type.kind,
             synapse_parameters=values,
             plasticity=projection.synapse_type.plasticity,

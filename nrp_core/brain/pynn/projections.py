@@ -21,7 +21,7 @@ from nrp_core.brain.network.drawing import Columns
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
 from nrp_core.brain.network.parameters import Limit
-from nrp_core.brain.network.synapses import LAWS
+from nrp_core.brain.network.synapses import ELECTRICAL, LAWS
 from nrp_core.brain.pynn.arguments import (
     InvalidSynapseError,
     UnknownSynapseError,
@@ -48,6 +48,8 @@ _PARTS = (
 )
 """The arguments of a projection: name, classes and an example for messages."""
 _ARGUMENTS = ("connector", "synapse_type", "source", "receptor_type", "space", "label")
+_OF_POINTS = ("source_section.gap",)
+"""Where PyNN has the halves of gap junctions, in NEURON; cells that are points have no other place."""
 _OPERATIONS = {"sum": (np.add, 0.0), "min": (np.minimum, np.inf), "max": (np.maximum, -np.inf)}
 
 
@@ -81,10 +83,15 @@ class Projection(common.Projection):
         label = label or "→".join(str(getattr(cells, "label", cells)) for cells in ends)
         for (what, kinds, valid), part in zip(_PARTS, (*ends, connector, synapse_type, space), strict=True):
             require_kind(f"projection '{label}'", what, part, kinds, valid)
+        if getattr(synapse_type, "kind", None) == ELECTRICAL:  # PyNN names the places of both halves
+            source, receptor_type = (None if each in _OF_POINTS else each for each in (source, receptor_type))
         usual = receptors = postsynaptic_population.receptor_types
         if not receptors:
-            name = postsynaptic_population.label
-            raise NetworkError(f"a projection ends on '{name}', whose cells only emit spikes")
+            is_given = any(
+                hasattr(cells.celltype, "equations") for cells in parts_of(postsynaptic_population)
+            )
+            why = "equations have no receptor; give `receptors`" if is_given else "cells only emit spikes"
+            raise NetworkError(f"a projection ends on '{postsynaptic_population.label}', whose {why}")
         own = getattr(synapse_type, "receptors", None)
         receptors = own or receptors
         if receptor_type not in receptors and (own or receptor_type not in (None, "default")):

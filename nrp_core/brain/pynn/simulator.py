@@ -234,7 +234,9 @@ class State(BaseState):
         if self._min_delay is not None:
             return self._min_delay
         delays = [
-            projection.values.extremes("delay").min() for projection in self.projections if len(projection)
+            projection.values.extremes("delay").min()
+            for projection in self.projections
+            if len(projection) and "delay" in projection.values
         ]
         return float(min(delays, default=self.dt))
 

@@ -35,10 +35,12 @@ class SynapseType(StandardSynapseType):
 
     Attributes:
         kind: the name of the law in a network.
-        weight, delay: from the script; a missing weight is 0, a missing delay the smallest.
+        weight, delay: from the script; a missing weight is 0, a missing delay the smallest. Synapses that
+            transmit voltages have no delay.
     """
 
     kind: ClassVar[str]
+    delay: Any = None
     # PyNN checks column by column as it connects; here each projection is checked once, as a whole
     parameter_checks: ClassVar[dict[str, Any]] = {}
     _simulator: Simulator
@@ -54,7 +56,8 @@ class SynapseType(StandardSynapseType):
         super().__init__(*args, **parameters)
         weight, delay = parameters.get("weight"), parameters.get("delay")
         self.weight = 0.0 if weight is None else weight
-        self.delay = self._get_minimum_delay() if delay is None else delay
+        if "delay" in own or not own:
+            self.delay = self._get_minimum_delay() if delay is None else delay
 
     def _require_possible(self, parameters: Mapping[str, Any]) -> None:
         """Check errors that PyNN reports only later, or without a name.
@@ -150,6 +153,7 @@ def _synapse_type(law: SynapseLaw) -> type:
     if base is None:
         base = StandardSynapseType
     # floats, also where PyNN has whole numbers: it would cut off the fraction of a wrong value
-    body["default_parameters"] = {"weight": 0.0, "delay": None, **law.defaults}
+    delay: dict[str, Any] = {} if law.continuous else {"delay": None}
+    body["default_parameters"] = {"weight": 0.0, **delay, **law.defaults}
     body["translations"] = untranslated(body["default_parameters"])
     return type(law.pynn, (SynapseType, base), body)

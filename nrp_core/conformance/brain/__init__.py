@@ -7,6 +7,7 @@ from nrp_core.conformance.brain.devices import DeviceTests
 from nrp_core.conformance.brain.equivalence import EquivalenceTests
 from nrp_core.conformance.brain.state import SequenceTests, StateTests
 from nrp_core.conformance.brain.timing import LifecycleTests, TimingTests
+from nrp_core.conformance.brain.voltages import VoltageTests
 from nrp_core.conformance.brain.wiring import CellTests, WiringTests
 
 
@@ -22,6 +23,7 @@ class BrainBackendTests(
     AccuracyTests,
     DeviceAccuracyTests,
     PrecisionTests,
+    VoltageTests,
     EquivalenceTests,
 ):
     """The tests for the author of a backend: contract, capabilities, accuracy."""

@@ -72,8 +72,11 @@ class CapabilityTests(BrainKit):
     @pytest.mark.parametrize("kind", sorted(SYNAPSES))
     def test_a_synapse_type_works_if_declared_and_is_refused_if_not(self, kind: str) -> None:
         rule = LAWS[kind].first_parts or None
-        synapse = connect("s", "n", self.sample.strong, 1.0, kind=kind, rule=rule, **SYNAPSES[kind])
-        parts = spikes("s", [2.0, 30.0]), self.cells("n"), synapse
+        delay_ms, source = 1.0, spikes("s", [2.0, 30.0])
+        if LAWS[kind].continuous:
+            delay_ms, source = 0.0, self.cells("s")
+        synapse = connect("s", "n", self.sample.strong, delay_ms, kind=kind, rule=rule, **SYNAPSES[kind])
+        parts = source, self.cells("n"), synapse
         if kind in self.capabilities.synapses:
             self.run(self.open(*parts), 40)
         else:

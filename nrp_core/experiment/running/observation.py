@@ -154,9 +154,9 @@ class SpikeCounterPort(SinkPort):
 
 
 def synapses_from(network: Network) -> IntArray:
-    """Return the number of synapses of each neuron on others, shape ``(n_neurons,)``."""
+    """Return the number of synapses of each neuron that its spikes pass, shape ``(n_neurons,)``."""
     found = np.zeros(network.size, np.int64)
-    for projection in network.projections:
+    for projection in (one for one in network.projections if not one.is_continuous):
         of_population = found[network.offsets[projection.pre] :]
         for pre in indices_of(projection, "pre_index").parts():
             counts = np.bincount(pre)

@@ -14,7 +14,7 @@ from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses import STATIC, STDP
+from nrp_core.brain.network.synapses import ELECTRICAL, STATIC, STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 FOUND_BY: Found = {}
@@ -330,6 +330,34 @@ class TakesEverySynapseForStatic(SmallBackend):
 class PromisesPlasticity(SmallBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
         return dataclasses.replace(super().capabilities(options), synapses=frozenset({STATIC, STDP}))
+
+
+class _Junctions(SmallBrain):
+    """Has gap junctions, but only the first cell of each acts on the second."""
+
+    def outgoing(self) -> dict[int, list[tuple[int, float, float, str]]]:
+        return {}
+
+    def integrate(self) -> None:
+        s, alone = self.live, self.live.current
+        for p in self.network.projections:
+            pre, post = (
+                self.network.offsets[name] + at for name, at in ((p.pre, p.pre_index), (p.post, p.post_index))
+            )
+            s.current = alone.copy()
+            np.add.at(s.current, post, p.weight * (s.v[pre] - s.v[post]))
+        super().integrate()
+        s.current = alone
+
+
+@found_by(
+    "a_gap_junction_carries_current_both_ways",
+)
+class LetsJunctionsPassOneWay(SmallBackend):
+    brain = _Junctions
+
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        return dataclasses.replace(super().capabilities(options), synapses=frozenset({STATIC, ELECTRICAL}))
 
 
 class _Unmoved(SmallBrain):

@@ -225,7 +225,6 @@ def test_a_mistake_is_one_error_with_its_line_and_what_would_be_right(text: str,
             "IF_facets_hardware1 is not supported; the nearest supported model: IF_cond_exp",
         ),
         ("sim.native_cell_type('iaf_psc_alpha')()", "the nearest standard model is IF_curr_alpha"),
-        ("sim.ElectricalSynapse()", "the nearest supported model: StaticSynapse"),
     ],
 )
 def test_a_model_that_there_is_not_names_the_nearest(text: str, message: str, tmp_path: Path) -> None:

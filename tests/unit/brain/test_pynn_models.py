@@ -39,7 +39,6 @@ def test_every_model_connector_and_function_of_a_pynn_simulator_has_its_name_her
     [
         ("IF_facets_hardware1", "IF_cond_exp"),
         ("SpikeSourceInhGamma", "SpikeSourcePoisson"),
-        ("ElectricalSynapse", "StaticSynapse"),
     ],
 )
 def test_a_model_that_is_not_supported_names_the_nearest_that_is(

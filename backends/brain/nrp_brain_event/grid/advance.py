@@ -13,10 +13,12 @@ from nrp_brain_event.grid.inputs import arrange
 from nrp_brain_event.grid.readout import is_lost
 from nrp_brain_event.grid.records import (
     ADD_NOISE,
+    COUPLE,
     CURVED,
     DELIVER,
     DELIVER_LATE,
     EQUATIONS,
+    FOLLOW,
     HEAR_NOISE,
     JUMP,
     SET_CURVED_CURRENT,
@@ -57,6 +59,8 @@ def run(places: Array, until: int) -> int:
         if not accept(clock, grid, places, step):
             return FULL
         clock.n_fired = 0
+        if len(grid.coupled) > 0:
+            call(grid.codes[COUPLE], (places,))
         _update(clock, grid, places, _EARLY, step)
         n_early = clock.n_fired
         if grid.slots[step & (len(grid.slots) - 1)] >= 0:
@@ -69,6 +73,8 @@ def run(places: Array, until: int) -> int:
             return DIVERGED
         emit(clock, grid, places, step, n_early)
         clock.step = step
+        if len(grid.coupled) > 0:
+            call(grid.codes[FOLLOW], (places, step))
         if len(grid.probes) > 0:
             call(grid.codes[TAKE_SAMPLES], (places, step))
     return DIVERGED if is_lost(grid) else DONE

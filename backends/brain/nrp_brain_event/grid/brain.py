@@ -16,6 +16,7 @@ from nrp_brain_event.connections import begin_plastic, places_of_plastic
 from nrp_brain_event.engine import StoredSpikes, doubled
 from nrp_brain_event.equation_synapses import keep_kernels
 from nrp_brain_event.grid.advance import set_currents
+from nrp_brain_event.grid.couplings import couplings_of, with_responses
 from nrp_brain_event.grid.equations.blocks import (
     begin_cell_streams,
     places_of,
@@ -313,6 +314,7 @@ class GridBrain(Brain):
     def _do_set_current(self, currents_na: FloatArray) -> None:
         require_input(self.network, currents_na)
         total = offsets_of(self._grid, self._cells) + currents_na[self._grid.ids]
+        self._grid.coupled["steady"] = total[self._grid.coupled["row"]]
         if not set_currents(self._held.places, total):
             raise diverged(self.network, int(self._grid.clock["failed"][0]), self.now_ns)
 
@@ -334,7 +336,7 @@ class GridBrain(Brain):
                 "`poisson: grid`"
             )
         grid, self._cells = change_cells(self._grid, self._cells, self.network, change, self._row_of)
-        self._take(handle(grid))
+        self._take(handle(with_responses(grid, self._cells, self.network, self._row_of)))
         if change.values.keys() & TIME_CONSTANTS.keys() and len(self._grid.short_term):
             self._grid.short_term["tau_psc"] = self._tables()["short_term"]["tau_psc"]
         self._do_set_current(self._currents)
@@ -364,6 +366,7 @@ class GridBrain(Brain):
         tables = self._tables()
         del tables["short_term"]  # the order of its rows stays
         self._take(handle(self._grid._replace(**tables)))
+        self._grid.couplings["weight"] = couplings_of(self.network, self._row_of, weights).weight
 
     def _tables(self) -> dict[str, Array]:
         noisy = labels_from(self.network, self._drawn)
@@ -422,10 +425,13 @@ class GridBrain(Brain):
         n = min(n, n_rows)
         if n <= 1:
             return None
+        alone = ""
         if len(self._initial.memories):
-            self.warnings.add(
-                Code.NRP279, "spike-timing-dependent plasticity uses one thread; `threads` has no effect"
-            )
+            alone = "spike-timing-dependent plasticity uses"
+        elif len(self._initial.coupled):
+            alone = "synapses that transmit voltages use"
+        if alone:
+            self.warnings.add(Code.NRP279, f"{alone} one thread; `threads` has no effect")
             return None
         window = int(self._initial.clock["window"][0])
         if n_rows * window < _WORTH_SHARING:
@@ -450,5 +456,7 @@ class GridBrain(Brain):
             )
 
     def _is_rounded(self, projection: Projection) -> bool:
+        if projection.is_continuous:
+            return False
         delays = distinct(extremes(stored_form(projection, "delay_ms")))
         return bool((abs(self._times.time_ms(self._times.delays(delays)) - delays) > _EXACT_MS).any())

@@ -13,6 +13,7 @@ import numpy as np
 from nrp_brain_event.cells import load_cells, with_parameters
 from nrp_brain_event.connections import load_plastic
 from nrp_brain_event.engine import chain_free, doubled
+from nrp_brain_event.grid.couplings import no_couplings, with_couplings
 from nrp_brain_event.grid.equations import blocks as equations
 from nrp_brain_event.grid.equations.blocks import load_blocks
 from nrp_brain_event.grid.inputs import no_inputs
@@ -151,8 +152,10 @@ def build_grid(
         arrivals=no_inputs(),
         lines=input_lines(runs, state).take(row_of if len(cells) else [], axis=1),
         **load_noise(network, cells, row_of, times, drawn),
+        **no_couplings(),
         **no_probes(),
     )
+    grid = with_couplings(grid, cells, network, row_of)
     return enlarged(grid._replace(codes=codes_for(grid))), cells, row_of
 
 

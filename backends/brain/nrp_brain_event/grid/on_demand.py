@@ -18,14 +18,17 @@ from typing import Final
 
 import numpy as np
 
+from nrp_brain_event.grid.couplings import couple, follow
 from nrp_brain_event.grid.equations.layout import length_of_row
 from nrp_brain_event.grid.poisson import add_noise, hear_noise
 from nrp_brain_event.grid.readout import take_samples
 from nrp_brain_event.grid.records import (
     ADD_NOISE,
+    COUPLE,
     CURVED,
     DELIVER,
     DELIVER_LATE,
+    FOLLOW,
     HEAR_NOISE,
     N_ON_DEMAND,
     PLASTIC,
@@ -153,6 +156,8 @@ _KERNELS: Final[dict[int, tuple[Kernel, tuple[str, ...]]]] = {
     TAKE_SAMPLES: (take_samples, ("int64",)),
     DELIVER_LATE: (deliver_late, ("int64", "int64")),
     STORE_FOR_PLASTIC: (store_for_plastic, ("int64", "int64")),
+    COUPLE: (couple, ()),
+    FOLLOW: (follow, ("int64",)),
 }
 """Each with the types of its arguments after the ``places``."""
 _DELIVER: Final = {
@@ -173,6 +178,8 @@ def codes_for(grid: Grid) -> Array:
         needed += [UPDATE_BLOCKS]
     if len(grid.noise):
         needed += [ADD_NOISE, HEAR_NOISE]
+    if len(grid.coupled):
+        needed += [COUPLE, FOLLOW]
     if is_plastic:
         needed += [STORE_FOR_PLASTIC]
     codes = with_kernels(np.zeros(N_ON_DEMAND, np.int64), *needed)

@@ -135,7 +135,9 @@ DELIVER: Final = 5
 DELIVER_LATE: Final = 6
 STORE_FOR_PLASTIC: Final = 7
 UPDATE_BLOCKS: Final = 8
-N_ON_DEMAND: Final = 9
+COUPLE: Final = 9
+FOLLOW: Final = 10
+N_ON_DEMAND: Final = 11
 
 
 class Memory(Record):
@@ -195,6 +197,42 @@ class Probe(Record):
     """First of its samples in ``samples``: all rows at the first step, then at the next."""
     plain: int
     """Whether the state of the grid holds them as voltages of consecutive rows."""
+
+
+class Coupled(Record):
+    """A cell at an end of a coupling, see :mod:`nrp_brain_event.grid.couplings`; in mV and nA."""
+
+    row: int
+    place: int
+    """Of its voltage among ``values``, or -1."""
+    rest: float
+    reset: float
+    """Its voltage in the refractory period, if the state holds none then."""
+    response: float
+    """Change of its voltage in a step by 1 nA."""
+    jumps: int
+    """Whether a spike resets its voltage."""
+    first: int
+    last: int
+    """The ``couplings`` onto it."""
+    steady: float
+    """The current into it that is not due to them."""
+    current: float
+    """The mean current that is due to them, in the present step."""
+    v: float
+    own: float
+    """Its voltage at the grid point, and how much other causes changed it in the last step."""
+    middle: float
+    """Its voltage in the middle of the step."""
+
+
+class Coupling(Record):
+    """What acts on a cell by the voltage of another one."""
+
+    source: int
+    """Index in ``coupled``."""
+    weight: float
+    """Conductance, uS."""
 
 
 class Input(Record):
@@ -276,6 +314,9 @@ class Grid(NamedTuple):
         noise_lines, noise_ids: index into the flattened state on which each Poisson cell acts (unsigned, so
             that it is not checked for a sign), and its global id.
         noise_guides, noise_bounds: see :mod:`nrp_brain_event.grid.poisson`.
+        coupled: ``Coupled``, in the order of their rows.
+        couplings: ``Coupling``, in the order of their targets.
+        coupled_rows: index in ``coupled`` of each row, or -1; none without couplings.
         probes: ``Probe``.
         probe_steps, probe_rows: steps and rows of the samples of each probe.
         probe_values: place of each of these in ``values``, or -1, and the size of its unit; shape ``(2, n)``.
@@ -326,6 +367,9 @@ class Grid(NamedTuple):
     noise_ids: Annotated[Array, np.int32]
     noise_guides: Annotated[Array, np.int32, 2]
     noise_bounds: Annotated[Array, np.uint64, 2]
+    coupled: Annotated[Array, Coupled]
+    couplings: Annotated[Array, Coupling]
+    coupled_rows: Annotated[Array, np.int64]
     probes: Annotated[Array, Probe]
     probe_steps: Annotated[Array, np.int64]
     probe_rows: Annotated[Array, np.int64]
@@ -337,7 +381,7 @@ class Grid(NamedTuple):
 CHANGING: Final = (
     "clock", "runs", "state", "drive", "queue", "release", "cells", "values", "constants", "short_term",
     "plastic", "slow", "memories", "stored", "pool", "slots", "entry_segment", "entry_after", "outbox",
-    "spikes", "noise",
+    "spikes", "noise", "coupled", "couplings",
 )  # fmt: skip
 """The parts of the grid that change while running, apart from ``sources`` and ``arrivals``."""
 WITHOUT_COPY: Final = frozenset({"plastic", "slow"})

@@ -222,7 +222,7 @@ def load_tables(
     groups: dict[tuple[object, ...], list[ProjectionPart]] = {}
     plastic_rows = places_of_plastic(network, row_of)[1]
     for projection in network.projections:
-        if projection.size and projection.label not in without:
+        if projection.size and projection.label not in without and not projection.is_continuous:
             given = weights_now.get(projection.label)
             now = projection if given is None else replace(projection, weight=given)
             for part in _parts(network, now, cells, row_of, grid, plastic_rows):

@@ -47,6 +47,7 @@ from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.expressions import TIME
 from nrp_core.brain.network.equations.linear import ONE, driven, fastest, integrals, propagators
 from nrp_core.brain.network.equations.model import INPUT, Model, value_of
+from nrp_core.brain.network.voltages import VOLTAGE
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.findings.refusals import no_variable
@@ -166,6 +167,33 @@ def offsets_na(grid: Grid, network: Network, label: str) -> FloatArray | float:
     """Return the constant current into the cells of a population with equations, nA."""
     block, population, cell = _owner(grid, network, label)
     return _parameters(grid, block, population.size, cell.model).get(INPUT, 0.0) / NANO
+
+
+def responses_mv(grid: Grid, network: Network, label: str) -> FloatArray:
+    """Return how much 1 nA changes the voltage ``v`` of the cells of a population in a step, mV.
+
+    Raises:
+        CapabilityError: the current does not act on the voltage.
+    """
+    block, population, cell = _owner(grid, network, label)
+    variables = {
+        name: population.initial_values.get(name, np.zeros(1)) * variable.unit.scale
+        for name, variable in cell.model.variables.items()
+    }
+    known: dict[str, Any] = {TIME: 0.0, **_parameters(grid, block, population.size, cell.model), **variables}
+    rates = [
+        value_of(
+            cell.model.variables[VOLTAGE].rate, known | {INPUT: known[INPUT] + extra}, cell.model.definitions
+        )
+        for extra in (0.0, NANO)
+    ]
+    found: FloatArray = (rates[1] - rates[0]) * float(grid.clock["h"][0])  # V/s and ms
+    if not (found > 0.0).all():
+        raise CapabilityError(
+            f"the voltage '{VOLTAGE}' of population '{label}' does not rise with the current '{INPUT}', by "
+            "which voltages of other cells act on it"
+        )
+    return np.broadcast_to(found, population.size)
 
 
 def require_input(network: Network, currents_na: FloatArray) -> None:

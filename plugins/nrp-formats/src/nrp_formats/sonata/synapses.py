@@ -105,14 +105,14 @@ def _stdp(chosen: Chosen) -> Synapses:
 
 _MODELS: Final[Mapping[str, Callable[[Chosen], Synapses]]] = {
     "static_synapse": _as_in_pynn(LAWS[STATIC]),
-    **{law.pynn: _as_in_pynn(law) for law in LAWS.values() if not law.parts},
+    **{law.pynn: _as_in_pynn(law) for law in LAWS.values() if not (law.parts or law.continuous)},
     "tsodyks_synapse": _tsodyks,
     "stdp_synapse": _stdp,
 }
 
 _NAMES_OF: Final[Mapping[str, frozenset[str]]] = {
     "static_synapse": frozenset(),
-    **{law.pynn: frozenset(law.defaults) for law in LAWS.values() if not law.parts},
+    **{law.pynn: frozenset(law.defaults) for law in LAWS.values() if not (law.parts or law.continuous)},
     "tsodyks_synapse": frozenset({"U", "tau_rec", "tau_fac", "tau_psc"}),
     "stdp_synapse": frozenset({"lambda", "alpha", "mu_plus", "mu_minus", "tau_plus", "Wmax"}),
 }
