@@ -207,7 +207,8 @@ class Resources:
     def find(self, uri: Element) -> Path | None:
         """Return the file that a ``<uri>`` refers to, None if it does not exist."""
         found = next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
-        return found or next(filter(None, map(in_sources, self._candidates(uri.text, uri.path))), None)
+        found = found or next(filter(None, map(in_sources, self._candidates(uri.text, uri.path))), None)
+        return found or next((path for path in _beside(uri) if path.is_file()), None)
 
     def media(self) -> list[Path]:
         """Return the folders of the user in which scripts of materials and their textures are looked for."""
@@ -284,6 +285,16 @@ class Resources:
             yield from (folder / inner for folder in chosen[-1:])
         for folder in self._folders:
             yield from (folder / each / inner for each in (name, name.lower().replace(" ", "_")))
+
+
+def _beside(uri: Element) -> Iterator[Path]:
+    """Yield where the file of a missing package or another machine may stand beside the file that uses it."""
+    scheme, separator, rest = uri.text.partition("://")
+    if separator and scheme not in _SCHEMES:
+        return
+    folder, parts = uri.path.absolute().parent, Path(rest if separator else uri.text).parts
+    yield from (folder.joinpath(*parts[i:]) for i in range(1, len(parts)))
+    yield from (folder / "meshes" / name for name in parts[-1:])
 
 
 def main_file(folder: Path) -> Path | None:

@@ -147,6 +147,26 @@ def test_packages_of_ros_are_found(
     assert read_model(robot).warnings == ()
 
 
+@pytest.mark.parametrize(
+    ("uri", "place"),
+    [
+        ("model://gone/meshes/visual/a.stl", "meshes/visual/a.stl"),
+        ("model://gone/meshes/visual/a.stl", "a.stl"),
+        ("package://gone/dae/a.stl", "meshes/a.stl"),
+        ("file:///home/nobody/Models/gone/meshes/a.stl", "meshes/a.stl"),
+        ("/home/nobody/Models/gone/meshes/a.stl", "a.stl"),
+    ],
+)
+def test_the_mesh_of_a_missing_package_is_found_beside_the_file(
+    tmp_path: Path, tetrahedron: Triangles, uri: str, place: str
+) -> None:
+    (tmp_path / "cart" / place).parent.mkdir(parents=True)
+    write_stl(tmp_path / "cart" / place, tetrahedron)
+    robot = tmp_path / "cart" / "model.sdf"
+    robot.write_text(SDF.format(MESH.format(uri)))
+    assert read_model(robot).warnings == ()
+
+
 # -- xacro
 
 XACRO = """<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">
