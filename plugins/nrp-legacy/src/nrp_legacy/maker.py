@@ -20,6 +20,7 @@ from nrp_core.experiment import Build, Collector, Experiment, Maker, Omission, P
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.world import Model, Scene, World, read_scene
+from nrp_core.xml import Element
 from nrp_legacy import code
 from nrp_legacy.brains import inject_currents, load_brain, remark, with_variables
 from nrp_legacy.code import ignore_note
@@ -202,6 +203,15 @@ def _tree(path: Path) -> ast.Module:
     return code.Source.of_file(path).tree(ignore_note)
 
 
+def _lacking(finding: Finding) -> Finding:
+    """Return a finding about a room, in which an actor is left out, not altered."""
+    if finding.subject != "actor":
+        return finding
+    return replace(
+        finding, code=Code.NRP256, message="an <actor> of the room is left out: it is not simulated"
+    )
+
+
 class LegacyMaker(ShimmedMaker):
     """Makes one experiment from the documents of the platform.
 
@@ -210,10 +220,18 @@ class LegacyMaker(ShimmedMaker):
         library: the search path for files.
         machines: its state machines.
         notes: notes from reading it.
+        launch: the element with a launch file if nothing else names a robot.
     """
 
-    def __init__(self, bibi: Bibi, library: Library, machines: list[Path], notes: list[Finding]) -> None:
-        self.bibi = bibi
+    def __init__(
+        self,
+        bibi: Bibi,
+        library: Library,
+        machines: list[Path],
+        notes: list[Finding],
+        launch: Element | None = None,
+    ) -> None:
+        self.bibi, self._launch = bibi, launch
         folders = library.folder / "resources", library.folder
         super().__init__(
             bibi.element.path, library, machines, folders, nest_units=bibi.nest_units, notes=notes
@@ -221,10 +239,16 @@ class LegacyMaker(ShimmedMaker):
 
     def room(self, experiment: Experiment) -> Scene:
         try:
-            return super().room(experiment)
+            scene = super().room(experiment)
         except NrpError as error:
             self._note(Code.NRP256, f"the room is left out and replaced by a plain floor: {error}")
-            return read_scene(EMPTY_ROOM)
+            scene = read_scene(EMPTY_ROOM)
+        has_robot = any(joint.takes_commands for model in scene.models for joint in model.joints)
+        if self._launch is not None and not has_robot:
+            message = "no robot takes part: the launch file brings none, and the room has none"
+            at = self._launch.path, self._launch.line
+            self._notes.append(Finding(Code.NRP256, message, Level.WARNING, *at))
+        return replace(scene, warnings=tuple(map(_lacking, scene.warnings)))
 
     def _codes(self, experiment: Experiment) -> Iterator[str]:
         for element in self.bibi.functions:

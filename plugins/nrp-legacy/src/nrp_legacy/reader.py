@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial, reduce
 from math import ceil
@@ -20,6 +20,7 @@ from nrp_legacy import documents
 from nrp_legacy.document_checks import check_documents
 from nrp_legacy.documents import local, milliseconds_of, pose_of, seconds_of
 from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, installed_models, models_beside
+from nrp_legacy.launch_files import spawned_models
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.state_machines import check_machine_file
 
@@ -91,11 +92,13 @@ class _Reading:
         self._notes: list[Finding] = []
         self.bibi_path = self._bibi_file().resolve()
         self._bibi = documents.read_bibi(self.bibi_path)
+        self._launches = [one for one in self._exc.ignored if local(one.tag) == "rosLaunch"]
 
     def experiment(self) -> Experiment:
         exc, bibi = self._exc, self._bibi
         for element in (*exc.ignored, *bibi.ignored):
-            self._note(element, Code.NRP216, f"<{local(element.tag)}> is not supported: ignored")
+            if element not in self._launches:
+                self._note(element, Code.NRP216, f"<{local(element.tag)}> is not supported: ignored")
         self._notes += check_documents(exc, bibi)
         timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS, milliseconds_of) * NS_PER_MS)
         duration_ns = (
@@ -110,7 +113,8 @@ class _Reading:
         })  # fmt: skip
         experiment = experiment_of(tree, [one for one in self._overrides if one not in self._chosen])
         machines = [file for one in exc.machines if (file := self._machine(one))]
-        maker = LegacyMaker(bibi, self._library, machines, self._notes)
+        launch = next((one for one in self._launches if not experiment.world.robots), None)
+        maker = LegacyMaker(bibi, self._library, machines, self._notes, launch)
         experiment = experiment.with_maker(maker).with_overrides(self._overrides)
         return experiment.with_csv_folder(self._path.parent / "csv")
 
@@ -161,6 +165,7 @@ class _Reading:
             )
         bodies = self._bibi.bodies.items()
         robots = {_identifier(name): robot for name, body in bodies if (robot := self._robot(name, body))}
+        robots = dict(self._launched()) | robots
         element = environment.element if environment else None
         content = {"backend": "mujoco", "scene": str(scene or EMPTY_ROOM), **_physics(timestep_ns)}
         return self._tree({**content, "robots": self._tree(robots)}, element)
@@ -178,6 +183,25 @@ class _Reading:
             {} if numbers is None else {"pose": self._tree([self._tree(one, pose) for one in numbers], pose)}
         )
         return self._tree({"model": str(model), **place}, body.element)
+
+    def _launched(self) -> Iterator[tuple[str, Tree]]:
+        """Yield the robots that launch files spawn."""
+        for element in self._launches:
+            named = documents.FileNamed.of(element)
+            path = self._library.find(named)
+            spawned = self._read(partial(spawned_models, path, self._library)) if path else None
+            said = "only the models that it spawns take part" if spawned else "it is not supported: ignored"
+            self._note(element, Code.NRP216, f"<rosLaunch> '{named.name}': {said if path else 'not found'}")
+            for one in spawned or []:
+                if one.file is None:
+                    message = f"robot '{one.name}', which '{named.name}' spawns, not found: left out"
+                    self._note(one.element, Code.NRP256, message, subject=one.name)
+                else:
+                    pose = self._tree([self._tree(number) for number in one.pose], one.element)
+                    yield (
+                        _identifier(one.name),
+                        self._tree({"model": str(one.file), "pose": pose}, one.element),
+                    )
 
     def _time(
         self, element: Element | None, default: float, read: Callable[[Element], float] = seconds_of
