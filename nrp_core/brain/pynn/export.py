@@ -229,20 +229,27 @@ def cell_type_of(population: Population) -> str:
 def _parts(
     projection: Projection, name: str, labels: Mapping[Population, str], rewirings: Mapping[int, Rewiring]
 ) -> Iterator[data.Projection]:
-    """Return a projection as one between each pair of populations that its two ends cover."""
+    """Return a projection as one to each receptor between each pair of populations that its ends cover."""
     sources, targets = _members(projection.pre), _members(projection.post)
     several = len(sources) > 1 or len(targets) > 1
-    for (pre, from_cells), (post, to_cells) in product(sources, targets):
-        chosen: Any = slice(None)
+    routes = list(projection.routes())
+    for (pre, from_cells), (post, to_cells), (receptor, sign, of_receptor) in product(
+        sources, targets, routes
+    ):
+        chosen: Any = slice(None) if of_receptor is None else of_receptor
         if several:
-            chosen = (from_cells[projection.pre_index] >= 0) & (to_cells[projection.post_index] >= 0)
+            between = (from_cells[projection.pre_index] >= 0) & (to_cells[projection.post_index] >= 0)
+            chosen = between if of_receptor is None else between & of_receptor
         values = {key: taken(column, chosen) for key, column in projection.values.items()}
         (n,) = values["weight"].shape
+        if sign < 0:
+            values["weight"] = -values["weight"]
+        part = f"{name} ({labels[pre]}→{labels[post]})" if several else name
         yield data.Projection(
-            label=f"{name} ({labels[pre]}→{labels[post]})" if several else name,
+            label=part if receptor == projection.receptor_type else f"{part} ({receptor})",
             pre=labels[pre],
             post=labels[post],
-            receptor=projection.receptor_type,
+            receptor=receptor,
             pre_index=_within(from_cells, projection, "pre", chosen),
             post_index=_within(to_cells, projection, "post", chosen),
             weight=values.pop("weight"),

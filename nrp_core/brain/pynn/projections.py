@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from pyNN.parameters import LazyArray, ParameterSpace
 from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
-from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray
 from nrp_core.brain.network.drawing import Columns
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
@@ -294,6 +294,13 @@ class Projection(common.Projection):
     @property
     def _name(self) -> str:
         return f"projection '{self.label}'"
+
+    def routes(self) -> Iterator[tuple[str, int, BoolArray | None]]:
+        """Yield each receptor with the sign to apply to its weights, and its synapses, None for all.
+
+        A simulator may choose the receptor of each synapse by the sign of its weight.
+        """
+        yield str(self.receptor_type), 1, None
 
     def _meant(self, values: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
         """Return values as PyNN means them; a simulator may read them in another way."""

@@ -201,6 +201,31 @@ def test_negative_weights_of_conductances_inhibit_by_their_size_as_in_nest(tmp_p
     assert current.weight[0] == pytest.approx(-2e-4)
 
 
+@pytest.mark.parametrize(("cells", "sign"), [("IF_curr_exp", -1), ("IF_cond_exp", 1)])  # of inhibition
+@pytest.mark.parametrize("ends", ["a, b", "a + b, b"])
+def test_weights_of_both_signs_act_on_the_receptor_that_nest_chooses(
+    tmp_path: Path, cells: str, sign: int, ends: str
+) -> None:
+    (tmp_path / "b.py").write_text(f"""
+from hbp_nrp_cle.brainsim import simulator as sim
+import numpy as np
+a, b = sim.Population(2, sim.{cells}()), sim.Population(2, sim.{cells}())
+ends = [{ends}]
+weights = np.array([[1.0, -0.5], [0.2, 0.0], [-0.3, 0.1], [0.4, -0.6]])[:ends[0].size]
+sim.Projection(*ends, sim.AllToAllConnector(), sim.StaticSynapse(weight=weights))
+circuit = a + b
+""")
+    network = load_brain(tmp_path / "b.py", {}, seed=1)
+    found: dict[str, list[float]] = {"excitatory": [], "inhibitory": []}
+    for part in network.projections:
+        found[part.receptor] += part.weight.tolist()
+    excitatory, inhibitory = [0.0, 0.2, 1.0], [-0.5]
+    if ends != "a, b":
+        excitatory, inhibitory = [0.0, 0.1, 0.2, 0.4, 1.0], [-0.6, -0.5, -0.3]
+    assert sorted(found["excitatory"]) == excitatory
+    assert sorted(found["inhibitory"]) == sorted(-sign * one for one in inhibitory)
+
+
 def test_limits_of_a_uniform_distribution_may_come_in_any_order(tmp_path: Path) -> None:
     text = CELLS + "from pyNN.random import RandomDistribution\n"
     for written in ("('uniform', (3.0, 1.0))", "('uniform', low=3.0, high=1.0)"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import ModuleType
 from typing import Any
 
@@ -141,13 +141,39 @@ def _projection(sim: ModuleType, today: type) -> type:
         ) -> None:  # fmt: skip
             connector = method if connector is None else connector
             _complete(connector)
+            given = [one for one in (*values, *more.values()) if isinstance(one, str)]
+            self._all_inhibit = "inhibitory" in given and postsynaptic_population.conductance_based
             super().__init__(presynaptic_population, postsynaptic_population, connector, *values, **more)
 
         def _meant(self, values: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
             """Return the sizes of negative weights of conductances that inhibit, as NEST takes them."""
             meant: Mapping[str, FloatArray] = super()._meant(values)
             inhibits = self.receptor_type == "inhibitory" and self.post.conductance_based
-            return {**meant, "weight": abs(meant["weight"])} if inhibits and "weight" in meant else meant
+            if not inhibits or "weight" not in meant or self._is_routed(meant["weight"]):
+                return meant
+            return {**meant, "weight": abs(meant["weight"])}
+
+        def _check(self, values: Mapping[str, FloatArray]) -> None:
+            """Check values; of weights of both signs, which NEST takes, only the sizes."""
+            if "weight" in values and self._is_routed(values["weight"]):
+                negative = self.receptor_type == "inhibitory" and not self.post.conductance_based
+                values = {**values, "weight": abs(values["weight"]) * (-1 if negative else 1)}
+            super()._check(values)
+
+        def routes(self) -> Iterator[tuple[str, int, Any]]:
+            """Yield the receptors, of weights of both signs as in NEST: those below 0 inhibit."""
+            if not self._is_routed(self.values.extremes("weight")):
+                yield from super().routes()
+                return
+            weight = self.values["weight"]
+            yield "excitatory", 1, weight >= 0
+            yield "inhibitory", -1 if self.post.conductance_based else 1, weight < 0
+
+        def _is_routed(self, weight: FloatArray) -> bool:
+            """Return whether weights have both signs, and these choose the receptor."""
+            has_both = bool(np.size(weight)) and bool(np.min(weight) < 0 < np.max(weight))
+            known = self.receptor_type in ("excitatory", "inhibitory")
+            return has_both and known and not self._all_inhibit
 
         @property
         def nest_synapse_model(self) -> str:
