@@ -21,6 +21,7 @@ from nrp_bibi.model.functions import (
     PythonTransferFunction,
 )
 from nrp_bibi.model.selectors import Index, List, Population, Range
+from nrp_bibi.model.values import dedented
 from nrp_bibi.schema import SCHEMA, schema_text
 
 from nrp_core.errors import ExperimentError
@@ -305,3 +306,7 @@ def test_texts_keep_their_white_space() -> None:
     text = ConstantString(value=" a\n\tb\r ")
     model = Bibi(transfer_function=(Neuron2Robot(name="f", local=(Local(name="x", body=text),)),))
     assert parse_bibi(bibi_text(model)) == model
+
+
+def test_a_comment_around_code_may_be_less_deep_than_the_code() -> None:
+    assert dedented("\n    #\n    def f(t):\n        pass\n  #") == "#\ndef f(t):\n    pass\n#"

@@ -6,6 +6,7 @@ import ast
 import keyword
 import re
 import textwrap
+from collections.abc import Iterator
 from dataclasses import replace
 from math import isfinite
 
@@ -100,16 +101,29 @@ def _is_template(part: ast.AST) -> bool:
 
 
 def dedented(text: str) -> str:
-    """Return code without its common indentation; its first line may be indented differently.
+    """Return code without its common indentation; its first line and comments may be indented differently.
 
     The first variant that is valid Python is used; other code keeps its relative indentation.
+    """
+    variants = list(dedented_variants(text))
+    return next((code for code in variants if _is_python(code)), variants[0])
+
+
+def dedented_variants(text: str) -> Iterator[str]:
+    """Yield code without its common indentation, of all lines, of all but the first, and of those with code.
+
+    Comments that are less deep than the code become the least deep.
     """
     lines = text.split("\n")
     while lines and not lines[0].strip():
         lines.pop(0)
-    whole = textwrap.dedent("\n".join(lines)).strip("\n")
-    apart = "\n".join([line.lstrip() for line in lines[:1]] + [textwrap.dedent("\n".join(lines[1:]))])
-    return next((code for code in (whole, apart.strip("\n")) if _is_python(code)), whole)
+    yield textwrap.dedent("\n".join(lines)).strip("\n")
+    yield "\n".join([line.lstrip() for line in lines[:1]] + [textwrap.dedent("\n".join(lines[1:]))]).strip(
+        "\n"
+    )
+    code = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    depth = min((len(line) - len(line.lstrip()) for line in code), default=0)
+    yield "\n".join(line.lstrip() if line[:depth].strip() else line[depth:] for line in lines).strip("\n")
 
 
 def _is_python(code: str) -> bool:

@@ -69,6 +69,17 @@ def type_name(cls: type) -> str:
     return str(getattr(cls, "__msgtype__", cls.__name__))
 
 
+def _alias(field: str, doc: str) -> Any:
+    """Return an attribute that is another name of a field."""
+    return property(
+        lambda self: getattr(self, field), lambda self, value: setattr(self, field, value), doc=doc
+    )
+
+
+_SECS = _alias("sec", "Whole seconds, by its name in ROS 1.")
+_NSECS = _alias("nanosec", "The remaining nanoseconds, by its name in ROS 1.")
+
+
 @message("builtin_interfaces/msg/Time")
 @dataclass(slots=True)
 class Time:
@@ -82,15 +93,7 @@ class Time:
         """Build a stamp from nanoseconds."""
         return cls(*divmod(t_ns, NS_PER_S))
 
-    @property
-    def secs(self) -> int:
-        """Whole seconds, by its name in ROS 1."""
-        return self.sec
-
-    @property
-    def nsecs(self) -> int:
-        """The remaining nanoseconds, by its name in ROS 1."""
-        return self.nanosec
+    secs, nsecs = _SECS, _NSECS
 
     def to_ns(self) -> int:
         """Return nanoseconds."""
@@ -111,6 +114,8 @@ class Duration:
 
     sec: int = 0
     nanosec: int = 0
+
+    secs, nsecs = _SECS, _NSECS
 
 
 def ns_of(time: Time | Duration) -> int:

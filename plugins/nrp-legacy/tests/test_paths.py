@@ -78,12 +78,16 @@ def test_a_file_without_a_declared_folder_is_written_beside_the_experiment(folde
     run(
         folder,
         "import csv\n"
+        "import logging\nclass Kept(logging.FileHandler): pass\n"
+        f"logging.getLogger('own').addHandler(Kept('{FAR}/own.log'))\n"
+        f"logging.getLogger('own').warning('kept')\n"
         f"table = open('{FAR}/out.csv', 'wb')\ncsv.writer(table).writerow(['t', 1])\ntable.close()\n"
         f"log = open('{FAR}/out.txt', 'w', 0)\nprint >>log, 'so'\nlog.close()\n"
         f"np.savetxt('{FAR}/numbers.txt', [1.5])\n",
     )
     assert list(csv.reader((folder / "out.csv").read_text().splitlines())) == [["t", "1"]]
     assert (folder / "out.txt").read_text() == "so\n"
+    assert (folder / "own.log").read_text() == "kept\n"
     assert float((folder / "numbers.txt").read_text()) == 1.5
 
 

@@ -48,6 +48,11 @@ def test_code_for_both_pythons_is_python_3(guard: str, half: float) -> None:
     [
         ('print "a"', "a\n"),
         ('print "a", 1', "a 1\n"),
+        (
+            "n = 1\ndef f():\n    for i in n, 3:\n        if i: pass; global n\n    n = i / 2\nf()\nprint n",
+            "1\n",
+        ),
+        ("n = 1\nglobal n\ndef f():\n    global n\n    def n(): return 4\nf()\nprint(n() / 8)", "0\n"),
         ("print", "\n"),
         ('print "%d %s" % (1, "b")', "1 b\n"),
         ('print ("a"), "b"', "a b\n"),

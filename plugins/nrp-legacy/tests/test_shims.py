@@ -26,7 +26,10 @@ from nrp_legacy.shims.times import Duration, Time
 from nrp_core.dsl.loading import load_transfer_functions
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Findings
+from nrp_core.world.messages.base import Duration as BareDuration
+from nrp_core.world.messages.base import Time as BareTime
 from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Vector3
+from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.model_states import pose_of
 from tests.shared.profiled import is_profilable
 
@@ -42,6 +45,15 @@ def test_times_and_durations_add_up_as_in_ros() -> None:
     assert not isinstance(Time(3) - Time(1), Time)
     assert (Time(2.25).secs, Time(2.25).nsecs, Time(2.25).to_sec()) == (2, 250_000_000, 2.25)
     assert Time(1) < 2 < Time(3)
+
+
+def test_parts_of_times_and_durations_can_be_set() -> None:
+    spans = Time(2.25), Duration(2.25), BareTime(2, 250_000_000), BareDuration(2, 250_000_000)
+    for span in spans:
+        span.secs, span.nsecs = 1, 500_000_000
+        assert (span.sec, span.nanosec, span.secs, span.nsecs) == (1, 500_000_000, 1, 500_000_000)
+    assert spans[0] == 1.5
+    assert Header().stamp.secs == 0  # no message shares its time with another
 
 
 # -- tf.transformations

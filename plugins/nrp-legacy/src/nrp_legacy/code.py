@@ -8,11 +8,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from textwrap import dedent
 from types import CodeType
 from typing import Protocol
 
-from nrp_bibi.model.values import dedented
+from nrp_bibi.model.values import dedented_variants
 
 from nrp_core.findings import Code
 from nrp_core.xml import Element
@@ -127,15 +126,9 @@ def compiled_file(path: Path) -> CodeType:
 
 
 def _least_deep(code: str) -> str:
-    """Return code without its common indentation; some lines may have another one.
-
-    The variant that can be parsed is used: the first line and comments may have another indentation.
-    """
-    meant = dedented(code)
-    lines = meant.split("\n")
-    apart = "\n".join([lines[0].lstrip(), dedent("\n".join(lines[1:]))])
-    uncommented = dedent("\n".join("" if line.lstrip().startswith("#") else line for line in lines))
-    return next((one for one in (meant, apart, uncommented) if _can_be_read(one)), meant)
+    """Return code without its common indentation: the first variant that can be parsed, else the first."""
+    variants = list(dedented_variants(code))
+    return next((one for one in variants if _can_be_read(one)), variants[0])
 
 
 def _can_be_read(code: str) -> bool:

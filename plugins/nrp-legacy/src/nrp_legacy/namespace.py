@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -150,9 +149,9 @@ class Namespace:
         packages["hbp_nrp_cle"] = module("hbp_nrp_cle", tf_framework=nrp, tf_lib=nrp.tf_lib)
         self._first_names = {
             **python2.names(), **packages, **framework_names,
-            "nrp": nrp, "Topic": topic, "clientLogger": logger, "logger": log, "logging": logging,
+            "nrp": nrp, "Topic": topic, "clientLogger": logger, "logger": log,
             "np": self._libraries["numpy"],
-            **{name: self._libraries[name] for name in ("numpy", "cv2", "sys")},
+            **{name: self._libraries[name] for name in ("numpy", "cv2", "sys", "logging")},
             "CvBridge": CvBridge,
             "Point": Point, "Pose": Pose, "Quaternion": Quaternion,
             "Float32": Float32, "Int32": Int32, "String": String,

@@ -7,7 +7,9 @@ have dropped are replaced in all code.
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from nrp_core.errors import TransferFunctionError
 from nrp_core.scripts import unbound_names
@@ -228,6 +230,9 @@ def converted(code: str) -> Converted:
         if not _divides_truly(tree):
             tree = _Division(DIVIDE, changes).visit(tree)
     assert tree is not None
+    for scope, names in list(_late_globals(tree)):
+        changes.append("global after use")
+        _declare_first(scope, names)
     tree = Outdated(changes, is_old=is_old).visit(tree)
     done = is_old or _divides_truly(tree)
     return Converted(ast.fix_missing_locations(tree), tuple(dict.fromkeys(changes)), done)
@@ -279,12 +284,68 @@ def uses_python_2(code: str) -> bool:
 
 
 def _is_certainly_old(tree: ast.Module) -> bool:
-    if any(map(_is_print_statement, ast.walk(tree))):
+    if any(map(_is_print_statement, ast.walk(tree))) or any(_late_globals(tree)):
         return True
     removed = _REMOVED & unbound_names(tree)
     both = {id(name) for node in ast.walk(tree) if _is_for_both(node) for name in ast.walk(node)}
     names = (node for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id in removed)
     return any(id(name) not in both for name in names)
+
+
+_Scope = ast.Module | ast.FunctionDef
+_SCOPES = (ast.FunctionDef, ast.ClassDef, ast.Lambda)
+
+
+def _late_globals(tree: ast.Module) -> Iterator[tuple[_Scope, list[str]]]:
+    """Yield each scope that declares a global name after its use, with all names that it declares."""
+    for scope in ast.walk(tree):
+        if not isinstance(scope, _Scope):
+            continue
+        declared: list[str] = []
+        used: set[str] = set()
+        is_late = False
+        for node in _within(scope):
+            if isinstance(node, ast.Global):
+                is_late = is_late or not used.isdisjoint(node.names)
+                declared += node.names
+            used.update(_named(node))
+        if is_late:
+            yield scope, list(dict.fromkeys(declared))
+
+
+def _within(parent: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of a scope in their order, without those of scopes within it."""
+    for node in ast.iter_child_nodes(parent):
+        yield node
+        if not isinstance(node, _SCOPES):
+            yield from _within(node)
+
+
+def _named(node: ast.AST) -> tuple[str, ...]:
+    match node:
+        case ast.Name(id=name) | ast.FunctionDef(name=name) | ast.ClassDef(name=name):
+            return (name,)
+        case ast.ExceptHandler(name=str(name)):
+            return (name,)
+        case ast.alias(name=name, asname=other):
+            return ((other or name).partition(".")[0],)
+    return ()
+
+
+def _declare_first(scope: _Scope, names: list[str]) -> None:
+    """Declare the global names of a scope before anything else in it."""
+    for node in (scope, *(one for one in _within(scope) if not isinstance(one, _SCOPES))):
+        for field, value in ast.iter_fields(node):
+            if isinstance(value, list) and any(isinstance(one, ast.Global) for one in value):
+                setattr(node, field, [_nothing_for(one) for one in value])
+    first = ast.copy_location(ast.Global(names), scope.body[0])
+    place = _first_place(scope) if isinstance(scope, ast.Module) else ast.get_docstring(scope) is not None
+    scope.body.insert(int(place), first)
+
+
+def _nothing_for(statement: Any) -> Any:
+    is_declaration = isinstance(statement, ast.Global)
+    return ast.copy_location(ast.Pass(), statement) if is_declaration else statement
 
 
 _REMOVED = frozenset({"xrange", "raw_input", "unicode", "basestring", "unichr", "execfile"})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import logging.handlers
 import math
 import os
 import pickle
@@ -196,6 +197,7 @@ _WINDOWS = (
     "startWindowThread", "setMouseCallback", "createTrackbar", "setWindowTitle",
 )  # fmt: skip
 """Functions of OpenCV that show something on a screen; there is none."""
+_LOG_FILES = ("RotatingFileHandler", "TimedRotatingFileHandler", "WatchedFileHandler")
 _STRING_METHODS = ("join", "split", "replace", "lower", "upper", "strip", "find", "count", "capitalize")
 _TYPES = {
     "StringType": str, "UnicodeType": str, "StringTypes": (str,), "IntType": int, "LongType": int,
@@ -238,6 +240,7 @@ def old_libraries(
         "pickle": overlay("pickle", _pickle()),
         "csv": overlay("csv", {"reader": _csv_reader, "DictReader": _csv_dictionaries}),
         "types": overlay("types", _TYPES),
+        **_logging(paths),
         "numpy": numpy,
         "numpy.random": numpy_random,
         **old_scipy(numpy, paths),
@@ -371,6 +374,26 @@ def _os(environment: Mapping[str, str], paths: Paths) -> dict[str, ModuleType]:
         "listdir": paths.reading(os.listdir),
     }  # fmt: skip
     return {"os": overlay("os", own), "os.path": path}
+
+
+def _logging(paths: Paths) -> dict[str, ModuleType]:
+    """Return the modules whose log files are placed where they can be written."""
+
+    def placed(kind: type) -> type:
+        class Placed(kind):  # type: ignore[misc]
+            def __init__(self, filename: Any, *values: Any, **options: Any) -> None:
+                super().__init__(paths.place(filename), *values, **options)
+
+        Placed.__name__ = Placed.__qualname__ = kind.__name__
+        return Placed
+
+    def configure(**options: Any) -> None:
+        logging.basicConfig(**{**options, "filename": paths.place(options.get("filename"))})
+
+    kinds = {name: placed(getattr(logging.handlers, name)) for name in _LOG_FILES}
+    handlers = overlay("logging.handlers", kinds)
+    own = {"FileHandler": placed(logging.FileHandler), "basicConfig": configure, "handlers": handlers}
+    return {"logging": overlay("logging", own), "logging.handlers": handlers}
 
 
 def _string() -> dict[str, Any]:

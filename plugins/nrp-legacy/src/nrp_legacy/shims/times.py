@@ -55,16 +55,6 @@ class Span:
         """The total in nanoseconds."""
         return self.sec * NS_PER_S + self.nanosec
 
-    @property
-    def secs(self) -> int:
-        """Whole seconds."""
-        return self.sec
-
-    @property
-    def nsecs(self) -> int:
-        """Nanoseconds beyond whole seconds."""
-        return self.nanosec
-
     def to_sec(self) -> float:
         """Return seconds."""
         return self.ns / NS_PER_S
