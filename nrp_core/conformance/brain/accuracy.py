@@ -11,15 +11,20 @@ whatever the cell is, so that no reference is needed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from itertools import pairwise
 from math import copysign, exp, inf
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Final
 
+import numpy as np
 import pytest
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, LeakyIntegratorExp, PopulationRate
 from nrp_core.brain.devices.sources import FixedFrequencySource
+from nrp_core.brain.network.cells import CELLS as CELL_TYPES
 from nrp_core.brain.network.data import Projection
 from nrp_core.brain.network.synapses import LAWS, STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
@@ -38,6 +43,7 @@ from nrp_core.conformance.brain.kit import (
 )
 from nrp_core.conformance.brain.reference import Arrival, simulate
 
+NO_CHANGES: Final[Mapping[str, Any]] = MappingProxyType({})
 WEIGHT_STEP = 2.0**-26
 """A relative difference of weights: a fourth of what numbers of 32 bit distinguish."""
 DELAY_STEP_MS = 2.0**-14
@@ -57,6 +63,8 @@ AMPLITUDE, TAU_MS = 0.2, 20.0
 """The amplitude, and the time constant in ms, of both halves of the STDP window."""
 STDP_PRECISION = 1e-3
 """The allowed relative error of the potential of a changed weight."""
+EXACT_RISE, HELD_RISE = 0.01, 0.4
+"""The allowed relative error of a rise that is read every ms; on a grid, input may be constant in a step."""
 PAIRED_MS, PROBE_MS, DELAY_MS = 40.0, 240.0, 1.0
 
 
@@ -139,6 +147,36 @@ class AccuracyTests(BrainKit):
         synapse = connect("s", "n", weight, 2.0, receptor=receptor)
         self._check_membrane(sample, synapse, [5.0, 9.0], arrivals)
 
+    @CELLS
+    def test_equal_time_constants_of_membrane_and_synapse_follow_the_equations(self, cell_type: str) -> None:
+        """Closed forms divide by the difference of the two."""
+        sample = self._declared_sample(cell_type)
+        if not {"tau_m", "tau_syn_E"} <= sample.all_parameters.keys():
+            skip_undeclared("time constants of membrane and synapse")
+        synapse, arrivals = connect("s", "n", sample.weak, 2.0), [Arrival(7.0, sample.weak)]
+        same = {"tau_syn_E": sample.all_parameters["tau_m"]}
+        self._check_membrane(sample, synapse, [5.0], arrivals, same)
+
+    @CELLS
+    def test_a_synapse_starts_from_its_initial_value(self, cell_type: str) -> None:
+        """A synapse that decays exponentially starts as if a spike of that weight arrived at 0 s."""
+        sample = self._declared_sample(cell_type)
+        name = next((name for name in CELL_TYPES[cell_type].state if name.endswith("syn_exc")), None)
+        if name is None or "_exp" not in cell_type:
+            skip_undeclared("exponential synapses with an initial value")
+        if "v" not in self.capabilities.state_variables:
+            skip_undeclared("state variable v")
+        weight = 3 * sample.weak
+        cell = cells(sample, "n")
+        brain = self.open(replace(cell, initial_values={**cell.initial_values, name: np.array([weight])}))
+        trace, rise_mv = simulate(sample, [Arrival(0.0, weight)], until_ms=30.0), 0.0
+        for t_ms in range(1, 30):
+            self.run(brain, t_ms)
+            rise_mv = max(rise_mv, float(brain.read_state("v", [0])[0]) - trace.voltage(0.0))
+        expected_mv = max(trace.voltages) - trace.voltage(0.0)
+        allowed = EXACT_RISE if self.capabilities.resolution_ns is None else HELD_RISE
+        assert rise_mv == pytest.approx(expected_mv, rel=allowed)
+
     @pytest.mark.parametrize("facilitation", [0.0, 300.0])
     def test_a_tsodyks_markram_synapse_follows_its_equations(self, facilitation: float) -> None:
         if TSODYKS_MARKRAM not in self.capabilities.synapses:
@@ -155,13 +193,18 @@ class AccuracyTests(BrainKit):
         self._check_membrane(sample, synapse, emitted, arrivals)
 
     def _check_membrane(
-        self, sample: Sample, synapse: object, emitted: list[float], arrivals: list[Arrival]
+        self,
+        sample: Sample,
+        synapse: Projection,
+        emitted: list[float],
+        arrivals: list[Arrival],
+        parameters: Mapping[str, Any] = NO_CHANGES,
     ) -> None:
         if "v" not in self.capabilities.state_variables:
             skip_undeclared("state variable v")
         until = emitted[-1] + 20
-        brain = self.open(spikes("s", emitted), cells(sample, "n"), synapse)  # type: ignore[arg-type]
-        expected = simulate(sample, arrivals, until_ms=until + 2 * self.tolerance_ms)
+        brain = self.open(spikes("s", emitted), cells(sample, "n", **parameters), synapse)
+        expected = simulate(sample, arrivals, until_ms=until + 2 * self.tolerance_ms, **parameters)
         assert not expected.spikes
         on_grid = self.capabilities.resolution_ns is not None
         precision = GRID_PRECISION * expected.change(0.0, until) if on_grid else EXACT_MV

@@ -46,6 +46,20 @@ class _Wires(SmallBrain):
         raise NotImplementedError
 
 
+@found_by("a_synapse_starts_from_its_initial_value")
+class StartsWithoutSynapticCurrent(SmallBrain):
+    def fresh(self) -> Any:
+        self.exc0[:], self.inh0[:] = 0.0, 0.0
+        return super().fresh()
+
+
+@found_by("equal_time_constants_of_membrane_and_synapse_follow_the_equations")
+class DividesByTheDifferenceOfTimeConstants(SmallBrain):
+    def left_behind(self, tau: FloatArray, leak: FloatArray, fade: FloatArray) -> FloatArray:
+        rate = 1 / tau - 1 / self.p["tau_m"] + ~self.alive
+        return np.divide(leak - fade, rate, out=np.zeros_like(rate), where=rate != 0)
+
+
 @found_by(
     "a_spike_arrives_after_its_delay_and_not_before",
     "each_synapse_has_its_own_delay",

@@ -47,12 +47,14 @@ class SmallBrain(Brain):
         self.p = {name: np.ones(n) for name in ("v_rest", "v_reset", "v_thresh", "tau_m", "cm", "tau_refrac",
                                                 "tau_syn_E", "tau_syn_I", "i_offset")}  # fmt: skip
         self.alive = np.zeros(n, bool)
-        self.v0 = np.zeros(n)
+        self.v0, self.exc0, self.inh0 = np.zeros((3, n))
         for label, population in network.populations.items():
             if not population.is_source:
                 ids = network.ids_of(label)
                 self.alive[ids] = True
-                self.v0[ids] = population.initial_values["v"]
+                starts = population.initial_values
+                self.v0[ids] = starts["v"]
+                self.exc0[ids], self.inh0[ids] = starts.get("isyn_exc", 0.0), starts.get("isyn_inh", 0.0)
                 for name in self.p:
                     self.p[name][ids] = population.parameters[name]
         self.targets = self.outgoing()
@@ -73,7 +75,8 @@ class SmallBrain(Brain):
 
     def fresh(self) -> State:
         n = self.network.size
-        return State(0, self.v0.copy(), np.zeros(n), np.zeros(n), np.zeros(n, np.int64), np.zeros(n))
+        starts = self.v0.copy(), self.exc0.copy(), self.inh0.copy()
+        return State(0, *starts, np.zeros(n, np.int64), np.zeros(n))
 
     def _do_run_until(self, t_ns: int) -> None:
         while self.live.tick < GRID.number_of(t_ns):
@@ -100,8 +103,13 @@ class SmallBrain(Brain):
         found = [leak]
         for tau in (p["tau_syn_E"], p["tau_syn_I"]):
             fade = np.exp(-STEP_MS / tau)
-            found += [fade, (leak - fade) / (1 / tau - 1 / p["tau_m"] + ~self.alive) / p["cm"]]
+            found += [fade, self.left_behind(tau, leak, fade) / p["cm"]]
         return tuple(found)
+
+    def left_behind(self, tau: FloatArray, leak: FloatArray, fade: FloatArray) -> FloatArray:
+        """Return how long a current acts on the membrane in a step, ms, given the decays of both."""
+        rate = 1 / tau - 1 / self.p["tau_m"]
+        return np.where(rate == 0, STEP_MS * leak, (leak - fade) / np.where(rate == 0, 1.0, rate))
 
     def integrate(self) -> None:
         s, p = self.live, self.p
