@@ -13,6 +13,10 @@ MARKS = {Weight.INCOMPLETE: "✗", Weight.ALTERED: "!", Weight.REMARK: "·"}
 """The sign of each weight in a text."""
 MAX_LINES = 5
 """The number of lines in a summary about a run that is complete."""
+_OF_MODELS = frozenset(
+    {Code.NRP258, Code.NRP260, Code.NRP261, Code.NRP262, Code.NRP264, Code.NRP265, Code.NRP266}
+)
+"""How a robot or room differs from its file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,29 +73,47 @@ def lines_of(
 ) -> Iterator[tuple[Weight, str]]:
     """Yield a line for each code of ordered problems, with its weight; several of one code are counted.
 
-    Without details, the codes that leave nothing out have at most ``MAX_LINES`` lines; the last one counts
-    the problems of the remaining codes.
+    Without details, the problems that leave nothing out have at most ``MAX_LINES`` lines: if they are of more
+    codes, those of models share a line, and then the last ones.
 
     Args:
         problems: the problems, as :func:`ordered` returns them.
         details: whether to yield each of several problems, and its place, as well.
         places: whether a single problem has its place without details, too.
     """
-    groups, others = list(grouped(problems)), []
-    n_complete = sum(group.weight is not Weight.INCOMPLETE for group in groups)
-    if n_complete > MAX_LINES and not details:
-        first = len(groups) - n_complete + MAX_LINES - 1
-        groups, others = groups[:first], groups[first:]
-    for group in groups:
+    groups = list(grouped(problems))
+    for bundle in [[group] for group in groups] if details else _bundles(groups):
+        group, *others = bundle
         is_placed = not group.is_counted and (details or places)
         text = str(group.findings[0].as_error()) if is_placed else group.headline
-        yield group.weight, f"{MARKS[group.weight]} {text} [{group.code.name}]"
+        if others:
+            n = sum(finding.count for one in bundle for finding in one.findings)
+            of_models = all(one.code in _OF_MODELS for one in bundle)
+            text = (
+                f"{n} parts, values or meshes of models are left out or replaced"
+                if of_models
+                else (f"{n} others of {len(bundle)} kinds")
+            )
+        codes = " ".join(one.code.name for one in bundle)
+        yield group.weight, f"{MARKS[group.weight]} {text} [{codes}]"
         for finding in group.findings if details and group.is_counted else ():
             yield group.weight, f"    {finding.as_error()}"
-    if others:
-        n = sum(finding.count for group in others for finding in group.findings)
-        codes = " ".join(group.code.name for group in others)
-        yield others[0].weight, f"{MARKS[others[0].weight]} {n} others of {len(others)} kinds [{codes}]"
+
+
+def _bundles(groups: Iterable[ProblemGroup]) -> list[list[ProblemGroup]]:
+    """Return the groups of each line of a summary."""
+    missing: list[list[ProblemGroup]] = []
+    lines: list[list[ProblemGroup]] = []
+    for group in groups:
+        (missing if group.weight is Weight.INCOMPLETE else lines).append([group])
+    if len(lines) > MAX_LINES:
+        of_models = [group for (group,) in lines if group.code in _OF_MODELS]
+        lines = [line for line in lines if line[0].code not in _OF_MODELS]
+        n_altered = sum(line[0].weight is Weight.ALTERED for line in lines)
+        lines[n_altered:n_altered] = [of_models] if of_models else []
+    if len(lines) > MAX_LINES:
+        lines[MAX_LINES - 1 :] = [[group for line in lines[MAX_LINES - 1 :] for group in line]]
+    return missing + lines
 
 
 def without(findings: Iterable[Finding], codes: Collection[str]) -> Iterator[Finding]:

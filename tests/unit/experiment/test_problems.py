@@ -48,19 +48,25 @@ def test_problems_of_one_code_are_one_line_unless_details_are_asked_for() -> Non
 
 
 def test_a_summary_has_five_lines_besides_those_of_what_is_missing() -> None:
-    codes = [Code.NRP210, Code.NRP212, Code.NRP258, Code.NRP260, Code.NRP264, Code.NRP237, Code.NRP266]
-    five = [Finding(code, code.name, Level.WARNING) for code in codes[:5]]
-    assert [line for _, line in lines_of(ordered(five))] == [
-        f"! {each.name} [{each.name}]" for each in codes[:5]
-    ]
-    seven = ordered([GHOST, *five, *(Finding(code, code.name, Level.WARNING) for code in codes[5:])])
-    seven = tuple(replace(each, count=4) if each.code is Code.NRP264 else each for each in seven)
-    missing, *others = [line for _, line in lines_of(seven)]
+    codes = [Code.NRP210, Code.NRP212, Code.NRP216, Code.NRP204, Code.NRP217, Code.NRP237, Code.NRP297]
+    found = ordered([GHOST, *(Finding(code, code.name, Level.WARNING) for code in codes)])
+    missing, *others = [line for _, line in lines_of(found)]
     assert "NRP256" in missing
     assert len(others) == MAX_LINES == 5
-    assert others[-1] == "! 6 others of 3 kinds [NRP264 NRP237 NRP266]"
-    every = "\n".join(line for _, line in lines_of(seven, details=True))
+    assert others[:4] == [f"! {code.name} [{code.name}]" for code in codes[:4]]
+    assert others[4] == "! 3 others of 3 kinds [NRP217 NRP237 NRP297]"
+    every = "\n".join(line for _, line in lines_of(found, details=True))
     assert all(f"[{code.name}]" in every for code in codes)
+
+
+def test_what_differs_in_models_shares_a_line_if_there_are_too_many() -> None:
+    codes = [Code.NRP210, Code.NRP258, Code.NRP264, Code.NRP291, Code.NRP297, Code.NRP237]
+    found = ordered(Finding(code, code.name, Level.WARNING) for code in codes)
+    found = tuple(replace(each, count=4) if each.code is Code.NRP264 else each for each in found)
+    lines = [line.rpartition(" [")[2] for _, line in lines_of(found)]
+    assert lines == ["NRP210]", "NRP291]", "NRP258 NRP264]", "NRP297]", "NRP237]"]
+    assert any(" 5 parts, values or meshes of models " in line for _, line in lines_of(found))
+    assert len(list(lines_of(found[:5]))) == 5  # of a code each
 
 
 def test_only_the_weightiest_problems_make_a_run_incomplete() -> None:
