@@ -90,16 +90,18 @@ def test_a_robot_or_room_is_found_by_its_name(
         ("lab/hall.sdf", ["new/hall.sdf", "old/hall.sdf"], "new/hall.sdf"),  # copies
         ("lab/hall.sdf", ["new/hall.sdf", "old/hall.sdf", "other/hall.sdf"], None),
         ("nao/model.sdf", ["roboy/model.sdf"], None),  # every robot has a file of this name
+        ("nao/model.sdf", ["../Experiment/model.sdf"], "Experiment/model.sdf"),  # perhaps of another robot
     ],
 )
 def test_a_model_elsewhere_is_used_if_there_is_no_other_and_that_is_reported(
     tmp_path: Path, text: str, files: list[str], found: str | None
 ) -> None:
     models = tmp_path / "Models"
+    models.mkdir()
     for file in files:
-        (models / file).parent.mkdir(parents=True)
+        (models / file).parent.mkdir(parents=True, exist_ok=True)
         (models / file).write_text("<!-- other -->" if "other" in file else "")
-    (tmp_path / "Experiment").mkdir()
+    (tmp_path / "Experiment").mkdir(exist_ok=True)
     library = Library(tmp_path / "Experiment", [models])
     path = library.find_sdf(named("", text))
     assert path is None if found is None else str(path).endswith(found)

@@ -165,8 +165,9 @@ class Library:
 
     def _of_experiment(self, name: str) -> Path | None:
         found = next((path for path in self._in_experiment(_plain(name)) if path.is_file()), None)
-        is_sure = found is None or name.startswith(_STORAGE) or not _is_shared(found.name)
-        return found if is_sure else self._found_elsewhere(name, found)
+        if found is None or found.parent != self.folder or name.startswith(_STORAGE):
+            return found
+        return self._found_elsewhere(name, found) if _is_shared(found.name) else found
 
     def _candidates(self, name: str, folders: Sequence[str] = ()) -> Iterator[Path]:
         shelves = (library / shelf for library in self._models for shelf in _SHELVES)
