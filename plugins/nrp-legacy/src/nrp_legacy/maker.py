@@ -189,6 +189,7 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
     def begin(self, run: Run) -> None:
         publish_clock(run)
         self.names.graph.begin(run)
+        self.names.started.begin(run)
         to_built_brain(run.brain.network).begin(run)
         inject_currents(getattr(run.brain.network, "injections", ()), run.brain)
         RobotWatch(run)

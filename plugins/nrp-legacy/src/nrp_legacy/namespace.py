@@ -33,6 +33,7 @@ from nrp_legacy.shims.modules import (
     with_missing_parts,
 )
 from nrp_legacy.shims.paths import ImportPath, Paths
+from nrp_legacy.shims.processes import Started, process_modules
 from nrp_legacy.shims.rospy import rospy_module, sleep
 from nrp_legacy.shims.services import Services
 from nrp_legacy.shims.smach import smach_module
@@ -67,6 +68,7 @@ class Namespace:
 
     Attributes:
         graph: the state of the run for the shims.
+        started: the processes, threads and programs of the code.
         services: the services of the run and of the experiment.
         brain_root: the module of the brain file.
         module: the names.
@@ -86,6 +88,7 @@ class Namespace:
         parameters: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
         self.graph = Graph()
+        self.started = Started(self.graph)
         self.services = services = Services(self.graph)
         self.brain_root = BrainRoot(network)
         nrp = framework(notes, self._noting(notes), nest_units=nest_units, brain_root=self.brain_root)
@@ -112,6 +115,7 @@ class Namespace:
             "nest": nest,
             "roslib": module("roslib", load_manifest=lambda _name: None),
             **action_modules(self.graph),
+            **process_modules(self.started),
             "tf": tf_module(),
             **futurized_modules(),
             "tf.transformations": transformations_module(),

@@ -249,7 +249,10 @@ class Edits:
 
 FRAMEWORKS = ("hbp_nrp_cle.tf_framework", "python_cle.tf_framework")
 _PACKAGES = ("hbp_nrp_cle", "python_cle")
-_NOT_HERE = ("rospy", "smach", "smach_ros", "hbp_nrp_excontrol", "tf", "nest", "dynamic_reconfigure")
+_NOT_HERE = (
+    "rospy", "smach", "smach_ros", "hbp_nrp_excontrol", "tf", "nest", "dynamic_reconfigure",
+    "multiprocessing", "threading", "thread",
+)  # fmt: skip
 _LOGS = "hbp_nrp_excontrol.logs"
 _DEVICES = ("MapSpikeSink", "MapSpikeSource")
 _TOPICS = ("MapRobotSubscriber", "MapRobotPublisher")

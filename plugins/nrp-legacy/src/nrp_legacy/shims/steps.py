@@ -64,6 +64,16 @@ class Task:
             self.error = TimeoutError(f"it did not wait within {self._limit_s:g} s, the function_time_limit")
             self.stop()
 
+    def waits_within(self, patience_s: float) -> bool:
+        """Let the code run, and return whether it waits, or is over, within some wall time, 0 for at once."""
+        if self.is_over or (not self._runs and self.now_ns() < self._until_ns):
+            return True
+        if patience_s > 0:
+            return self._waits_again(patience_s)
+        waits = self._waits.acquire(blocking=False)
+        self._runs = not waits
+        return waits
+
     def stop(self) -> None:
         """End the code where it is; code that catches this is never resumed."""
         self._stopping = True
