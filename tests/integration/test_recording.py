@@ -6,13 +6,17 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
+from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import InvalidExperimentError
 from nrp_core.recording.figures import plot
 from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, Images, Role
 from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.replay.replay import Replay, ReplayRequest
 
 SETTINGS = ("world.options.image_scale=0.2", "events.left_red.at=0.1 s", "duration=0.4 s")
 CAMERA = "/husky/camera"
@@ -62,3 +66,27 @@ def test_the_figure_of_real_engines_is_drawn_from_the_recording(run: Run, tmp_pa
     assert len(recording.with_role(Role.SINK)) == 2
     plot(recording, tmp_path / "figure.png")
     assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_recording_leaves_populations_out_and_adds_sensors(tmp_path: Path) -> None:
+    scope = "recording={exclude: [circuit], topics: [/husky/joint_states]}"
+    with FilesRead() as files, Run(load_experiment("braitenberg_husky", [*SETTINGS, scope])) as run:
+        recording_folder = RecordingFolder(run, tmp_path / "out", images=Images.OFF, files=files)
+        run.run()
+        recording_folder.close("finished")
+    recording = Recording(tmp_path / "out")
+    assert "/brain/circuit/spikes" not in recording.topics
+    assert len(list(recording.messages({"/husky/joint_states"}))) == 21
+    with Replay(recording, ReplayRequest()) as replay:
+        assert replay.verify().identical
+    with pytest.raises(ExperimentError, match="circuit"):
+        Replay(recording, ReplayRequest(recorded=frozenset({"brain"})))
+
+
+@pytest.mark.parametrize(
+    ("scope", "code"), [("exclude: [circit]", "NRP211"), ("topics: [/husky/joint_stat]", "NRP212")]
+)
+def test_a_scope_of_what_does_not_exist_is_an_error(scope: str, code: str) -> None:
+    with pytest.raises(InvalidExperimentError) as refused:
+        Run(load_experiment("braitenberg_husky", [f"recording={{{scope}}}"]))
+    assert [finding.code.name for finding in refused.value.findings if finding.level == "error"] == [code]

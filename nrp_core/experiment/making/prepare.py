@@ -256,6 +256,7 @@ def build_network(experiment: Experiment, collector: Collector, build: Build | N
     with collector.during(Code.NRP208, "brain", "model"):
         try:
             network = maker_of(experiment).network(experiment, build or partial(built_in_time, experiment))
+            _require_excluded(experiment, network, collector)
             return with_variants(network, experiment, collector)
         except NeuronSelectionError as error:
             keys = ("brain", "populations", error.subject or "")
@@ -481,6 +482,14 @@ def name_cause(found: Sequence[Finding], experiment: Experiment, network: Networ
     cause = "it is a file of transfer functions" if is_other else "is it the file of the brain?"
     message = f"{model.name} makes no cells, and devices of transfer functions use some: {cause}"
     return [*others, experiment.place("brain", "model").finding(Code.NRP211, message)]
+
+
+def _require_excluded(experiment: Experiment, network: Network, collector: Collector) -> None:
+    """Require that the populations that a recording leaves out exist."""
+    for i, label in enumerate(experiment.recording.exclude):
+        if label not in network.populations:
+            message = f"no population '{label}'{did_you_mean(label, network.populations)}"
+            collector.add(Code.NRP211, message, "recording", "exclude", i)
 
 
 # -- events

@@ -29,6 +29,9 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
     for topic in experiment.world.commands:
         with collector.during(Code.NRP212, "world", "commands", topic):
             world.advertise(topic)
+    for i, topic in enumerate(experiment.recording.topics):
+        with collector.during(Code.NRP212, "recording", "topics", i):
+            world.unsubscribe(world.subscribe(topic))
     for name, kind in experiment.topics.items():
         with collector.during(Code.NRP212, "topics", name):
             world.declare(name, kind)

@@ -317,6 +317,15 @@ class ChecksSection(Section):
         return codes
 
 
+class RecordingSection(Section):
+    """What a recording of a run contains."""
+
+    exclude: tuple[str, ...] = ()
+    """Populations whose spikes are not recorded, such as sources of noise."""
+    topics: tuple[TopicName, ...] = ()
+    """Topics of sensors that are recorded although nothing in the experiment subscribes to them."""
+
+
 class CompatibilitySection(Section):
     """Another platform with the names and modules that the files of this experiment use."""
 
@@ -357,6 +366,8 @@ class Experiment(Overview, Section):
     """Criteria that must be met for the run to pass."""
     comparison: ComparisonSection = ComparisonSection()
     """How the finding is compared between simulators."""
+    recording: RecordingSection = RecordingSection()
+    """What a recording contains."""
     checks: ChecksSection = ChecksSection()
     """Which findings are reported."""
     on_error: Literal["stop", "quarantine"] = "stop"

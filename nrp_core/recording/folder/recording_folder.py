@@ -243,6 +243,7 @@ class RecordingFolder(RunObserver[Run]):
             self._begin(images, origin)
             self._recorder = McapRecorder(
                 run.brain, run.world, folder, period_ns=run.experiment.timestep, images=images,
+                scope=run.experiment.recording,
                 chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
                 calls=calls,
             )  # fmt: skip

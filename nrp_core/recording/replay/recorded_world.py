@@ -15,7 +15,7 @@ from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import from_seconds
-from nrp_core.errors import CapabilityError, TopicError
+from nrp_core.errors import CapabilityError, ExperimentError, TopicError
 from nrp_core.experiment.making.prepare import Plan, Side
 from nrp_core.recording.images import as_it_was, pixels_of
 from nrp_core.recording.layout import Role, spikes_topic
@@ -97,7 +97,17 @@ class RecordedBrain(Brain):
 
 
 def with_recorded_brain(plan: Plan, recording: Recording) -> Plan:
-    """Return a plan with a recorded brain."""
+    """Return a plan with a recorded brain.
+
+    Raises:
+        ExperimentError: the recording leaves out some of its spikes.
+    """
+    excluded = recording.run.get("settings", {}).get("recording", {}).get("exclude")
+    if excluded:
+        left_out = ", ".join(f"'{label}'" for label in excluded)
+        raise ExperimentError(
+            f"its brain cannot be replayed without the spikes of {left_out}", path=recording.file
+        )
     backend = RecordedBrainBackend(recording, plan.brain.capabilities)
     return replace(plan, brain=Side(backend, BrainOptions(), backend.capabilities(BrainOptions())))
 

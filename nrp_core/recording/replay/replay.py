@@ -243,7 +243,7 @@ class Replay(Closing):
             )
             self._collector = StepCollector(
                 self.run.brain, self.run.world, period_ns=self._experiment.timestep,
-                images=_images(self._recording),
+                images=_images(self._recording), scope=self._experiment.recording,
             )  # fmt: skip
             opened.callback(self._collector.close)
             self._close = opened.pop_all().close

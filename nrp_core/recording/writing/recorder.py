@@ -15,6 +15,7 @@ import numpy as np
 from nrp_core._support.closing import Closing
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import RecordingError, TopicError
+from nrp_core.experiment.model.experiment import RecordingSection
 from nrp_core.findings import Code, Findings
 from nrp_core.recording.layout import CALLED, MCAP_NAME, PUBLISHED, SNAPSHOTS, STEPS, Images, Role
 from nrp_core.recording.writing import encoding
@@ -46,26 +47,35 @@ from nrp_core.world.topics import Direction, Stamped, TopicInfo
 from nrp_core.world.world import World
 
 _RUN = about_role(Role.RUN)
+_ALL = RecordingSection()
 _t_ns = itemgetter(0)
 
 
 class StepCollector:
     """Collects the data of each step of a brain and a world without changing them.
 
-    Sensor topics are collected only if they have other subscribers; the rest costs nothing.
+    Sensor topics are collected only if they are asked for or have other subscribers; the rest costs nothing.
 
     Args:
         brain, world: the observed sides.
         period_ns: time between two calls of :meth:`step`.
         images: how camera images are kept.
         codec: encodes the messages.
+        scope: the populations and topics to leave out or to add.
 
     Attributes:
         warnings: warnings about data that could not be collected.
     """
 
     def __init__(
-        self, brain: Brain, world: World, *, period_ns: int, images: Images, codec: Codec | None = None
+        self,
+        brain: Brain,
+        world: World,
+        *,
+        period_ns: int,
+        images: Images,
+        codec: Codec | None = None,
+        scope: RecordingSection = _ALL,
     ) -> None:
         self.warnings = Findings()
         self.codec = codec or Codec()
@@ -78,10 +88,13 @@ class StepCollector:
         self._pending: list[RecordEntry] = []
         frames = SceneFrames(world)
         self._signals: list[Signal] = [
-            Scenery(world, frames), MovingModels(world), LinkTransforms(frames), PopulationSpikes(brain),
+            Scenery(world, frames), MovingModels(world), LinkTransforms(frames),
+            PopulationSpikes(brain, scope.exclude),
             DeviceRecords(brain),
         ]  # fmt: skip
         self._followed = {MODEL_STATES}
+        for name in scope.topics:
+            self._follow(world.topics[name])
         self._voltages = Voltages(brain)
         self._subscribed: frozenset[str] = frozenset()
         world.add_observer(self._note_published)
@@ -224,6 +237,7 @@ class McapRecorder:
         directory: an existing folder for ``recording.mcap``.
         period_ns: time between two calls of :meth:`step`.
         images: how camera images are kept.
+        scope: the populations and topics to leave out or to add.
         chain: the initial chain of hashes; by default a new one.
         steps: number of earlier steps.
         calls: earlier changes of the transfer functions.
@@ -237,6 +251,7 @@ class McapRecorder:
         *,
         period_ns: int,
         images: Images = Images.EXACT,
+        scope: RecordingSection = _ALL,
         chain: Chain | None = None,
         steps: int = 0,
         calls: Iterable[nrp_msgs.Called] = (),
@@ -248,7 +263,7 @@ class McapRecorder:
         with self._writing():
             self._file = McapFile(directory / MCAP_NAME)
         self.collector = StepCollector(
-            brain, world, period_ns=period_ns, images=images, codec=self._file.codec
+            brain, world, period_ns=period_ns, images=images, codec=self._file.codec, scope=scope
         )
         for call in calls:
             self.collector.note_call(call.name, bytes(call.data))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from math import ceil
 from typing import Any, NamedTuple
@@ -218,13 +218,19 @@ class _EverythingPort(SpikeRecorderPort):
 
 
 class PopulationSpikes(Signal):
-    """The spikes of all populations, with a topic for each."""
+    """The spikes of all populations, with a topic for each.
+
+    Args:
+        brain: the brain.
+        excluded: populations without a topic.
+    """
 
     _about = about_role(Role.SPIKES)
 
-    def __init__(self, brain: Brain) -> None:
+    def __init__(self, brain: Brain, excluded: Collection[str] = ()) -> None:
         self._brain = brain
         self._labels = list(brain.network.populations)
+        self._is_excluded = [label in excluded for label in self._labels]
         self._topics = [spikes_topic(label) for label in self._labels]
         self._encoders = [encoding.SpikesEncoder(label) for label in self._labels]
         self._offsets = np.array([brain.network.offsets[label] for label in self._labels])
@@ -238,7 +244,7 @@ class PopulationSpikes(Signal):
             return
         owners = np.searchsorted(self._offsets, spikes.neurons, side="right") - 1
         for owner, count in enumerate(np.bincount(owners).tolist()):
-            if not count:
+            if not count or self._is_excluded[owner]:
                 continue
             neurons, times_ms = spikes.neurons, spikes.times_ms
             if count < len(spikes):  # in most steps of most experiments one population has all spikes
