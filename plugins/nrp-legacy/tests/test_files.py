@@ -108,6 +108,13 @@ def test_a_model_elsewhere_is_used_if_there_is_no_other_and_that_is_reported(
     assert library.elsewhere == ({text: path} if found else {})
 
 
+def test_another_robot_of_an_archive_is_reported(library: Library) -> None:
+    path = library.find_sdf(named("customAsset='true' assetPath='husky.zip'", "arm.sdf"))
+    assert path is not None
+    assert path.name == "newest.sdf"
+    assert library.elsewhere == {"arm.sdf": path}
+
+
 @pytest.mark.parametrize("place", ["Models", "Experiments/Models", "Experiments/course/resources/Models"])
 def test_the_models_of_a_repository_are_found_without_a_setting(
     corpus: Path, tmp_path: Path, place: str

@@ -110,8 +110,11 @@ class Library:
         """Return the file of a robot or room; of an archive, the one that it unpacks to."""
 
         def main(folder: Path, _name: str) -> Path | None:
-            wanted = sorted(folder.rglob(PurePosixPath(_plain(named.name)).name))
-            return next((path for path in wanted if path.is_file()), None) or main_file(folder)
+            wanted = PurePosixPath(_plain(named.name))
+            found = next((path for path in sorted(folder.rglob(wanted.name)) if path.is_file()), None)
+            is_other = wanted.suffix.lower() in _FORMATS and not _is_shared(wanted.name)
+            other = None if found else main_file(folder)
+            return found or (self._found_elsewhere(named.name, other) if is_other else other)
 
         names = []
         for name in named.names:
