@@ -5,6 +5,8 @@
 ``hexapod.sdf``           six legs of four joints; made by :mod:`nrp_experiments.bodies.hexapod`
 ``fly.sdf``               a fly of true size; made by :mod:`nrp_experiments.bodies.fly`
 ``pan_tilt.sdf``          a camera that pans and tilts
+``muscle_arm.sdf``        an arm with a pair of muscles at each of its two joints
+``legs.sdf``              two legs with six muscles each, on a boom
 ========================  ============================================================================
 """
 
