@@ -282,6 +282,37 @@ ELECTRICAL_LAW: Final = SynapseLaw(
     continuous=True,
 )
 
+# Graded release: what acts is the share s of the weight. It follows a function of the voltage v of the source
+# with the time constant ``tau_s``, or at once if that is 0. The function is a sigmoid, ``1 / (1 + exp((v_th -
+# v) / slope))``, as between cells of the worm (Kunert et al. 2014, Phys Rev E 89:052805), or ``(v - v_th) /
+# slope``, but not less than 0, as between cells of the fly's eye (Lappalainen et al. 2024, Nature 634:1132).
+
+GRADED: Final = "graded"
+RECTIFIED: Final = "rectified"
+_RELEASE: Final = {
+    "v_th": Parameter(-40.0, "mV"),
+    "slope": Parameter(5.0, "mV", POSITIVE),
+    "tau_s": Parameter(0.0, "ms", NOT_NEGATIVE),
+}
+
+GRADED_LAW: Final = SynapseLaw(
+    GRADED,
+    pynn="GradedSynapse",
+    summary="Graded release: the share of the weight that acts is a sigmoid of the source's voltage, half at "
+    "``v_th``, steeper for a smaller ``slope``; it follows with ``tau_s`` (ms).",
+    parameters=_RELEASE,
+    continuous=True,
+)
+
+RECTIFIED_LAW: Final = SynapseLaw(
+    RECTIFIED,
+    pynn="RectifiedSynapse",
+    summary="Graded release: the share of the weight that acts is 0 below ``v_th`` and rises by 1 for each "
+    "``slope`` (mV) of the source's voltage above it; it follows with ``tau_s`` (ms).",
+    parameters=_RELEASE,
+    continuous=True,
+)
+
 LAWS: Final[Mapping[str, SynapseLaw]] = {
     law.name: law
     for law in (
@@ -292,6 +323,8 @@ LAWS: Final[Mapping[str, SynapseLaw]] = {
         MULTIQUANTAL_LAW,
         STDP_LAW,
         ELECTRICAL_LAW,
+        GRADED_LAW,
+        RECTIFIED_LAW,
     )
 }
 PLASTIC: Final = frozenset(law.name for law in LAWS.values() if law.plastic)

@@ -1,4 +1,4 @@
-"""Checks of the synapses that transmit voltages: gap junctions."""
+"""Checks of the synapses that transmit voltages: gap junctions and graded release."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from nrp_core.brain.network.drawing import extremes
 from nrp_core.brain.network.equations.model import INPUT
 from nrp_core.brain.network.indices import stored_form
 from nrp_core.errors import NetworkError
-from nrp_core.units import VOLT
+from nrp_core.units import AMPERE, SIEMENS, VOLT
 
 VOLTAGE: Final = "v"
 """The state variable that is a cell's voltage, also in equations."""
@@ -41,8 +41,21 @@ def require_voltages(where: str, projection: Any, populations: Mapping[str, Any]
             raise NetworkError(
                 f"{where} is a current into '{cells.label}', whose equations have no parameter '{INPUT}'"
             )
+    if not projection.is_electrical:
+        _require_reversal(where, projection, post)
     if projection.size and (longest := float(extremes(stored_form(projection, "delay_ms")).max())):
         raise NetworkError(f"{where}: {projection.synapse_type} synapses have no delay, not {longest:g} ms")
+
+
+def _require_reversal(where: str, projection: Any, post: Any) -> None:
+    """Check that the weights are currents, or conductances with a known reversal potential."""
+    unit, valid = post.weight_unit(projection.receptor), (AMPERE, SIEMENS)
+    if unit.dimension not in (valid[:1] if post.equations is not None else valid):
+        what = "currents" if post.equations is not None else "currents or conductances"
+        raise NetworkError(
+            f"{where}: {projection.synapse_type} synapses are {what}; those onto receptor "
+            f"'{projection.receptor}' of '{post.label}' are in {unit.text}"
+        )
 
 
 def _has_voltage(model: Any) -> bool:

@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import ELECTRICAL
+from nrp_core.brain.network.synapses import ELECTRICAL, GRADED, RECTIFIED
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.base import skip_undeclared
 from nrp_core.conformance.brain.kit import SAMPLES, BrainKit, Sample, cells, connect
@@ -41,6 +41,36 @@ class VoltageTests(BrainKit):
             slack = DEPOLARISATION_MV * (PRECISION + 2.0 * self.tolerance_ms / tau_ms * exp(-t_ms / tau_ms))
             assert first + second == pytest.approx(total, abs=slack)
             assert (second - first if driven else first - second) == pytest.approx(difference, abs=slack)
+
+    @pytest.mark.parametrize("kind", [GRADED, RECTIFIED])
+    @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
+    def test_graded_release_follows_the_voltage_of_its_source(self, kind: str, receptor: str) -> None:
+        """The source rests, so a constant current or conductance acts on the target."""
+        sample = self._leaky_sample(kind)
+        if sample.cell_type == "IF_curr_delta":
+            skip_undeclared("leaky cells with currents or conductances")
+        values = sample.all_parameters
+        tau_ms, leak, rest = values["tau_m"], values["cm"] / values["tau_m"], values["v_rest"]
+        share = {GRADED: 1.0 / (1.0 + exp(-2.0)), RECTIFIED: 2.0}[kind]
+        v_th, slope = rest - 6.0, 3.0
+        if sample.inhibitory_sign == 1:
+            weight, reversal = 0.1 * leak, values["e_rev_E" if receptor == "excitatory" else "e_rev_I"] - rest
+            faster = 1.0 + share * weight / leak
+            settled = share * weight / leak * reversal / faster
+        else:
+            weight, faster = (0.2 if receptor == "excitatory" else -0.2) * DEPOLARISATION_MV * leak, 1.0
+            settled = share * weight / leak
+        release = connect(
+            "n", "n", weight, 0.0, pairs=[(0, 1)], receptor=receptor, kind=kind, v_th=v_th, slope=slope,
+            tau_s=0.0,
+        )  # fmt: skip
+        for t_ms, (first, second) in self._above_rest(cells(sample, "n", 2), release).items():
+            expected = settled * (1.0 - exp(-t_ms * faster / tau_ms))
+            slack = abs(settled) * (
+                PRECISION + 2.0 * self.tolerance_ms * faster / tau_ms * exp(-t_ms / tau_ms)
+            )
+            assert first == pytest.approx(0.0, abs=slack)
+            assert second == pytest.approx(expected, abs=slack)
 
     def _leaky_sample(self, kind: str) -> Sample:
         if kind not in self.capabilities.synapses or "v" not in self.capabilities.state_variables:

@@ -14,7 +14,7 @@ from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses import ELECTRICAL, STATIC, STDP
+from nrp_core.brain.network.synapses import ELECTRICAL, GRADED, STATIC, STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 FOUND_BY: Found = {}
@@ -358,6 +358,29 @@ class LetsJunctionsPassOneWay(SmallBackend):
 
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
         return dataclasses.replace(super().capabilities(options), synapses=frozenset({STATIC, ELECTRICAL}))
+
+
+class _Release(_Junctions):
+    """Has graded release, but all or nothing."""
+
+    def integrate(self) -> None:
+        s, alone = self.live, self.live.current
+        for p in self.network.projections:
+            s.current = alone.copy()
+            v = s.v[self.network.offsets[p.pre] + p.pre_index]
+            np.add.at(s.current, p.post_index, p.weight * (v > p.synapse_parameters["v_th"]))
+        SmallBrain.integrate(self)
+        s.current = alone
+
+
+@found_by(
+    "graded_release_follows_the_voltage_of_its_source",
+)
+class ReleasesAllOrNothing(SmallBackend):
+    brain = _Release
+
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        return dataclasses.replace(super().capabilities(options), synapses=frozenset({STATIC, GRADED}))
 
 
 class _Unmoved(SmallBrain):

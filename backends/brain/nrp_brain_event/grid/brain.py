@@ -366,7 +366,10 @@ class GridBrain(Brain):
         tables = self._tables()
         del tables["short_term"]  # the order of its rows stays
         self._take(handle(self._grid._replace(**tables)))
-        self._grid.couplings["weight"] = couplings_of(self.network, self._row_of, weights).weight
+        if len(self._grid.couplings):
+            step_ms = self._times.step_ms
+            fresh = couplings_of(self.network, self._row_of, step_ms, weights)
+            self._grid.couplings["weight"] = fresh["weight"]
 
     def _tables(self) -> dict[str, Array]:
         noisy = labels_from(self.network, self._drawn)

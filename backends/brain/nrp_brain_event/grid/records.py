@@ -199,6 +199,12 @@ class Probe(Record):
     """Whether the state of the grid holds them as voltages of consecutive rows."""
 
 
+# What acts on a cell by the voltage of another one.
+GAP: Final = 0
+SIGMOID: Final = 1
+RECTIFIED: Final = 2
+
+
 class Coupled(Record):
     """A cell at an end of a coupling, see :mod:`nrp_brain_event.grid.couplings`; in mV and nA."""
 
@@ -230,9 +236,23 @@ class Coupling(Record):
     """What acts on a cell by the voltage of another one."""
 
     source: int
-    """Index in ``coupled``."""
+    target: int
+    """Indices in ``coupled``."""
+    law: int
+    """``GAP``, ``SIGMOID`` or ``RECTIFIED``."""
+    receptor: int
+    """0 and 1 for a conductance onto the excitatory and the inhibitory receptor, -1 for a current."""
+    reversal: float
+    """Of a conductance by graded release, mV."""
     weight: float
-    """Conductance, uS."""
+    """uS or nA."""
+    v_th: float
+    slope: float
+    """mV."""
+    kept: float
+    """Of the difference between ``s`` and its function of the voltage, after half a step."""
+    s: float
+    """The share of the weight that acts at the grid point."""
 
 
 class Input(Record):

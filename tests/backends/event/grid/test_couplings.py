@@ -1,4 +1,4 @@
-"""Gap junctions on the grid, against the integration of all membranes together by SciPy."""
+"""Gap junctions and graded release, against the integration of all membranes together by SciPy."""
 
 from __future__ import annotations
 
@@ -246,3 +246,83 @@ def junction_of(make: Callable[[Any], Any]) -> Network:
     cells = sim.Population(1, make(sim)), sim.Population(1, sim.IF_curr_exp())
     sim.Projection(*cells, sim.OneToOneConnector(), sim.ElectricalSynapse(weight=1.0))
     return sim.network()
+
+
+PULSE = np.array([0.5, 0.0, -0.2])
+
+
+def released(law: str, v: FloatArray) -> FloatArray:
+    """Return the share that two cells release at once: that of 0 to 1, and of 1 to 2."""
+    above = (v[:2] + 62.0) / 3.0
+    return 1.0 / (1.0 + np.exp(-above)) if law == "GradedSynapse" else np.maximum(above, 0.0)
+
+
+@pytest.mark.parametrize("law", ["GradedSynapse", "RectifiedSynapse"])
+@pytest.mark.parametrize("tau_s", [0.0, 7.0])
+@pytest.mark.parametrize("kind", ["IF_cond_exp", "IF_curr_exp", "EquationCell"])
+def test_graded_release_follows_the_voltage_to_second_order(law: str, tau_s: float, kind: str) -> None:
+    """The first cell excites the second, and that inhibits the third, which has a junction to the first."""
+    is_conductance = kind == "IF_cond_exp"
+    weights = (0.04, 0.03) if is_conductance else (0.4, -0.3)
+    sim = builder()
+    sim.setup(timestep=0.1)
+    if kind == "EquationCell":
+        own = sim.EquationCell(
+            "dv/dt = (-65*mV - v)/(20*ms) + (ge + i_offset)/nF : mV\ndge/dt = -ge/(5*ms) : nA",
+            threshold="v > 0*mV",
+            receptors={"excitatory": "ge += weight", "inhibitory": "ge += weight"},
+            parameters={"i_offset": "0 nA"},
+        )(i_offset=PULSE.tolist())
+    else:
+        own = getattr(sim, kind)(**LEAKY, i_offset=PULSE.tolist())
+    cells = sim.Population(3, own, label="cells")
+    cells.initialize(v=START.tolist())
+    for (pre, post), weight, receptor in zip(
+        [(0, 1), (1, 2)], weights, ["excitatory", "inhibitory"], strict=True
+    ):
+        synapse = getattr(sim, law)(weight=weight, v_th=-62.0, slope=3.0, tau_s=tau_s)
+        listed = sim.FromListConnector([(pre, post)], column_names=[])
+        sim.Projection(cells, cells, listed, synapse, receptor_type=receptor, label=receptor)
+    junction = sim.FromListConnector([(0, 2)], column_names=[])
+    sim.Projection(cells, cells, junction, sim.ElectricalSynapse(weight=0.01), label="gap")
+    network, reversals = sim.network(), np.array([0.0, -70.0])
+    conductances = np.zeros((3, 3))
+    conductances[0, 2] = conductances[2, 0] = 0.01
+
+    def slopes(_: float, state: FloatArray) -> FloatArray:
+        v, s = state[:3], state[3:] if tau_s else released(law, state[:3])
+        current = PULSE + through_junctions(v, conductances)
+        current[1:] += np.array(weights) * s * (reversals - v[1:] if is_conductance else 1.0)
+        change = (-65.0 - v) / 20.0 + current
+        return np.append(change, (released(law, v) - s) / tau_s) if tau_s else change
+
+    start = np.append(START, released(law, START)) if tau_s else START
+    expected, errors = integrated(slopes, start, 40), []
+    for step_ms in (0.2, 0.1):
+        with opened(network, step_ms) as brain:
+            errors.append(abs(voltages(brain, 40) - expected).max())
+    assert errors[1] < 2e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, abs=1.0)
+
+
+def test_weights_and_reversal_potentials_of_graded_release_change() -> None:
+    sim = builder()
+    sim.setup(timestep=0.1)
+    one, other = (sim.Population(1, sim.IF_cond_exp(**LEAKY), label=name) for name in ("one", "other"))
+    synapse = sim.GradedSynapse(weight=0.0, v_th=-65.0, slope=1.0)
+    sim.Projection(one, other, sim.OneToOneConnector(), synapse, receptor_type="inhibitory", label="s")
+    with opened(sim.network(), 0.1) as brain:
+        brain.set_weights("s", 0.1)
+        brain.set_parameters([1], {"e_rev_I": -90.0})
+        brain.run_until(400_000_000)
+        assert brain.read_state("v", [1])[0] == pytest.approx((0.05 * -65.0 + 0.05 * -90.0) / 0.1, abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["IF_curr_delta", "Izhikevich"])
+def test_graded_release_onto_weights_in_mv_is_refused(kind: str) -> None:
+    sim = builder()
+    sim.setup(timestep=0.1)
+    cells = sim.Population(2, getattr(sim, kind)())
+    sim.Projection(cells, cells, sim.AllToAllConnector(), sim.GradedSynapse(weight=1.0))
+    with pytest.raises(NetworkError, match=r"are currents or conductances; those onto .* are in mV"):
+        sim.network()
