@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -142,6 +143,7 @@ class IntegrityCheck:
         unlisted: files that are not part of the recording.
         files, size: the number of files that were compared with their digests, and their size in bytes.
         chain: how far the messages match the hashes of their steps; None if a digest covers them all.
+        is_growing: whether a process is writing the recording.
     """
 
     flaws: tuple[Flaw, ...]
@@ -151,6 +153,7 @@ class IntegrityCheck:
     files: int = 0
     size: int = 0
     chain: ChainCheck | None = None
+    is_growing: bool = False
 
     @property
     def intact(self) -> bool:
@@ -163,7 +166,8 @@ class IntegrityCheck:
         notes = []
         if not self.finished and self.chain is not None:
             end = "" if self.chain.until_ns is None else self._end(self.chain.until_ns)
-            notes.append(f"the recording is unfinished, because its run was killed or continues{end}")
+            unfinished = "is unfinished, because its run was killed or continues"
+            notes.append(f"the recording {'is being written' if self.is_growing else unfinished}{end}")
         elif self.undigested:
             files = " and ".join(self.undigested)
             notes.append(f"the recording has no digest of {files}, because an earlier version made it")
@@ -176,8 +180,11 @@ class IntegrityCheck:
 
 def check_messages(file: Path) -> IntegrityCheck:
     """Check a file of messages by itself."""
-    chain, problems = _check_chain(file, None, finished=False)
-    return IntegrityCheck(tuple(problems), finished=False, undigested=(file.name,), chain=chain)
+    grows = _is_growing(file)
+    chain, problems = _check_chain(file, None, finished=False, grows=grows)
+    return IntegrityCheck(
+        tuple(problems), finished=False, undigested=(file.name,), chain=chain, is_growing=grows
+    )
 
 
 def check_folder_of(folder: Path) -> IntegrityCheck:
@@ -196,9 +203,9 @@ def check_folder_of(folder: Path) -> IntegrityCheck:
     digests = digests_of(run)
     flaws = list(_find_changed(folder, digests, run))
     finished = run.get("state", RUNNING) != RUNNING and (MCAP_NAME in digests or _has_fewer(run))
-    chain = None
+    chain, grows = None, not finished and _is_growing(folder / MCAP_NAME)
     if MCAP_NAME not in digests:
-        chain, problems = _check_chain(folder / MCAP_NAME, _beginning(run), finished=finished)
+        chain, problems = _check_chain(folder / MCAP_NAME, _beginning(run), finished=finished, grows=grows)
         flaws += problems
     own = [name for name in (MCAP_NAME, EXPERIMENT_NAME) if (folder / name).is_file()]
     present = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
@@ -210,7 +217,20 @@ def check_folder_of(folder: Path) -> IntegrityCheck:
         files=len(digests),
         size=sum((folder / name).stat().st_size for name in digests if name in present),
         chain=chain,
+        is_growing=grows,
     )
+
+
+def _is_growing(file: Path) -> bool:
+    """Return whether a process is writing a file of messages."""
+    try:
+        with file.open("rb") as opened:
+            fcntl.flock(opened, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # it is missing, or the file system has no locks
+        pass
+    return False
 
 
 def digests_of(run: Mapping[str, Any]) -> dict[str, str]:
@@ -277,7 +297,9 @@ def _beginning(run: Mapping[str, Any]) -> Chain:
     return Chain.of(run["brain"]["network"], run["world"]["scene"], run["seed"])
 
 
-def _check_chain(file: Path, begin: Chain | None, *, finished: bool) -> tuple[ChainCheck, list[Flaw]]:
+def _check_chain(
+    file: Path, begin: Chain | None, *, finished: bool, grows: bool
+) -> tuple[ChainCheck, list[Flaw]]:
     """Check the hashes of the messages; a file that was not closed may lack its end."""
     if not file.is_file():
         return ChainCheck(), [Flaw(file.name, MISSING, "every message")]
@@ -285,7 +307,7 @@ def _check_chain(file: Path, begin: Chain | None, *, finished: bool) -> tuple[Ch
     chain = check_chain(messages, begin)
     if chain.problem is not None:
         return chain, [Flaw(file.name, DAMAGED, chain.problem)]
-    if _is_sound(messages, finished=finished):
+    if grows or _is_sound(messages, finished=finished):
         return chain, []
     return chain, [Flaw(file.name, DAMAGED, _unread(messages, chain.until_ns))]
 

@@ -8,6 +8,7 @@ a message. The layouts of messages, chunks and their indexes follow the specific
 from __future__ import annotations
 
 import errno
+import fcntl
 import hashlib
 import os
 import struct
@@ -15,6 +16,7 @@ import sys
 import time
 from array import array
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from tempfile import SpooledTemporaryFile, TemporaryFile
 from typing import IO, Any
@@ -55,6 +57,8 @@ class GrowingFile(Closing):
         self.full: OSError | None = None
         self.failed: OSError | None = None
         self._file = path.open("wb", buffering=0)
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # readers see that it grows
         self._digest = hashlib.sha256()
         self._reserve = _reserve(path.parent)
         self._limit = _file_size_limit()

@@ -10,6 +10,9 @@ import pytest
 from nrp_core._support import machine
 from nrp_core.cli.session import RunRequest, Session
 from nrp_core.errors import ExperimentError
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import EXPERIMENT_NAME, MCAP_NAME, RUN_NAME, RUNNING, Images
 from nrp_core.recording.reading.check import MISSING
 from nrp_core.recording.reading.recording import Recording
@@ -174,6 +177,20 @@ def test_the_recording_of_a_killed_run_is_unfinished_and_checked_as_far_as_it_go
         outcome = again.verify()
     assert (outcome.verdict, outcome.steps) == (ReplayVerdict.IDENTICAL, STEPS)
     assert outcome.warnings[0].message.startswith("the recording is unfinished")
+
+
+def test_a_recording_that_is_being_written_is_not_called_damaged(
+    fakes: None, drive_to_the_wall: Path, tmp_path: Path
+) -> None:
+    with Run(load_experiment(drive_to_the_wall)) as run:
+        written = RecordingFolder(run, tmp_path / "recording")
+        run.run(0.5)
+        with (tmp_path / "recording" / MCAP_NAME).open("ab") as file:
+            file.write(b"half of a chunk")
+        check = Recording(tmp_path / "recording").check()
+        written.close("finished")
+    assert (check.is_growing, check.flaws) == (True, ())
+    assert check.notes[0].startswith("the recording is being written")
 
 
 @pytest.mark.parametrize("every", [37, pytest.param(1, marks=pytest.mark.heavy)])
