@@ -172,6 +172,9 @@ class MockEngine(Engine):
     def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
         return np.zeros((4, len(actuators)))
 
+    def _do_sensor_values(self, model: str, sensor: str) -> FloatArray:
+        return np.zeros(1)
+
     def _do_touches(self) -> Sequence[Touch]:
         return ()
 

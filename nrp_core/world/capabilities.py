@@ -33,7 +33,7 @@ class WorldCapabilities:
         coupled_joints: joints can follow others, as in gearboxes and screws. Otherwise a scene with one is
             refused.
         loops: joints can close loops and tie two models. Otherwise such joints are left out, with a warning.
-        own_actuators: it has the actuators that elements for it in a model's file describe.
+        own_actuators: it has the actuators and sensors that elements for it in a model's file describe.
         muscles: it has muscles along straight lines. Otherwise a scene with one is refused, as is a scene
             with one that wraps around shapes in an engine without ``own_actuators``.
         changes: models can be moved, added and deleted while it runs.

@@ -101,6 +101,15 @@ class JointCommands(ABC):
         """
         return self._do_actuator_states(model, actuators)
 
+    @final
+    def sensor_values(self, model: str, sensor: str) -> FloatArray:
+        """Return what a sensor of the engine's own measures at the present time, its numbers in its order.
+
+        Raises:
+            CapabilityError: the engine does not have ``own_actuators``.
+        """
+        return self._do_sensor_values(model, sensor)
+
     # -- for backends
 
     def _do_set_servo_target(self, model: str, joint: str, aim: ServoTarget) -> None:
@@ -118,6 +127,10 @@ class JointCommands(ABC):
     def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
         """Return lengths, velocities, tensions and activations of actuators, a new array."""
         raise self.lacks("does not report the states of actuators")
+
+    def _do_sensor_values(self, model: str, sensor: str) -> FloatArray:
+        """Return what a sensor among the elements for the engine measures, a new array."""
+        raise self.lacks("has no sensors of its own")
 
 
 class ExternalWrenches:

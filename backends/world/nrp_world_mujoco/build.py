@@ -63,6 +63,7 @@ class Built:
         firm: the joints among them, and the coordinates of ball joints, that follow with any load.
         owners: model and body of each geom; those that nothing touches may have none.
         actuators: ids of the muscles and of the actuators of MuJoCo's own elements, by model and name.
+        sensors: ids of the sensors of MuJoCo's own elements, likewise.
         warnings: elements for MuJoCo that are not used.
     """
 
@@ -77,6 +78,7 @@ class Built:
     firm: Mapping[tuple[str, str], FirmJoint]
     owners: Sequence[BodyPath]
     actuators: Mapping[tuple[str, str], int]
+    sensors: Mapping[tuple[str, str], int]
     warnings: Findings
 
 
@@ -172,6 +174,7 @@ class _Builder:
             self._firm,
             self._owners_of(model),
             {path: element.id for path, element in actuators.items()},
+            {path: element.id for path, element in self._native.sensors.items()},
             self._native.warnings,
         )
 

@@ -27,7 +27,7 @@ from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Decays, Drive, MujocoBatchEngine
 from nrp_world_mujoco.library import SAID, mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
-from nrp_world_mujoco.muscles import ActuatorReader
+from nrp_world_mujoco.muscles import PresentState
 from nrp_world_mujoco.options import MujocoOptions
 from nrp_world_mujoco.shapes import scalar_first
 
@@ -97,7 +97,7 @@ class MujocoEngine(JointedEngine):
             name: JointReader(self._model, self._data, joints) for name, joints in self._built.joints.items()
         }
         self._control = Control(self._built, self._data, seconds(options.timestep))
-        self._actuators = ActuatorReader(self._model, self._data)
+        self._present = PresentState(self._model, self._data)
         self._decays = Decays(self._built, self._data, seconds(options.timestep))
         self._survey(scene)
         self._refresh()
@@ -179,7 +179,10 @@ class MujocoEngine(JointedEngine):
         self._data.ctrl[self._model.actuator_ctrladr[self._built.actuators[model, actuator]]] = value
 
     def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
-        return self._actuators.states([self._built.actuators[model, name] for name in actuators])
+        return self._present.actuators([self._built.actuators[model, name] for name in actuators])
+
+    def _do_sensor_values(self, model: str, sensor: str) -> FloatArray:
+        return self._present.sensor(self._built.sensors[model, sensor])
 
     def _do_put_joint(self, place: int, position: float) -> None:
         self._data.qpos[self._model.jnt_qposadr[self._model.dof_jntid[place]]] = position

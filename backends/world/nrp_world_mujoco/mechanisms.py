@@ -1,4 +1,4 @@
-"""Sections of MJCF for MuJoCo: contact pairs, equality constraints, tendons, and actuators of any kind.
+"""Sections of MJCF for MuJoCo: contact pairs, equality constraints, tendons, actuators and sensors.
 
 They are written as in MJCF, such as ``<mujoco:adhesion name="pad" body="foot"/>`` in a ``<mujoco:actuator>``,
 and name the parts of the scene: a link or joint by its name, a collision as ``link/collision``, with
@@ -22,12 +22,14 @@ from nrp_core.world.scene.origin import Native
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.shapes import pos_quat
 
-SECTIONS = ("site", "wrap", "tendon", "equality", "contact", "actuator")
+SECTIONS = ("site", "wrap", "tendon", "equality", "contact", "actuator", "sensor")
 """The elements that are read here, in the order in which they are added."""
 _EQUALITIES = ("connect", "weld", "joint", "tendon")
 _ENDS = {"connect": ("site",), "weld": ("site",), "joint": ("joint",), "tendon": ("tendon",)}
 _TARGETS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "site": "site", "refsite": "site",
             "body": "link", "cranksite": "site", "slidersite": "site"}  # fmt: skip
+_MEASURED = {"joint": "joint", "tendon": "tendon", "site": "site", "body": "link", "objname": "site",
+             "refname": "site"}  # fmt: skip
 WORLD = "world"
 """The link of a place that does not move, unless the model has a link of this name."""
 _HIDDEN = 5
@@ -103,6 +105,8 @@ class Mechanisms:
         self._parts: dict[str, BuiltParts] = {}
         self._found: list[tuple[str, Native]] = []
         self._actuators: dict[tuple[str, str], Any] = {}
+        self.sensors: dict[tuple[str, str], Any] = {}
+        """The sensors by model and name."""
         self.declared: dict[tuple[str, str], tuple[float, float]] = {}
         """Stiffness and damping of the servos that a file has as actuators of its own, by model and joint."""
 
@@ -123,7 +127,7 @@ class Mechanisms:
         """
         add = {"site": self._add_site, "wrap": self._add_wrap, "tendon": self._add_tendons,
                "equality": self._add_equalities, "contact": self._add_contacts,
-               "actuator": self._add_actuators}  # fmt: skip
+               "actuator": self._add_actuators, "sensor": self._add_sensors}  # fmt: skip
         for tag in SECTIONS:
             for model, section in self._found:
                 if section.tag == tag:
@@ -136,7 +140,8 @@ class Mechanisms:
         body, place = self._holder(of, element)
         where = _compiled(element, "site")
         pose = place @ _pose(where.site_pos[0], where.site_quat[0])
-        body.add_site(name=self._new_name(of, element, "site"), **pos_quat(pose))
+        shape = {"type": mujoco.mjtGeom(where.site_type[0]), "size": where.site_size[0]}
+        body.add_site(name=self._new_name(of, element, "site"), **shape, **pos_quat(pose))
 
     def _add_wrap(self, of: str, element: Native) -> None:
         """Add the shape that a tendon wraps around; nothing touches it."""
@@ -284,6 +289,28 @@ class Mechanisms:
         self._names.require(element, "joint", "joint", of)
         gains = _number(element, "kp"), _number(element, "kv")
         self.declared[of, element.attribute("joint") or ""] = gains
+
+    # -- sensors
+
+    def _add_sensors(self, of: str, section: Native) -> None:
+        for element in _children(section, None):
+            name = element.attribute("name")
+            if not name or (of, name) in self.sensors:
+                wrong = f"the model has two sensors of the name '{name}'" if name else 'it needs name="..."'
+                raise element.error(wrong)
+            ends = {each: kind for each, kind in _MEASURED.items() if element.attribute(each)}
+            part = self._renamed(of, element, ends)
+            if (actuator := element.attribute("actuator")) is not None:
+                if (of, actuator) not in self._actuators:
+                    known = [each for model, each in self._actuators if model == of]
+                    raise element.error(
+                        f"the model has no actuator '{actuator}'{did_you_mean(actuator, known)}"
+                    )
+                part.set("actuator", self._actuators[of, actuator].name)
+            sensor = self._spec.add_sensor()
+            copy_all(self._parsed_in("sensor", element, part).sensors[0], sensor)
+            sensor.name = f"{of}/{name}/sensor"
+            self.sensors[of, name] = sensor
 
     # -- reading
 

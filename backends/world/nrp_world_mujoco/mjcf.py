@@ -1,7 +1,7 @@
 """MJCF, MuJoCo's format, read by MuJoCo and converted to SDF for every engine.
 
 Bodies, joints, geoms with their meshes, masses, cameras, gravity and actuators of joints are converted.
-What else a scene cannot express is kept for MuJoCo (:mod:`.mjcf_native`); its own sensors, flexible
+What else a scene cannot express is kept for MuJoCo (:mod:`.mjcf_native`); sensors without a message, flexible
 bodies and height fields that move are left out and named in a warning.
 """
 
@@ -48,7 +48,7 @@ _DEFAULT_RESOLUTION = (320, 240)
 _NOTHING = Inertial(LEAST_MASS, inertia=(LEAST_MOMENT, LEAST_MOMENT, LEAST_MOMENT, 0.0, 0.0, 0.0))
 """Of a body without mass, and of a link between two joints of a body: the least that is not repaired."""
 
-_LEFT_OUT = {"nsensor": "sensors", "nflex": "flexible bodies"}
+_LEFT_OUT = {"nflex": "flexible bodies"}
 _NOT_KEPT = {
     "jnt_stiffnesspoly": "springs of joints whose stiffness is a polynomial",
     "dof_dampingpoly": "dampers of joints whose damping is a polynomial",
@@ -74,6 +74,8 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     writer = _Writer(spec, model, path.stem, "".join(cones[-1:]), files_of(spec, path))
     text = "\n".join(writer.lines())
     left_out = _left_out(spec, model, writer.touching)
+    if sensors := writer.sensors_left_out:
+        left_out.insert(0, f"{sensors.total()} sensors ({', '.join(sorted(sensors))})")
     if writer.flat:
         left_out.append(f"the images on capsules and meshes without texture coordinates: {writer.flat}")
     for part in left_out:
@@ -139,6 +141,7 @@ class _Writer:
         names = Names(self._body, self._joint_name, self._geom_name, self._owner)
         self._native = NativeElements(spec, model, names, cone, meshes)
         self.touching = self._native.touching
+        self.sensors_left_out = self._native.sensors.left_out
         self._images = Images(model)
         self.flat = 0
         """The number of shapes that have the mean colour of an image."""
@@ -189,6 +192,8 @@ class _Writer:
         if muscles and ALL not in muscles:
             members = "".join(f"<muscle>{escape(name)}</muscle>" for name in muscles)
             yield _plugin("nrp_muscle_group", ALL, members)
+        for name, elements in self._native.sensors.plugins(model):
+            yield _plugin("nrp_engine_sensor", name, elements)
 
     def _keyframes(self, tree: Collection[int]) -> Iterator[str]:
         """Yield the starts that the file names, of the joints of a model with one degree of freedom."""

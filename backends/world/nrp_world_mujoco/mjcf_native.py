@@ -15,6 +15,7 @@ import numpy as np
 from nrp_world_mujoco.actuators import LAW, Actuator, actuators_of
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.mechanisms import WORLD
+from nrp_world_mujoco.mjcf_sensors import SensorElements
 from nrp_world_mujoco.muscles import muscle_elements
 from nrp_world_mujoco.native import OF_SCENE_GEOM, OF_SCENE_JOINT, pose_in_file
 from nrp_world_mujoco.schema import attributes_of, stated
@@ -59,6 +60,8 @@ _INERT = {"mjDSBL_SENSOR", "mjDSBL_MIDPHASE", "mjDSBL_ISLAND", "mjDSBL_EULERDAMP
           "mjNDISABLE", "mjNENABLE", "mjENBL_ENERGY", "mjENBL_FWDINV", "mjENBL_SLEEP"}  # fmt: skip
 """Flags that do not change a motion, or that the experiment sets."""
 _SHAPES = {mujoco.mjtGeom.mjGEOM_SPHERE: "sphere", mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder"}
+_SITES = {**_SHAPES, mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule", mujoco.mjtGeom.mjGEOM_BOX: "box",
+          mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid"}  # fmt: skip
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -86,7 +89,7 @@ class NativeElements:
     def __init__(
         self, spec: Any, model: Any, names: Names, cone: str, meshes: Mapping[str, dict[str, str]]
     ) -> None:
-        self._m, self._names, self._cone, self._meshes = model, names, cone, meshes
+        self._m, self.names, self._cone, self._meshes = model, names, cone, meshes
         fresh, self._option = mujoco.MjSpec(), spec.option
         self._given = {
             "joint": (spec.joints, fresh.worldbody.add_joint(), _OF_JOINT),
@@ -97,15 +100,16 @@ class NativeElements:
         self._lines: dict[str, list[str]] = {}
         self._sites = dict[tuple[str, int], None]()
         self._ground = names.model(0)
-        self._tops = {names.model(body): body for body in range(model.nbody) if not model.body_parentid[body]}
+        self.tops = {names.model(body): body for body in range(model.nbody) if not model.body_parentid[body]}
         """The first body of each model."""
-        self._controlled = {each.number: each for each in actuators_of(spec, model)}
+        self.controlled = {each.number: each for each in actuators_of(spec, model)}
         self.actuators: dict[str, list[tuple[str, float, float]]] = {}
         """The actuators of each model that do not control a joint: name, and range of the control."""
         self.muscles: dict[str, dict[str, str]] = {}
         """The elements in the plugin of each muscle, by model and name."""
+        self.sensors = SensorElements(model, self)
         for part in (self._options, self._joints, self._geoms, self._tendons, self._equalities,
-                     self._contacts, self._acting):  # fmt: skip
+                     self._contacts, self._acting, self.sensors.lines):  # fmt: skip
             for owner, line in part():
                 self._lines.setdefault(owner, []).append(line)
         for owner, site in self._sites:
@@ -148,7 +152,7 @@ class NativeElements:
         if differing or flags:
             inner = _element("flag", flags) if flags else ""
             moving = [body for body in range(1, self._m.nbody) if self._m.body_parentid[body] == 0]
-            owner = self._names.model(moving[0]) if moving else self._ground
+            owner = self.names.model(moving[0]) if moving else self._ground
             yield owner, _element("option", differing, inner)
 
     def _joints(self) -> Iterator[tuple[str, str]]:
@@ -167,8 +171,8 @@ class NativeElements:
                         values[name] = _text(getattr(m, field)[at])
             if values:
                 yield (
-                    self._names.model(m.jnt_bodyid[joint]),
-                    _element("joint", {"name": self._names.joint(joint), **values}),
+                    self.names.model(m.jnt_bodyid[joint]),
+                    _element("joint", {"name": self.names.joint(joint), **values}),
                 )
 
     def _free(self, joint: int) -> Iterator[tuple[str, str]]:
@@ -177,7 +181,7 @@ class NativeElements:
         numbers |= {name: float(getattr(m, f"dof_{name}")[dof]) for name in _OF_FREE_DOF}
         values = {name: _text(number) for name, number in numbers.items() if number}
         if values:
-            yield self._names.model(body), _element("freejoint", {"link": self._names.body(body), **values})
+            yield self.names.model(body), _element("freejoint", {"link": self.names.body(body), **values})
 
     def _geoms(self) -> Iterator[tuple[str, str]]:
         m = self._m
@@ -190,11 +194,11 @@ class NativeElements:
             mesh = self._mesh(geom)
             if mesh in self._meshes:
                 values |= {"mesh": mesh, **{k: _text(v) for k, v in pose_in_file(m, geom).items()}}
-                added = self._names.model(body), _element("mesh", {"name": mesh, **self._meshes[mesh]})
+                added = self.names.model(body), _element("mesh", {"name": mesh, **self._meshes[mesh]})
                 if added[1] not in self._lines.get(added[0], ()):
                     yield added
-            place = {"link": self._names.body(body), "name": self._names.geom(geom)}
-            yield self._names.model(body), _element("geom", place | values)
+            place = {"link": self.names.body(body), "name": self.names.geom(geom)}
+            yield self.names.model(body), _element("geom", place | values)
 
     def _mesh(self, geom: int) -> str:
         """Return the name of the mesh of a shape, empty for other shapes."""
@@ -210,7 +214,7 @@ class NativeElements:
             path = range(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])
             kinds = [mujoco.mjtWrap(m.wrap_type[step]) for step in path]
             fixed = kinds[0] == mujoco.mjtWrap.mjWRAP_JOINT
-            owner = self._names.model(self._body_of_tendon(tendon))
+            owner = self.names.model(self.body_of_tendon(tendon))
             values = {
                 name: _text(getattr(m, f"tendon_{field}")[tendon])
                 for name, (field, usual) in _TENDON.items()
@@ -223,10 +227,10 @@ class NativeElements:
             values["springlength"] = _text(m.tendon_lengthspring[tendon] - shift)
             yield from self._wraps(owner, path, kinds)
             steps = "".join(self._step(owner, step, kind) for step, kind in zip(path, kinds, strict=True))
-            name = {"name": self._name("tendon", tendon)}
+            name = {"name": self.name("tendon", tendon)}
             yield owner, _element("tendon", {}, _inner("fixed" if fixed else "spatial", name | values, steps))
 
-    def _body_of_tendon(self, tendon: int) -> int:
+    def body_of_tendon(self, tendon: int) -> int:
         """Return the first body on the path of a tendon that moves; the first one if none does."""
         m, kinds = self._m, mujoco.mjtWrap
         bodies = {kinds.mjWRAP_JOINT: m.jnt_bodyid, kinds.mjWRAP_SITE: m.site_bodyid}
@@ -246,8 +250,8 @@ class NativeElements:
                 body = int(m.geom_bodyid[geom])
                 values = {"name": f"wrap_{geom}", "size": _text(m.geom_size[geom]),
                           "type": _SHAPES[mujoco.mjtGeom(m.geom_type[geom])],
-                          **self._place(owner, body, m.geom_pos[geom], m.geom_quat[geom])}  # fmt: skip
-                line = self._holder(owner, body), _element("wrap", values)
+                          **self.place(owner, body, m.geom_pos[geom], m.geom_quat[geom])}  # fmt: skip
+                line = self.holder(owner, body), _element("wrap", values)
                 if line[1] not in self._lines.get(line[0], ()):
                     yield line
 
@@ -255,14 +259,14 @@ class NativeElements:
         m, part, number = self._m, int(self._m.wrap_objid[step]), float(self._m.wrap_prm[step])
         match kind:
             case mujoco.mjtWrap.mjWRAP_JOINT:
-                joint = self._full(owner, int(m.jnt_bodyid[part]), self._names.joint(part))
+                joint = self._full(owner, int(m.jnt_bodyid[part]), self.names.joint(part))
                 return _inner("joint", {"joint": joint, "coef": _text(number)})
             case mujoco.mjtWrap.mjWRAP_PULLEY:
                 return _inner("pulley", {"divisor": _text(number)})
             case mujoco.mjtWrap.mjWRAP_SITE:
-                return _inner("site", {"site": self._used_site(owner, part)})
-        side = {"sidesite": self._used_site(owner, int(number))} if number >= 0 else {}
-        geom = self._placed(owner, int(m.geom_bodyid[part]), f"wrap_{part}")
+                return _inner("site", {"site": self.used_site(owner, part)})
+        side = {"sidesite": self.used_site(owner, int(number))} if number >= 0 else {}
+        geom = self.placed(owner, int(m.geom_bodyid[part]), f"wrap_{part}")
         return _inner("geom", {"geom": geom, **side})
 
     def _shift_of_tendon(self, tendon: int) -> float:
@@ -288,7 +292,7 @@ class NativeElements:
             elif kind in (kinds.mjEQ_JOINT, kinds.mjEQ_TENDON):
                 joints = kind == kinds.mjEQ_JOINT
                 tag = "joint" if joints else "tendon"
-                owner = self._names.model(self._end_body(joints, one))
+                owner = self.names.model(self._end_body(joints, one))
                 ends = {f"{tag}1": self._end(joints, owner, one)}
                 if other >= 0:
                     ends[f"{tag}2"] = self._end(joints, owner, other)
@@ -300,10 +304,10 @@ class NativeElements:
     def _end_body(self, joints: bool, part: int) -> int:
         if joints:
             return int(self._m.jnt_bodyid[part])
-        return self._body_of_tendon(part)
+        return self.body_of_tendon(part)
 
     def _end(self, joints: bool, owner: str, part: int) -> str:
-        name = self._names.joint(part) if joints else self._name("tendon", part)
+        name = self.names.joint(part) if joints else self.name("tendon", part)
         return self._full(owner, self._end_body(joints, part), name)
 
     def _joined(self, tag: str, number: int, values: dict[str, str]) -> Iterator[tuple[str, str]]:
@@ -313,19 +317,19 @@ class NativeElements:
         if tag == "weld":
             values["torquescale"] = _text(data[10])
         if mujoco.mjtObj(m.eq_objtype[number]) == mujoco.mjtObj.mjOBJ_SITE:
-            owner = self._names.model(self._moving(m.site_bodyid[ends].tolist()))
-            sites = [self._used_site(owner, end) for end in ends]
+            owner = self.names.model(self._moving(m.site_bodyid[ends].tolist()))
+            sites = [self.used_site(owner, end) for end in ends]
         else:
-            owner = self._names.model(self._moving(ends))
+            owner = self.names.model(self._moving(ends))
             weld = tag == "weld"
             poses = [(data[3:6], data[6:10]) if weld else (data[:3], _NO_TURN),
                      (data[:3], _NO_TURN) if weld else (data[3:6], _NO_TURN)]  # fmt: skip
             sites = []
             for end, body, (position, turn) in zip((1, 2), ends, poses, strict=True):
                 name = f"equality_{number}_{end}"
-                place = self._place(owner, body, position, turn)
-                yield self._holder(owner, body), _element("site", {"name": name, **place})
-                sites.append(self._placed(owner, body, name))
+                place = self.place(owner, body, position, turn)
+                yield self.holder(owner, body), _element("site", {"name": name, **place})
+                sites.append(self.placed(owner, body, name))
         named = {"site1": sites[0], "site2": sites[1]}
         yield owner, _element("equality", {}, _inner(tag, named | values))
 
@@ -336,8 +340,8 @@ class NativeElements:
             if not self.touching.issuperset(geoms):
                 continue
             bodies = [int(m.geom_bodyid[geom]) for geom in geoms]
-            owner = self._names.model(max(bodies, key=bool))
-            names = [f"{self._names.body(body)}/{self._names.geom(geom)}"
+            owner = self.names.model(max(bodies, key=bool))
+            names = [f"{self.names.body(body)}/{self.names.geom(geom)}"
                      for body, geom in zip(bodies, geoms, strict=True)]  # fmt: skip
             ends = {f"geom{n}": self._full(owner, body, name)
                     for n, body, name in zip((1, 2), bodies, names, strict=True)}  # fmt: skip
@@ -349,11 +353,11 @@ class NativeElements:
             yield owner, _element("contact", {}, _inner("pair", ends | values))
         for signature in m.exclude_signature.tolist():
             bodies = [signature >> 16, signature & 0xFFFF]
-            owner = self._names.model(max(bodies, key=bool))
-            ends = {f"body{n}": self._full(owner, body, self._names.body(body))
+            owner = self.names.model(max(bodies, key=bool))
+            ends = {f"body{n}": self._full(owner, body, self.names.body(body))
                     for n, body in zip((1, 2), bodies, strict=True)}  # fmt: skip
             yield owner, _element("contact", {}, _inner("exclude", ends))
-        for owner in dict.fromkeys(self._names.model(body) for body in self._meeting()):
+        for owner in dict.fromkeys(self.names.model(body) for body in self._meeting()):
             yield owner, _element("contact", {"self": "true"})
 
     def _meeting(self) -> Iterator[int]:
@@ -376,13 +380,13 @@ class NativeElements:
     def _acting(self) -> Iterator[tuple[str, str]]:
         m = self._m
         for number in range(len(m.actuator_trntype)):
-            if number in self._controlled:
-                yield from self._declared(self._controlled[number])
+            if number in self.controlled:
+                yield from self._declared(self.controlled[number])
                 continue
             if m.actuator_ctrlnum[number] != 1:
                 continue
-            owner, target, shift = self._target(number)
-            name = self._name("actuator", number)
+            owner, target, shift = self.target(number)
+            name = self.name("actuator", number)
             values = {"name": name, **target, **self._law(number, shift), **self._others("general", number)}
             control = int(m.actuator_ctrladr[number])
             for limit, field in (("ctrl", "ctrlrange"), ("force", "forcerange"), ("act", "actrange")):
@@ -410,40 +414,40 @@ class NativeElements:
             sites = [int(self._m.wrap_objid[step]) for step in path
                      if mujoco.mjtWrap(self._m.wrap_type[step]) == mujoco.mjtWrap.mjWRAP_SITE]  # fmt: skip
             bodies = [int(self._m.site_bodyid[site]) for site in sites]
-            if all(not body or self._names.model(body) == owner for body in bodies):
-                points = [self._place(owner, body, self._m.site_pos[site], self._m.site_quat[site])
+            if all(not body or self.names.model(body) == owner for body in bodies):
+                points = [self.place(owner, body, self._m.site_pos[site], self._m.site_quat[site])
                           for site, body in zip(sites, bodies, strict=True)]  # fmt: skip
         return muscle_elements(self._m, number, points)
 
     def _declared(self, servo: Actuator) -> Iterator[tuple[str, str]]:
         """Yield what lets a servo towards a position act as in the file."""
         if servo.kind == "position":
-            gains = {"joint": self._names.joint(servo.joint), "kp": _text(servo.p), "kv": _text(servo.d)}
-            owner = self._names.model(int(self._m.jnt_bodyid[servo.joint]))
+            gains = {"joint": self.names.joint(servo.joint), "kp": _text(servo.p), "kv": _text(servo.d)}
+            owner = self.names.model(int(self._m.jnt_bodyid[servo.joint]))
             yield owner, _element("actuator", {}, _inner("position", gains))
 
-    def _target(self, number: int) -> tuple[str, dict[str, str], float]:
+    def target(self, number: int) -> tuple[str, dict[str, str], float]:
         """Return the model of an actuator, what it acts on, and its length where joints are at 0."""
         m, kinds = self._m, mujoco.mjtTrn
         kind, (one, other) = mujoco.mjtTrn(m.actuator_trntype[number]), m.actuator_trnid[number].tolist()
         gear = m.actuator_gear[m.actuator_outadr[number]]
         values = {"gear": _text(gear)}
         if kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
-            owner = self._names.model(int(m.jnt_bodyid[one]))
+            owner = self.names.model(int(m.jnt_bodyid[one]))
             tag = "joint" if kind == kinds.mjTRN_JOINT else "jointinparent"
-            return owner, {tag: self._names.joint(one), **values}, float(gear[0]) * self._zero(one)
+            return owner, {tag: self.names.joint(one), **values}, float(gear[0]) * self._zero(one)
         if kind == kinds.mjTRN_TENDON:
-            owner = self._names.model(self._end_body(False, one))
+            owner = self.names.model(self._end_body(False, one))
             shift = float(gear[0]) * self._shift_of_tendon(one)
-            return owner, {"tendon": self._name("tendon", one), **values}, shift
+            return owner, {"tendon": self.name("tendon", one), **values}, shift
         if kind == kinds.mjTRN_BODY:
-            return self._names.model(one), {"body": self._names.body(one), **values}, 0.0
+            return self.names.model(one), {"body": self.names.body(one), **values}, 0.0
         ends = [int(m.site_bodyid[end]) for end in (one, other) if end >= 0]
-        owner = self._names.model(self._moving(ends))
+        owner = self.names.model(self._moving(ends))
         if kind == kinds.mjTRN_SITE:
-            ref = {"refsite": self._used_site(owner, other)} if other >= 0 else {}
-            return owner, {"site": self._used_site(owner, one), **ref, **values}, 0.0
-        crank = {"cranksite": self._used_site(owner, one), "slidersite": self._used_site(owner, other)}
+            ref = {"refsite": self.used_site(owner, other)} if other >= 0 else {}
+            return owner, {"site": self.used_site(owner, one), **ref, **values}, 0.0
+        crank = {"cranksite": self.used_site(owner, one), "slidersite": self.used_site(owner, other)}
         return owner, {**crank, "cranklength": _text(m.actuator_cranklength[number]), **values}, 0.0
 
     def _law(self, number: int, shift: float) -> dict[str, str]:
@@ -479,24 +483,24 @@ class NativeElements:
         single = mujoco.mjtJoint(self._m.jnt_type[joint]) in _SINGLE
         return float(self._m.qpos0[self._m.jnt_qposadr[joint]]) if single else 0.0
 
-    def _name(self, kind: str, number: int) -> str:
+    def name(self, kind: str, number: int) -> str:
         return getattr(self._m, kind)(number).name or f"{kind}_{number}"
 
     def _full(self, owner: str, body: int, name: str) -> str:
         """Return the name of a part on a body as the elements of a model use it."""
-        model = self._names.model(body)
+        model = self.names.model(body)
         return name if model == owner else f"{model}/{name}"
 
-    def _holder(self, owner: str, body: int) -> str:
+    def holder(self, owner: str, body: int) -> str:
         """Return the model that has a place on a body: for the world body the one that uses it.
 
         A file may have nothing else on the world body, and as a robot it has its own place in the scene.
         """
-        return self._names.model(body) if body else owner
+        return self.names.model(body) if body else owner
 
-    def _place(self, owner: str, body: int, position: Any, turn: Any) -> dict[str, str]:
+    def place(self, owner: str, body: int, position: Any, turn: Any) -> dict[str, str]:
         """Return the link and the pose of a place on a body, relative to the model on the world body."""
-        link, top = self._names.body(body), self._tops[owner]
+        link, top = self.names.body(body), self.tops[owner]
         if not body and owner != self._ground:
             link = WORLD
             origin, back = np.empty(3), np.empty(4)
@@ -506,19 +510,21 @@ class NativeElements:
             position, turn = there, turned
         return {"link": link, "pos": _text(position), "quat": _text(turn)}
 
-    def _placed(self, owner: str, body: int, name: str) -> str:
+    def placed(self, owner: str, body: int, name: str) -> str:
         """Return the name of a place on a body as the elements of a model use it."""
         return self._full(owner, body, name) if body else name
 
-    def _used_site(self, owner: str, site: int) -> str:
+    def used_site(self, owner: str, site: int) -> str:
         body = int(self._m.site_bodyid[site])
-        self._sites[self._holder(owner, body), site] = None
-        return self._placed(owner, body, self._name("site", site))
+        self._sites[self.holder(owner, body), site] = None
+        return self.placed(owner, body, self.name("site", site))
 
     def _site(self, owner: str, site: int) -> str:
         m = self._m
-        place = self._place(owner, int(m.site_bodyid[site]), m.site_pos[site], m.site_quat[site])
-        return _element("site", {"name": self._name("site", site), **place})
+        place = self.place(owner, int(m.site_bodyid[site]), m.site_pos[site], m.site_quat[site])
+        shape = {"size": _text(m.site_size[site]), "type": _SITES[mujoco.mjtGeom(m.site_type[site])]}
+        shaped = shape if site in self.sensors.touched_sites else {}
+        return _element("site", {"name": self.name("site", site), **place, **shaped})
 
 
 def is_ground(model: Any, geom: int) -> bool:

@@ -131,11 +131,11 @@ def _is_straight(m: Any, number: int) -> bool:
     )
 
 
-class ActuatorReader:
-    """Reads actuators at the present time.
+class PresentState:
+    """Reads actuators and sensors at the present time.
 
-    After a step, MuJoCo's own fields have the lengths and forces of its start, and the activations of its
-    end. So they are computed for the present state in separate data.
+    After a step, MuJoCo's own fields have the lengths, forces and measurements of its start, and the
+    activations of its end. So they are computed for the present state in separate data.
 
     Args:
         model: the compiled model.
@@ -145,22 +145,16 @@ class ActuatorReader:
     def __init__(self, model: Any, data: Any) -> None:
         self._model, self._data = model, data
         self._now: Any = None
-        self._state = np.empty(mujoco.mj_stateSize(model, _STATE))
+        self._state, self._computed = np.empty((2, mujoco.mj_stateSize(model, _STATE)))
+        self._complete = False
 
-    def states(self, actuators: Sequence[int]) -> FloatArray:
+    def actuators(self, actuators: Sequence[int]) -> FloatArray:
         """Return lengths, velocities, tensions and activations, shape ``(4, n)``.
 
         Args:
             actuators: their numbers.
         """
-        m, now = self._model, self._now
-        if now is None:
-            now = self._now = mujoco.MjData(m)
-        mujoco.mj_getState(m, self._data, self._state, _STATE)
-        mujoco.mj_setState(m, now, self._state, _STATE)
-        mujoco.mj_fwdPosition(m, now)
-        mujoco.mj_fwdVelocity(m, now)
-        mujoco.mj_fwdActuation(m, now)
+        m, now = self._model, self._compute(complete=False)
         outputs = m.actuator_outadr[actuators]  # lengths, forces and gears are those of outputs
         gears = np.where(m.actuator_gear[outputs, 0] != 0, m.actuator_gear[outputs, 0], 1.0)
         last = m.actuator_actadr[actuators] + m.actuator_actnum[actuators] - 1
@@ -175,6 +169,32 @@ class ActuatorReader:
                 active,
             ]
         )
+
+    def sensor(self, sensor: int) -> FloatArray:
+        """Return the numbers of a sensor."""
+        m, now = self._model, self._compute(complete=True)
+        first = m.sensor_adr[sensor]
+        numbers: FloatArray = now.sensordata[first : first + m.sensor_dim[sensor]].copy()
+        return numbers
+
+    def _compute(self, *, complete: bool) -> Any:
+        """Return data of the present state, with accelerations and sensors if they are wanted."""
+        m, now = self._model, self._now
+        if now is None:
+            now = self._now = mujoco.MjData(m)
+            self._computed[:] = np.nan
+        mujoco.mj_getState(m, self._data, self._state, _STATE)
+        if (self._complete or not complete) and np.array_equal(self._state, self._computed):
+            return now
+        mujoco.mj_setState(m, now, self._state, _STATE)
+        if complete:
+            mujoco.mj_forward(m, now)
+        else:
+            mujoco.mj_fwdPosition(m, now)
+            mujoco.mj_fwdVelocity(m, now)
+            mujoco.mj_fwdActuation(m, now)
+        self._computed[:], self._complete = self._state, complete
+        return now
 
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION

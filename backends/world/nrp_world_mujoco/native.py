@@ -215,6 +215,11 @@ class NativeElements:
         """Stiffness and damping of servos that are driven as they are, by model and joint; once finished."""
         return self._mechanisms.declared
 
+    @property
+    def sensors(self) -> Mapping[tuple[str, str], Any]:
+        """The sensors by model and name; once finished."""
+        return self._mechanisms.sensors
+
     def finish(self) -> Mapping[tuple[str, str], Any]:
         """Add what may connect models, when all are built; return the actuators, by model and name.
 

@@ -279,7 +279,7 @@ class PhysicsBackend(WorldBackend):
         engine_name: name of the engine, for messages.
         remedy: command that installs it.
         releases_gil: whether it releases the GIL while it steps.
-        own_actuators: whether it has the actuators that elements for it describe.
+        own_actuators: whether it has the actuators and sensors that elements for it describe.
         muscles: whether it has muscles along straight lines.
     """
 

@@ -211,6 +211,10 @@ class HostedEngine(RosEngine):
         states: FloatArray = self._ask("actuator_states", model, list(actuators))
         return states
 
+    def _do_sensor_values(self, model: str, sensor: str) -> FloatArray:
+        values: FloatArray = self._ask("sensor_values", model, sensor)
+        return values
+
     def _do_touches(self) -> Sequence[Touch]:
         touches: Sequence[Touch] = self._ask("touches")
         return touches

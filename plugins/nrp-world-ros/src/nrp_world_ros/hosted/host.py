@@ -43,6 +43,7 @@ class HostedBody(Body):
         self._n_warned = len(world.warnings)
         self._does: Mapping[str, Callable[..., Any]] = {
             "actuator_states": world.engine.actuator_states,
+            "sensor_values": world.engine.sensor_values,
             "close": self._close,
             "depth": world.engine.depth,
             "joint_states": world.joint_states,
