@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import csv
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import nrp_experiments
 import numpy as np
 import pytest
 
@@ -14,9 +17,13 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.export import Format, export
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.recording.layout import MUSCLES
 from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.video.views import RecordedMuscles, Stage
+from nrp_core.world.render.portrait import portrait
+from nrp_core.world.scene.sdf import read_scene
 
-MUSCLES = "shoulder_flexor", "shoulder_extensor", "elbow_flexor", "elbow_extensor"
+NAMES = "shoulder_flexor", "shoulder_extensor", "elbow_flexor", "elbow_extensor"
 
 
 @pytest.fixture(scope="module")
@@ -38,17 +45,68 @@ def test_a_table_and_a_figure_have_a_column_and_a_curve_for_each_muscle(
     recording, last = Recording(recorded[0]), recorded[1]
     export(recording, Format.CSV, tmp_path / "out")
     commands = _rows(tmp_path / "out" / "arm.muscles.cmd.csv")
-    assert list(commands[0]) == ["time_s", *(f"data.{name}" for name in MUSCLES)]
+    assert list(commands[0]) == ["time_s", *(f"data.{name}" for name in NAMES)]
     states = _rows(tmp_path / "out" / "arm.muscles.state.csv")
     for field, unit in (("force", " [N]"), ("activation", "")):
-        values = [float(states[-1][f"{field}.{name}{unit}"]) for name in MUSCLES]
+        values = [float(states[-1][f"{field}.{name}{unit}"]) for name in NAMES]
         np.testing.assert_array_equal(values, last[field])
     curves = Story.of(recording).commands
-    for name in MUSCLES:
+    for name in NAMES:
         assert curves[f"/arm/muscles/cmd.data.{name}"].label == f"/arm/muscles/cmd.{name}"
         drawn = curves[f"/arm/muscles/cmd.data.{name}"].values
         assert drawn == [float(row[f"data.{name}"]) for row in commands]
         assert any(drawn)
+
+
+def test_muscles_are_recorded_as_lines_in_the_colours_of_their_activations(
+    recorded: tuple[Path, dict[str, Any]],
+) -> None:
+    recording, states = Recording(recorded[0]), recorded[1]
+    *_, last = recording.messages({MUSCLES})
+    assert last.t_ns == 80_000_000
+    (at,) = [one.message for one in recording.messages({"/arm/muscles/state"}) if one.t_ns == last.t_ns]
+    (entity,) = last.message.entities
+    assert entity.frame_id == "world"
+    for number, line in enumerate(entity.lines):
+        points = np.array([(each.x, each.y, each.z) for each in line.points])
+        assert points[:, 2] == pytest.approx(1.0, abs=0.1)
+        length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+        assert length == pytest.approx(at.length[number], rel=1e-9)
+        share = at.activation[number]
+        assert line.color.r == pytest.approx(0.2 + 0.8 * share)
+        assert line.color.b == pytest.approx(1.0 - 0.9 * share)
+    assert max(states["activation"]) > 0.05
+
+
+def test_a_video_draws_muscles_where_they_are_and_as_active_as_they_are(
+    recorded: tuple[Path, dict[str, Any]],
+) -> None:
+    muscles = RecordedMuscles()
+    with ExitStack() as kept:
+        stage: Stage | None = None
+        for one in Recording(recorded[0]).messages({MUSCLES}):
+            if muscles.take(one.message) or stage is None:
+                stage = Stage([], kept, muscles)
+            corners = stage.vertices({})
+            (entity,) = one.message.entities
+            points = np.array([(p.x, p.y, p.z) for line in entity.lines for p in line.points])
+            radius = entity.lines[0].thickness / 2
+            np.testing.assert_allclose(corners.min(axis=0), points.min(axis=0) - radius, atol=2e-3)
+            np.testing.assert_allclose(corners.max(axis=0), points.max(axis=0) + radius, atol=2e-3)
+            shown = {tuple(color) for color in stage.mesh.palette[:-1].tolist()}
+            wanted = {tuple(round(255 * c) for c in (x.color.r, x.color.g, x.color.b)) for x in entity.lines}
+            assert all(min(np.abs(np.subtract(each, one)).max() for one in shown) <= 1 for each in wanted)
+
+
+def test_a_portrait_shows_relaxed_muscles() -> None:
+    scene = read_scene(Path(nrp_experiments.__file__).parent / "bodies" / "muscle_arm.sdf")
+    without = replace(scene, models=tuple(replace(model, drives=()) for model in scene.models))
+    counts = []
+    for shown in (scene, without):
+        _, green, blue = np.moveaxis(portrait(shown).astype(int), 2, 0)
+        counts.append(int((blue > 2 * green).sum()))
+    assert counts[0] > 1000
+    assert counts[1] == 0
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

@@ -105,7 +105,9 @@ class Story:
         story = cls(recording.run, begin_s)
         topics = recording.topics
         names = [
-            name for name, topic in topics.items() if topic.role not in (Role.CAMERA, Role.SOURCE, Role.RUN)
+            name
+            for name, topic in topics.items()
+            if topic.role not in (Role.CAMERA, Role.SOURCE, Role.MUSCLES, Role.RUN)
         ]
         for recorded in recording.messages(names):
             t_s = seconds(recorded.t_ns)

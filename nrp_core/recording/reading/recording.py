@@ -30,7 +30,7 @@ MCAP_SUFFIX = ".mcap"
 _logger = logging.getLogger(__name__)
 _OWN = STEPS.rpartition("/")[0]
 """The namespace of the platform's own topics."""
-_NOT_TABLES = (Role.CAMERA, Role.SPIKES, Role.SCENE, Role.RUN)
+_NOT_TABLES = (Role.CAMERA, Role.SPIKES, Role.SCENE, Role.MUSCLES, Role.RUN)
 
 
 @dataclass(frozen=True, slots=True)

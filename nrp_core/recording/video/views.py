@@ -17,14 +17,16 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.figures.room import Bounds, RoomView, footprint
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.images import Pixels, pixels_of
-from nrp_core.recording.layout import WORLD_FRAME, Role
+from nrp_core.recording.layout import MUSCLES, WORLD_FRAME, Role
 from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.shapes import RecordedScene, RecordedShape, ShapeKind
 from nrp_core.recording.video import Vector, VideoOptions, ViewKind
+from nrp_core.world.messages.foxglove_msgs import SceneUpdate
 from nrp_core.world.model_states import pose_of, transform_pose
 from nrp_core.world.render.portrait import ShadedView
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.render.tubes import Tubes
 from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.meshes.stl import write_coordinates
@@ -36,6 +38,7 @@ from nrp_core.world.scene.model import (
     Link,
     Mesh,
     Model,
+    Rgba,
     Sphere,
     Texture,
     Visual,
@@ -84,22 +87,57 @@ def _topic(recording: Recording, camera: str) -> str:
     raise ExperimentError(wrong + hint, path=recording.file)
 
 
+class RecordedMuscles:
+    """The muscles after the messages on ``/scene/muscles``.
+
+    Attributes:
+        tubes: the tubes that they are drawn as.
+        frames: the frames of the tubes.
+        colors: the colours of their visuals.
+    """
+
+    def __init__(self) -> None:
+        self._shapes: tuple[tuple[int, float], ...] = ()
+        self.tubes = Tubes((), ())
+        self.frames: dict[str, FloatArray] = {}
+        self.colors: dict[str, Rgba] = {}
+
+    def take(self, message: SceneUpdate) -> bool:
+        """Apply a message; return whether there are other tubes now."""
+        lines = [line for entity in message.entities for line in entity.lines]
+        before, self._shapes = self._shapes, tuple((len(line.points), line.thickness / 2) for line in lines)
+        changed = self._shapes != before
+        if changed:
+            self.tubes = Tubes([count for count, _ in self._shapes], [radius for _, radius in self._shapes])
+        paths = [np.array([(each.x, each.y, each.z) for each in line.points]) for line in lines]
+        self.frames, self.colors = self.tubes.frames(paths), {}
+        for number, line in enumerate(lines):
+            color = line.color
+            rgba = color.r, color.g, color.b, color.a
+            self.colors.update(dict.fromkeys(self.tubes.visuals(number), rgba))
+        return changed
+
+
 class Stage:
     """The triangles of shapes, by the frames that they move with.
 
     Args:
         shapes: the shapes of the scene.
         kept: keeps the folder of the meshes, which are read when they are first drawn.
+        muscles: the muscles at the time of an image, if there are any.
 
     Attributes:
         mesh: the triangles.
     """
 
-    def __init__(self, shapes: Sequence[RecordedShape], kept: ExitStack) -> None:
+    def __init__(
+        self, shapes: Sequence[RecordedShape], kept: ExitStack, muscles: RecordedMuscles | None = None
+    ) -> None:
         folder = Path(kept.enter_context(TemporaryDirectory()))
         names = dict.fromkeys(shape.frame for shape in shapes)
         models = [_model(name, [shape for shape in shapes if shape.frame == name], folder) for name in names]
-        bodies = {model.name: bodies_of(model) for model in models}
+        self._muscles = muscles = muscles or RecordedMuscles()
+        bodies = {model.name: bodies_of(model) for model in (*models, *muscles.tubes.models)}
         numbers = frames_of(bodies)
         self.mesh = SceneMesh(bodies, numbers)
         self._numbers = {name: number for (name, _), number in numbers.items()}
@@ -110,6 +148,10 @@ class Stage:
         for name, number in self._numbers.items():
             if name in poses:
                 self._frames[number] = matrix_of(poses[name])
+        for name, frame in self._muscles.frames.items():
+            self._frames[self._numbers[name]] = frame
+        for visual, rgba in self._muscles.colors.items():
+            self.mesh.set_color(visual, rgba)
         return self.mesh.in_world(self._frames)
 
 
@@ -278,21 +320,26 @@ def drawn_frames(recording: Recording, times_s: FloatArray, options: VideoOption
         ExperimentError: the recording has no scene, or the robot to follow is not in it.
     """
     viewpoint = _viewpoint(recording, options)
-    topics = {topic.name for topic in recording.with_role(Role.SCENE, Role.TRANSFORMS, Role.MODELS)}
+    topics = {
+        topic.name for topic in recording.with_role(Role.SCENE, Role.TRANSFORMS, Role.MODELS, Role.MUSCLES)
+    }
     playback, scene, poses = Playback(recording, topics), RecordedScene(), dict[str, Pose]()
+    muscles = RecordedMuscles()
     with ExitStack() as kept:
         view: ShadedView | None = None
         for t_s in times_s.tolist():
-            changed = _follow(playback, from_seconds(t_s), scene, poses)
+            changed = _follow(playback, from_seconds(t_s), scene, poses, muscles)
             if changed or view is None:
                 kept.close()
-                stage = Stage(_visible_shapes(scene, options.view), kept)
+                stage = Stage(_visible_shapes(scene, options.view), kept, muscles)
                 size = (options.width, options.height)
                 view = ShadedView(stage.mesh, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES)
             yield view.draw(stage.vertices(poses), viewpoint.eye(t_s, poses))
 
 
-def _follow(playback: Playback, t_ns: int, scene: RecordedScene, poses: dict[str, Pose]) -> bool:
+def _follow(
+    playback: Playback, t_ns: int, scene: RecordedScene, poses: dict[str, Pose], muscles: RecordedMuscles
+) -> bool:
     """Update scene and poses to a time; return whether the scene changed."""
     changed = False
     for recorded in playback.until(t_ns):
@@ -301,6 +348,8 @@ def _follow(playback: Playback, t_ns: int, scene: RecordedScene, poses: dict[str
             poses |= {each.child_frame_id: transform_pose(each.transform) for each in message.transforms}
         elif hasattr(message, "pose"):
             poses |= {name: pose_of(pose) for name, pose in zip(message.name, message.pose, strict=True)}
+        elif recorded.topic == MUSCLES:
+            changed = muscles.take(message) or changed
         else:
             changed = bool(scene.take(message)) or changed
     return changed

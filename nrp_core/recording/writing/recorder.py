@@ -21,6 +21,7 @@ from nrp_core.recording.layout import CALLED, MCAP_NAME, PUBLISHED, SNAPSHOTS, S
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.hashes import Chain, Hasher, Step, Voltages
+from nrp_core.recording.writing.muscles import MusclePaths
 from nrp_core.recording.writing.signals import (
     QUICKLY_ENCODED,
     CameraHashes,
@@ -90,7 +91,7 @@ class StepCollector:
         self._signals: list[Signal] = [
             Scenery(world, frames), MovingModels(world), LinkTransforms(frames),
             PopulationSpikes(brain, scope.exclude),
-            DeviceRecords(brain),
+            DeviceRecords(brain), MusclePaths(world),
         ]  # fmt: skip
         self._followed = {MODEL_STATES}
         for name in scope.topics:

@@ -31,7 +31,7 @@ from nrp_core.world.part import Part
 from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.checks import WORLD, require
 from nrp_core.world.scene.devices import Rename
-from nrp_core.world.scene.model import Joint, Model
+from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_core.world.scene.posture import Posture, start_positions
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.plugins import ModelParts
@@ -41,6 +41,8 @@ ALL = "muscles"
 """The group of all muscles of a model in MJCF."""
 MUJOCO_RANGE = (0.75, 1.05)
 """MuJoCo's normalised lengths at the ends of a range of lengths."""
+_SLENDER = 0.04
+"""The radius of a muscle in optimal lengths."""
 _TURN = 1e-5
 """Half the change of a position (rad, m) by which a moment arm is measured."""
 
@@ -148,6 +150,14 @@ class Muscle(Drive):
         text += ", wraps" if self.wraps else ""
         return f"{text}, moment arm {arms}" if arms else text
 
+    @property
+    def radius(self) -> float:
+        """The radius with which it is drawn, m."""
+        return _SLENDER * self.optimal_length
+
+    def tube(self, model: Model) -> tuple[list[Vector], float] | None:
+        return (path_points(self, start_places(model)), self.radius) if len(self.path) > 1 else None
+
     def check(self, model: Model) -> None:
         links = [WORLD, *(link.name for link in model.links)]
         for point in self.path:
@@ -185,31 +195,52 @@ def muscles_of(model: Model) -> tuple[Muscle, ...]:
     return tuple(drive for drive in model.drives if isinstance(drive, Muscle))
 
 
-def path_length(muscle: Muscle, places: Mapping[str, Pose]) -> float:
-    """Return the length of a path of straight lines, m.
+def drawn_muscles(scene: Scene) -> list[tuple[Model, list[Muscle]]]:
+    """Return the models that have muscles with a path, and these muscles."""
+    muscles = [(model, [each for each in muscles_of(model) if len(each.path) > 1]) for model in scene.models]
+    return [(model, drawn) for model, drawn in muscles if drawn]
+
+
+def path_points(muscle: Muscle, places: Mapping[str, Pose]) -> list[Vector]:
+    """Return the points of a path, m.
 
     Args:
         muscle: the muscle.
         places: the poses of the links on its path, and of ``world``.
     """
-    points = [(places[each.link] @ Pose(each.position)).position for each in muscle.path]
-    return sum(dist(*pair) for pair in pairwise(points))
+    return [(places[each.link] @ Pose(each.position)).position for each in muscle.path]
+
+
+def path_length(muscle: Muscle, places: Mapping[str, Pose]) -> float:
+    """Return the length of a path of straight lines, m; the arguments are those of :func:`path_points`."""
+    return sum(dist(*pair) for pair in pairwise(path_points(muscle, places)))
+
+
+def start_places(model: Model, positions: Mapping[str, float] | None = None) -> dict[str, Pose]:
+    """Return the poses of the links and of ``world`` in the frame of a model.
+
+    Args:
+        model: the model.
+        positions: of its joints, rad or m; by default where they start.
+    """
+    posture = Posture(model, start_positions(model) if positions is None else positions)
+    return {WORLD: Pose(), **{link.name: posture.of(link.name) @ link.pose for link in model.links}}
 
 
 def moment_arms(model: Model, muscle: Muscle) -> dict[str, float]:
-    """Return the moment arms of a muscle, d(length)/dq where its model starts, m (of a slider: 1).
+    """Return the moment arms of a muscle, -d(length)/dq where its model starts, m (of a slider: 1).
 
-    Joints that do not change its length are left out, as are ball joints.
+    They are positive where it pulls a joint in the positive direction, as in biomechanics; those of MuJoCo
+    have the other sign. Joints that do not change its length are left out, as are ball joints.
     """
     starts = dict(start_positions(model))
 
     def length(joint: Joint, turn: float) -> float:
-        posture = Posture(model, {**starts, joint.name: starts.get(joint.name, 0.0) + turn})
-        places = {link.name: posture.of(link.name) @ link.pose for link in model.links}
-        return path_length(muscle, {WORLD: Pose(), **places})
+        turned = {**starts, joint.name: starts.get(joint.name, 0.0) + turn}
+        return path_length(muscle, start_places(model, turned))
 
     arms = {
-        joint.name: (length(joint, _TURN) - length(joint, -_TURN)) / (2 * _TURN)
+        joint.name: (length(joint, -_TURN) - length(joint, _TURN)) / (2 * _TURN)
         for joint in model.joints
         if joint.takes_commands and not muscle.wraps
     }

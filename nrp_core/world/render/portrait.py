@@ -12,6 +12,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.cameras import Optics, looking
 from nrp_core.world.render.raster import FaceView
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.render.tubes import Tubes
 from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Scene
@@ -116,15 +117,25 @@ def portrait(scene: Scene, width: int = 960, height: int = 720) -> npt.NDArray[n
 
 
 def _subject(scene: Scene) -> _Subject:
-    bodies = {model.name: bodies_of(model) for model in scene.models}
+    tubes, tube_frames = _muscles(scene)
+    bodies = {model.name: bodies_of(model) for model in (*scene.models, *tubes.models)}
     numbers = frames_of(bodies)
     mesh = SceneMesh(bodies, numbers)
     frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))
     poses = {model.name: body_poses(model, bodies[model.name]) for model in scene.models}
     for (name, index), number in numbers.items():
-        frames[number] = matrix_of(poses[name][index])
+        frames[number] = matrix_of(poses[name][index]) if name in poses else tube_frames[name]
     vertices = mesh.in_world(frames)
     return _Subject(mesh, vertices, mesh.framed(vertices))
+
+
+def _muscles(scene: Scene) -> tuple[Tubes, dict[str, FloatArray]]:
+    """Return the muscles of a scene as tubes, and their frames where all joints start."""
+    drawn = [(model, drive.tube(model)) for model in scene.models for drive in model.drives]
+    shapes = [(model.pose, *tube) for model, tube in drawn if tube is not None]
+    tubes = Tubes([len(points) for _, points, _ in shapes], [radius for *_, radius in shapes])
+    paths = [np.array([(place @ Pose(point)).position for point in points]) for place, points, _ in shapes]
+    return tubes, tubes.frames(paths)
 
 
 def _eye(subject: _Subject, optics: Optics, is_robot: bool) -> FloatArray:

@@ -13,7 +13,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
-from nrp_core.world.rigid import Pose
+from nrp_core.world.rigid import Pose, Vector
 
 LATER: Mapping[str, object] = {"later": True}
 """Metadata of a field that was added later: at its default it is left out, so that earlier digests hold."""
@@ -210,6 +210,10 @@ class MountedDrive(ABC):
     def describe(self, model: Any) -> str:
         """Return its numbers for an outline of its model; empty for none."""
         return ""
+
+    def tube(self, model: Any) -> tuple[Sequence[Vector], float] | None:
+        """Return the tube that it is drawn as: points in its model where this starts, and a radius, m."""
+        return None
 
     def check(self, model: Any) -> None:
         """Refuse a drive that names parts that its model does not have, besides :attr:`joints`.

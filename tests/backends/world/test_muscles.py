@@ -153,7 +153,7 @@ def test_an_arm_with_four_muscles_moves_as_in_mujoco_alone(engine, tmp_path):
             assert found.activation == pytest.approx(states[3], abs=1e-9)
 
 
-def test_moment_arms_are_those_of_mujoco(tmp_path):
+def test_moment_arms_are_those_of_mujoco_with_the_sign_of_a_pull(tmp_path):
     model = arm(tmp_path, text=PAIR).models[0]
     alone = mujoco.MjModel.from_xml_string(PAIR)
     data = mujoco.MjData(alone)
@@ -166,13 +166,13 @@ def test_moment_arms_are_those_of_mujoco(tmp_path):
         arms = moment_arms(model, muscle)
         gear = alone.actuator_gear[number, 0]
         assert [arms.get(name, 0.0) for name in ("shoulder", "elbow")] == pytest.approx(
-            rows[number] / gear, abs=1e-8
+            -rows[number] / gear, abs=1e-8
         )
 
 
 def test_the_outline_has_force_range_and_moment_arms(tmp_path):
     lines = "\n".join(outline(arm(tmp_path), "arm").lines())
-    assert "muscle 'm', 100 N, active from 0.167 to 0.533 m, moment arm 49.3 mm at q" in lines
+    assert "muscle 'm', 100 N, active from 0.167 to 0.533 m, moment arm -49.3 mm at q" in lines
     assert "muscle group 'muscles': m" in lines
     assert "/arm/muscles/cmd" in lines
 

@@ -17,6 +17,7 @@ import { world } from "../world/world";
 import { Bodies, type ShapeMesh } from "./bodies";
 import { keepView, type Layer, useChoices } from "./choices";
 import { isWall, openWalls } from "./dollhouse";
+import { Muscles } from "./muscles";
 import { eyeOf, FOV_RAD, fitted, nearOf, type Orbit, START } from "./orbit";
 import { Outline } from "./outline";
 import type { LaserScan } from "./sightLines";
@@ -48,6 +49,7 @@ export class Viewer {
   readonly camera = new PerspectiveCamera((FOV_RAD * 180) / Math.PI, 1, 0.05, 1000);
   readonly scene = new Scene();
   readonly bodies = new Bodies(() => this.invalidate());
+  private readonly muscles = new Muscles();
   private readonly trails = new Trails();
   private readonly sights = new Sights();
   private readonly touches = new Touches();
@@ -87,6 +89,7 @@ export class Viewer {
     this.scene.add(
       this.surroundings.root,
       this.bodies.root,
+      this.muscles.root,
       this.trails.root,
       this.sights.root,
       this.touches.root,
@@ -223,6 +226,7 @@ export class Viewer {
     cancelAnimationFrame(this.frame);
     window.clearTimeout(this.timer);
     this.outline.dispose();
+    this.muscles.dispose();
     this.trails.dispose();
     this.sights.dispose();
     this.touches.dispose();
@@ -236,6 +240,7 @@ export class Viewer {
   private changed(change: Change): void {
     if (change === "scene") this.rebuild();
     this.bodies.move((frame) => world.frame(frame));
+    this.muscles.show(world.muscles);
     if (!this.placed) this.begin();
     this.sights.move((frame) => world.frame(frame));
     this.trails.show(world.trails);

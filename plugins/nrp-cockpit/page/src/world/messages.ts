@@ -54,6 +54,18 @@ export interface SceneUpdate {
   entities: SceneEntity[];
 }
 
+/** A line through points; `thickness` is its diameter. */
+export interface LinePrimitive {
+  points: Xyz[];
+  thickness: number;
+  color: Rgba;
+}
+
+/** The muscles, as lines in the world: a foxglove_msgs/SceneUpdate of which the last message counts. */
+export interface MusclePaths {
+  entities: { lines: LinePrimitive[] }[];
+}
+
 /** tf2_msgs/TFMessage. */
 export interface Transforms {
   transforms: {

@@ -1,7 +1,7 @@
 import { useRun } from "../state/run";
 import { onPast, wire } from "../wire";
 import { type Entities, updated, WORLD_FRAME } from "./entities";
-import type { ModelStates, SceneUpdate, Transforms } from "./messages";
+import type { LinePrimitive, ModelStates, MusclePaths, SceneUpdate, Transforms } from "./messages";
 import { IDENTITY, type Pose, poseFrom, poseOf } from "./pose";
 import { extend, newTrail, type Trail } from "./trail";
 
@@ -21,6 +21,8 @@ class World {
   readonly frames = new Map<string, Pose>();
   /** The poses of the models in the world. */
   readonly models = new Map<string, Pose>();
+  /** The muscles at their places, in the colours of their activations. */
+  muscles: readonly LinePrimitive[] = [];
   /** The paths of the robots. */
   readonly trails = new Map<string, Trail>();
 
@@ -52,6 +54,7 @@ class World {
       }),
       wire.subscribe<SceneUpdate>("/scene", (update) => this.readScene(update)),
       wire.subscribe<Transforms>("/tf", (message) => this.readFrames(message), "latest"),
+      wire.subscribe<MusclePaths>("/scene/muscles", (message) => this.readMuscles(message), "latest"),
       wire.subscribe<ModelStates>(MODEL_STATES, (message, t_s) => this.readModels(message, t_s)),
       onPast(({ topic, new: isNew }) => topic === MODEL_STATES && isNew && this.trails.clear()),
     ];
@@ -66,6 +69,11 @@ class World {
   private readFrames({ transforms }: Transforms): void {
     for (const { child_frame_id, transform } of transforms)
       this.frames.set(child_frame_id, poseFrom(transform.translation, transform.rotation));
+    this.tell("poses");
+  }
+
+  private readMuscles({ entities }: MusclePaths): void {
+    this.muscles = entities.flatMap(({ lines }) => lines);
     this.tell("poses");
   }
 

@@ -12,10 +12,19 @@ from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.layout import SCENE, TRANSFORMS, Images, Role, device_topic, spikes_topic
+from nrp_core.recording.layout import (
+    MUSCLES,
+    SCENE,
+    TRANSFORMS,
+    Images,
+    Role,
+    device_topic,
+    spikes_topic,
+)
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.encoding import Packed, Parts
 from nrp_core.recording.writing.frames import SceneFrames
+from nrp_core.recording.writing.muscles import MusclePaths
 from nrp_core.recording.writing.signals import (
     PERIOD_NS,
     Add,
@@ -30,6 +39,7 @@ from nrp_core.recording.writing.signals import (
     TopicMessages,
     about_role,
 )
+from nrp_core.world.drives.muscles import drawn_muscles
 from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.foxglove_msgs import SceneUpdate
@@ -257,6 +267,8 @@ class LiveStream:
         assert transforms is not None
         self._offer(SCENE, SceneUpdate, SCENE, lambda: Scenery(world, frames))
         self._offer(TRANSFORMS, transforms, TRANSFORMS, lambda: LinkTransforms(frames), Kind.LATEST)
+        if drawn_muscles(world.scene):
+            self._offer(MUSCLES, SceneUpdate, MUSCLES, lambda: MusclePaths(world), Kind.LATEST)
         self._offer(
             MODEL_STATES, ModelStates, MODEL_STATES, lambda: Throttled(MovingModels(world)), Kind.LATEST
         )

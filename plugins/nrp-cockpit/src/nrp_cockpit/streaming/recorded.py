@@ -24,7 +24,7 @@ WINDOW_NS = 4 * NS_PER_S
 """The time before the target of a seek that is sent too, so that plots are not empty."""
 _MOST_BYTES = 1_000_000
 """The maximum size of the last seconds of a topic; of more data, only the last message is sent."""
-_LATEST = (Role.CAMERA, Role.TRANSFORMS, Role.MODELS)
+_LATEST = (Role.CAMERA, Role.TRANSFORMS, Role.MODELS, Role.MUSCLES)
 """The roles of topics of which only the last message counts."""
 
 
