@@ -27,11 +27,11 @@ def half(value):
 @nrp.MapVariable  # NRP210 must be called: @nrp.MapVariable(...)
 @nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
 def drive(t, left, count):
-    x = GAIN * min  # NRP247 'min' is a function, not a value; call it: min(...)
-    x = x + 2.0 * half  # NRP247 'half' is a function, not a value; call it: half(...)
-    x = x + None * left.voltage  # NRP247 None is not a number
-    x = x - left.voltage / Vector3  # NRP247 'Vector3' is a class, not a value; call it: Vector3(...)
-    x = x + float("nan") * left.voltage  # NRP247 always nan
+    x = GAIN * min  # NRP240 'min' is a function, not a value; call it: min(...)
+    x = x + 2.0 * half  # NRP240 'half' is a function, not a value; call it: half(...)
+    x = x + None * left.voltage  # NRP240 None is not a number
+    x = x - left.voltage / Vector3  # NRP240 'Vector3' is a class, not a value; call it: Vector3(...)
+    x = x + float("nan") * left.voltage  # NRP240 always nan
     linear = Vector3(x, 0, 0)
     angular = Vector3(0, 0, math.sqrt)  # NRP240 'sqrt' is a function, not a value; call it
     if t > 2:

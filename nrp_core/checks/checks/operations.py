@@ -268,12 +268,12 @@ def check_items(function: CheckedFunction) -> Iterator[Finding]:
 # -- computations
 
 
-@checks_function(Code.NRP247)
+@checks_function(Code.NRP240)
 def check_computations(function: CheckedFunction) -> Iterator[Finding]:
     """Look for values that are not numbers in computations and in arguments of numeric functions."""
     for node in function.body.nodes:
         if wrong := _wrong_computation(function, node):
-            yield function.declared.finding(Code.NRP247, node, wrong)
+            yield function.declared.finding(Code.NRP240, node, wrong)
 
 
 def _wrong_computation(function: CheckedFunction, node: ast.AST) -> str:
@@ -397,9 +397,7 @@ def check_sent_values(function: CheckedFunction) -> Iterator[Finding]:
             case _:
                 continue
         shape = function.body.shape(value)
-        if wrong := no_value(function, shape):
-            yield function.declared.finding(Code.NRP247, node, wrong)
-        elif wrong := _refused_value(info, shape):
+        if (wrong := no_value(function, shape)) or (wrong := _refused_value(info, shape)):
             yield function.declared.finding(Code.NRP240, node, wrong)
 
 

@@ -77,10 +77,10 @@ NOT_CHECKED = Explanation(
 )
 
 WRONG_CALL = Explanation(
-    "A call, attribute, index, setting or message does not fit the object that it is used on.",
+    "A call, attribute, index, setting, message or operand does not fit the object that it is used on.",
     "The function raises an error at that line, or the topic or device refuses the value.",
     "Use what the message suggests; it lists the names, types or values that are possible.",
-    "{n} calls, attributes, indices, settings or messages do not fit",
+    "{n} calls, attributes, indices, settings, messages or operands do not fit",
     Weight.ALTERED,
 )
 
@@ -97,14 +97,6 @@ UNDEFINED_NAME = Explanation(
     "The function raises NameError at that line.",
     "Correct the spelling, import the module, or add the parameter and its mapping.",
     "{n} undefined names",
-    Weight.ALTERED,
-)
-
-NOT_A_NUMBER = Explanation(
-    "A device, a topic or a message is used as a number.",
-    "The function raises TypeError at that line.",
-    "Use its value: `camera.value`, `wheel.voltage`, `message.data`.",
-    "{n} objects are used as numbers",
     Weight.ALTERED,
 )
 

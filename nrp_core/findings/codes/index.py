@@ -51,7 +51,6 @@ class Code(Enum):
     NRP240 = functions.WRONG_CALL
     NRP243 = functions.NOT_REPRODUCIBLE
     NRP246 = functions.UNDEFINED_NAME
-    NRP247 = functions.NOT_A_NUMBER
     NRP248 = experiment.NEVER
     NRP249 = experiment.DEGREES
     NRP253 = functions.REASSIGNED_PARAMETER

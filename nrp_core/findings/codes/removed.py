@@ -47,6 +47,7 @@ MERGED: Final = {
     "NRP241": "NRP240",
     "NRP244": "NRP239",
     "NRP245": "NRP210",
+    "NRP247": "NRP240",
     "NRP252": "NRP240",
     "NRP254": "NRP240",
     "NRP257": "NRP256",
