@@ -18,6 +18,7 @@ from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
 from nrp_core.recording.reading.check import IntegrityCheck
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.reading.recording import Recording
+from nrp_core.world.scene.randomization import Draw
 
 
 def check_recording(path: Path, *, as_json: bool) -> None:
@@ -109,6 +110,7 @@ def _data(recording: Recording) -> dict[str, Any]:
         **sides,
         "seed": run.get("seed"),
         "parameters": run.get("parameters") or {},
+        "randomized": dict(run.get("world") or {}).get("randomized") or [],
         "recorded": run.get("recorded"),
         "state": run.get("state"),
         "complete": judgement and judgement.complete,
@@ -152,6 +154,8 @@ def _lines(data: dict[str, Any]) -> Iterator[str]:
     for side, parameters in data["parameters"].items():
         for name, one in parameters.items():
             yield f"  {side} parameter {name} = {one['value']}{' ' + one['unit'] if one['unit'] else ''}"
+    for drawn in data["randomized"]:
+        yield f"  {Draw(**drawn)}"
     if data["recorded"]:
         yield f"  recorded {data['recorded']}, {data['state']}"
     if data["continues"]:

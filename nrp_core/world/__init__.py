@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.model import Scene as Scene
     from nrp_core.world.scene.model import Sphere as Sphere
     from nrp_core.world.scene.model import Visual as Visual
+    from nrp_core.world.scene.randomization import Randomization as Randomization
     from nrp_core.world.scene.reading.context import Element as Element
     from nrp_core.world.scene.reading.context import Reading as Reading
     from nrp_core.world.scene.reading.plugins import Actuators as Actuators
@@ -135,6 +136,7 @@ else:
                 "Finish Box Capsule Collision Cylinder Geometry Heightmap Inertial Joint Light Link "
                 "Mesh Mimic Model Plane Rgba Scene Sphere Visual"
             ),
+            "nrp_core.world.scene.randomization": "Randomization",
             "nrp_core.world.scene.reading.context": "Reading Element",
             "nrp_core.world.scene.reading.plugins": "Actuators ModelParts",
             "nrp_core.world.scene.reading.sensors": "noise_of rate_of topic_of Mount",

@@ -18,6 +18,7 @@ from nrp_core._support.diagnosis import Diagnosis
 from nrp_core._support.plain_numbers import PlainNumbers
 from nrp_core.world.batch import WorldBatch
 from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.domain_randomization import draw_scene
 from nrp_core.world.engine import Engine
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.topics import TopicInfo
@@ -73,12 +74,16 @@ class WorldBackend(ABC):
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
         """Return a world around an engine with a scene in it, at time 0."""
         require_kind(f"{type(self).__name__}.open", "options", self.options, options)
-        return _open_world(self.engine(scene, seed=seed, options=options))
+        drawn, _ = draw_scene(scene, seed)
+        return _open_world(self.engine(drawn, seed=seed, options=options), scene if scene.randomize else None)
 
     @final
     def open_another(self, first: World, *, seed: int, options: WorldOptions) -> World:
         """Return another world with the scene of a first one, at time 0; they may share constant parts."""
-        return _open_world(self.another(first.engine, seed=seed, options=options))
+        nominal = first.nominal if first.nominal.randomize else None
+        if nominal is not None and (drawn := draw_scene(nominal, seed)[0]) != first.scene:
+            return _open_world(self.engine(drawn, seed=seed, options=options), nominal)
+        return _open_world(self.another(first.engine, seed=seed, options=options), nominal)
 
     @final
     def open_batch(
@@ -106,10 +111,10 @@ class WorldBackend(ABC):
         return WorldBatch.open(copies(), threads)
 
 
-def _open_world(engine: Engine) -> World:
+def _open_world(engine: Engine, nominal: Scene | None) -> World:
     """Return the world around an engine; if that fails, as when topics collide, close the engine."""
     try:
-        return World(engine)
+        return World(engine, nominal)
     except BaseException:
         engine.close()
         raise

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import update_wrapper
@@ -15,6 +15,7 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import SCENE_CHANGES
 from nrp_core.simulation import Simulation
+from nrp_core.world.domain_randomization import draw_scene
 from nrp_core.world.engine import Engine
 from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -23,6 +24,7 @@ from nrp_core.world.parts import Parts, parts_of
 from nrp_core.world.rigid import ModelMotion, Vector
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 from nrp_core.world.scene.posture import start_positions
+from nrp_core.world.scene.randomization import Draw
 from nrp_core.world.switchboard import Switchboard
 
 P = ParamSpec("P")
@@ -75,17 +77,19 @@ class LiveScene(Simulation, Changeable):
 
     Args:
         engine: the engine with its first scene.
+        nominal: the scene with what is drawn for each seed, if that is not the engine's.
 
     Attributes:
         engine: the engine that simulates it. Reading it changes nothing.
+        nominal: the scene before anything was drawn.
         parts: the parts with its topics.
         forces: the forces that users apply to bodies and joints.
         paused: while this is true, time passes but nothing moves.
     """
 
-    def __init__(self, engine: Engine) -> None:
-        self.engine = engine
-        identity = f"{engine.identity},scene {engine.scene.digest}"
+    def __init__(self, engine: Engine, nominal: Scene | None = None) -> None:
+        self.engine, self.nominal = engine, nominal or engine.scene
+        identity = f"{engine.identity},scene {self.nominal.digest}"
         Simulation.__init__(self, seed=engine.seed, identity=identity, name=type(engine).__name__)
         Changeable.__init__(self)
         self.paused = False
@@ -98,6 +102,11 @@ class LiveScene(Simulation, Changeable):
     def scene(self) -> Scene:
         """The current scene; models may have been added, deleted or moved since the opening."""
         return self.engine.scene
+
+    @property
+    def randomized(self) -> tuple[Draw, ...]:
+        """What was drawn for the seed in force."""
+        return draw_scene(self.nominal, self._seed)[1]
 
     def _set_now_ns(self, now_ns: int) -> None:
         self.engine.now_ns = now_ns
@@ -288,8 +297,10 @@ class LiveScene(Simulation, Changeable):
             self.parts.begin()
 
     def _reset_scene(self) -> None:
+        changed = self._draw()
         if self.scene is not self._opened:
-            self._load_scene(self._opened)
+            self._load_scene(self._opened, changed)
+            self._opened = self.scene
         self.engine.reset(self._seed)
         self.parts.reset()
 
@@ -301,9 +312,10 @@ class LiveScene(Simulation, Changeable):
     def _load(self, saved: Any) -> None:
         self._seed, board, (changed, self.paused, parts, state) = saved
         self.engine.seed = self._seed
+        drawn = self._draw()
         scene = self._opened if changed is None else changed
         if scene != self.scene:
-            self._load_scene(scene)
+            self._load_scene(scene, drawn)
         self.engine.restore(state)
         self.parts.restore(parts)
         self._board.restore(board)
@@ -328,9 +340,20 @@ class LiveScene(Simulation, Changeable):
             if part in self.parts.all:
                 part.restore(saved)
 
-    def _load_scene(self, scene: Scene) -> None:
+    def _draw(self) -> set[str]:
+        """Draw the scene to return to for the seed in force; return the names of the models that change."""
+        if not self.nominal.randomize:
+            return set()
+        before = {model.name: model for model in self._opened.models}
+        drawn, _ = draw_scene(self.nominal, self._seed)
+        if drawn != self._opened:
+            self._opened = drawn
+        return {model.name for model in drawn.models if model != before[model.name]}
+
+    def _load_scene(self, scene: Scene, changed: Collection[str] = ()) -> None:
+        """Load a scene; models whose properties have changed get new parts."""
         self.engine.load(scene)
-        self.parts.update()
+        self.parts.update(changed)
 
     def _report_move(self, model: str) -> None:
         for part in self.parts.of(model):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import cache
 
 from nrp_core.errors import SceneError
@@ -98,10 +98,14 @@ class Parts:
         self._own = self._connect(own, None)
         self.update()
 
-    def update(self) -> None:
-        """Connect the parts of the current models and disconnect all others."""
+    def update(self, changed: Collection[str] = ()) -> None:
+        """Connect the parts of the current models and disconnect all others.
+
+        Args:
+            changed: names of models that get new parts.
+        """
         models = {model.name: model for model in self._engine.scene.models}
-        for name in [name for name in self._of_models if name not in models]:
+        for name in [name for name in self._of_models if name not in models or name in changed]:
             for part in self._of_models.pop(name):
                 self._board.disconnect(part)
         for name, model in models.items():

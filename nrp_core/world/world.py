@@ -15,6 +15,7 @@ from nrp_core.world.live import LiveScene
 from nrp_core.world.model_states import StatesPart
 from nrp_core.world.part import Part
 from nrp_core.world.rigid import JointStates, ModelMotion
+from nrp_core.world.scene.model import Scene
 from nrp_core.world.sensors.contact import ContactsPart
 from nrp_core.world.services.part import Services
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
@@ -28,10 +29,11 @@ class World(LiveScene):
 
     Args:
         engine: the engine with its first scene.
+        nominal: the scene with what is drawn for each seed, if that is not the engine's.
     """
 
-    def __init__(self, engine: Engine) -> None:
-        super().__init__(engine)
+    def __init__(self, engine: Engine, nominal: Scene | None = None) -> None:
+        super().__init__(engine, nominal)
         self._services = Services(self)
         states = [StatesPart(engine)] if engine.capabilities.poses else []
         contacts = [ContactsPart(engine)] if engine.capabilities.contacts else []

@@ -33,6 +33,7 @@ from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.quantities import unit_of
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
+from nrp_core.world.domain_randomization import check_randomization
 from nrp_core.world.engine_kit.jointed import PhysicsBackend
 from nrp_core.world.engine_kit.planar_servo import planar_drives, servo_of
 from nrp_core.world.interface import WorldBackend
@@ -354,7 +355,7 @@ def _make_scene(
     with collector.during(Code.NRP209, "world", "robots"):
         scene = reduce(Scene.with_model, models, scene)
         collector.findings += scene.warnings
-        return _with_imperfections(experiment, scene, collector)
+        return _with_ranges(experiment, _with_imperfections(experiment, scene, collector), collector)
     return None
 
 
@@ -367,6 +368,16 @@ def _with_imperfections(experiment: Experiment, scene: Scene, collector: Collect
             scene = with_imperfection(scene, topic, noise=noise, delay=delay, drop_out=section.drop_out)
     delays = ((topic, seconds(section.delay)) for topic, section in experiment.world.commands.items())
     return replace(scene, command_delays=tuple(delays))
+
+
+def _with_ranges(experiment: Experiment, scene: Scene, collector: Collector) -> Scene:
+    """Return the scene with what is drawn for each seed."""
+    for quantity, pattern, section in experiment.world.randomize.entries():
+        with collector.during(Code.NRP202, "world", "randomize", quantity, pattern):
+            drawn = section.of(quantity, pattern)
+            check_randomization(drawn, scene)
+            scene = replace(scene, randomize=(*scene.randomize, drawn))
+    return scene
 
 
 def _require_units(experiment: Experiment, scene: Scene, collector: Collector) -> None:

@@ -36,6 +36,7 @@ from nrp_core.dsl.messages import message_type
 from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
+from nrp_core.experiment.model.randomize_schema import RandomizeSection
 from nrp_core.experiment.model.section import Key, Name, Place, PoseList, Range, Section, TopicName, Tree
 from nrp_core.experiment.model.variant_schema import InterventionSection, WiringControl
 from nrp_core.findings import Code
@@ -291,6 +292,8 @@ class WorldSection(BackendSection):
     """Imperfections added to sensors, by topic."""
     commands: dict[TopicName, CommandSection] = Field(default_factory=dict)
     """Imperfections of commands, by topic."""
+    randomize: RandomizeSection = RandomizeSection()
+    """What is drawn anew for each seed: ``{mass: {robot/base: {scale: 0.9..1.1}}}``."""
 
 
 class ComparisonSection(Section):

@@ -194,8 +194,9 @@ class Run(OpenExperiment):
 
         Raises:
             ExperimentError: there is no such part, or it takes no seed.
-            CapabilityError: the engine cannot move bodies, the seed changes the network, or a participant
-                such as a state machine cannot start over: a new run is needed, and this one is as it was.
+            CapabilityError: the engine cannot move bodies, the seed changes the network, or bodies that the
+                engine cannot exchange, or a participant such as a state machine cannot start over: a new run
+                is needed, and this one is as it was.
         """
         if what != "all":
             self._reset_part(what, seed)
@@ -238,6 +239,8 @@ class Run(OpenExperiment):
         experiment = self.experiment.with_seed(seed)
         if load_network_only(experiment, self._build).digest != self.brain.network.digest:
             raise CapabilityError(f"seed {seed} gives another network")
+        if self.world.nominal.randomize and not self.world.capabilities.changes:
+            raise CapabilityError(f"seed {seed} gives other bodies, and the world cannot change its scene")
         self.loop.reset(seed=seed)
         self.continue_as(experiment)  # its functions are new, for files may keep values of their own
 

@@ -470,6 +470,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
             "backend": experiment.world.backend,
             "capabilities": run.world.capabilities,
             "scene": run.world.scene.digest,
+            "randomized": run.world.randomized,
             "mounts": list(mounts_data(run.world)),
             "lights": lights_data(run.world.scene),
         },

@@ -33,6 +33,7 @@ from nrp_core.world.scene.devices import (
 from nrp_core.world.scene.loops import Loop as Loop
 from nrp_core.world.scene.loops import Tie as Tie
 from nrp_core.world.scene.origin import Native, Source
+from nrp_core.world.scene.randomization import Randomization
 from nrp_core.world.scene.surroundings import Surroundings
 
 PLASTIC = (0.04, 0.04, 0.04)
@@ -452,6 +453,7 @@ class Scene(Overview):
         surroundings: the Earth around it, for sensors.
         ties: joints between two models.
         command_delays: topics whose commands act late, with the delay, s.
+        randomize: what is drawn for each seed; a world opens the scene with the values drawn for its own.
 
     Raises:
         SceneError: two models have the same name, or one of them or a tie is inconsistent.
@@ -465,6 +467,7 @@ class Scene(Overview):
     surroundings: Surroundings = field(default=Surroundings(), metadata=LATER)
     ties: tuple[Tie, ...] = field(default=(), metadata=LATER)
     command_delays: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
+    randomize: tuple[Randomization, ...] = field(default=(), metadata=LATER)
 
     def __post_init__(self) -> None:
         require_fields(self, "the scene")

@@ -238,3 +238,29 @@ def test_shipped_experiments_are_made_by_the_number() -> None:
         assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
         seen, _ = envs.reset(seed=1)
         assert seen["/pioneer/scan"].shape == (2, *envs.single_observation_space["/pioneer/scan"].shape)
+
+
+def test_each_episode_of_each_copy_has_a_body_of_its_own(overrides: list[str]) -> None:
+    ranges = (
+        "world.randomize={mass: {pioneer/.*: {scale: 0.5..2}}, sensor_noise: {.*/.*/.*: {range: 0.1..1}}}"
+    )
+    with closing(make_vec("slalom_pioneer", [*overrides, ranges], num_envs=COPIES, **AGENT)) as envs:
+        bodies = []
+        for seeds in ([3, 4], [5, 3]):
+            seen, _ = envs.reset(seed=seeds)
+            for _ in range(3):
+                seen, *_ = envs.step({"source:feelers": np.full((COPIES, 1), 200.0)})
+            bodies.append(
+                [(run.world.randomized, seen["/pioneer/scan"][i]) for i, run in enumerate(envs.runs)]
+            )
+    (one, two), (three, again) = bodies
+    assert one[0] == again[0]
+    assert np.array_equal(one[1], again[1])
+    assert len({str(one[0]), str(two[0]), str(three[0])}) == 3
+    masses = [body.links[0].inertial.mass for body in (run.world.scene.model("pioneer") for run in envs.runs)]
+    assert masses[0] != masses[1]
+    with closing(make_env("slalom_pioneer", [*overrides, ranges], **AGENT)) as env:
+        env.reset(seed=3)
+        for _ in range(3):
+            alone, *_ = env.step({"source:feelers": np.array([200.0])})
+        assert np.array_equal(alone["/pioneer/scan"], one[1])
