@@ -223,6 +223,12 @@ class _File:
                 if key.startswith(".".join(direction) + ".")
             },
         }
+        if (
+            any(level.get(f"{end}_jerk") for end in ("min", "max"))
+            and level.get("has_jerk_limits") is not False
+        ):
+            message = f"the limits of jerk of '{'/'.join(name)}' have no effect"
+            self._reading.notes.warn(self._place, Code.NRP264, message, subject=name[-1])
         found: list[float] = []
         for quantity in ("velocity", "acceleration"):
             ends = [level.get(f"{end}_{quantity}") for end in ("min", "max")]

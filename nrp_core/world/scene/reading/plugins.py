@@ -139,6 +139,16 @@ _FLAG: Final = re.compile(
     r"(_|(?=[A-Z]))\w+"
 )
 _NUMBER: Final = re.compile(r"\w*([a-z]Rate|_rate|Noise|_noise|Frequency|_frequency)")
+_INERT: Final = re.compile(
+    r"\w*([tT]opic|[nN]amespace|[sS]ervice|[fF]rame)\w*"
+    r"|(\w*(_|[a-z](?=[A-Z])))?([nN]ames?|[iI]d|[lL]ink|[jJ]oint|[rR]ate|[fF]requency|HZ|[tT]f|TF)"
+    r"|(always|publish|broadcast|enable|debug|verbose|is_?|legacy)(?![a-z])\w*"
+    r"|robotBase|odom\w*|ros([A-Z]\w*)?|qos|argument|parameters?|plugin|actuator_number|autoDistortion"
+    r"|borderCrop|dimensions|hackBaseline|pointCloudCutoff\w*|reduceNormals|maxEffort|hasPID|sensitiveness"
+)
+"""Parameters of Gazebo's plugins that name something, or say what and how often they publish; and some that
+files repeat without need, as for outputs that they do not use."""
+_NEGLIGIBLE: Final = 1e-6
 _TRUTH: Final = ("true", "false")
 _FALSE_FRIENDS: Final = ("yes", "no", "on", "off")
 _OTHERS: Final = frozenset(
@@ -159,8 +169,37 @@ def check_parameters(plugin: Element, reading: Reading) -> None:
 
 def warn_of_parameters(plugin: Element, notes: Notes) -> None:
     """Do the same where there is no reading yet."""
-    for child, problem in _problems(plugin, f"the plugin '{plugin_name(plugin)}'"):
+    name = f"the plugin '{plugin_name(plugin)}'"
+    problems = list(_problems(plugin, name))
+    for child, problem in problems:
         notes.warn(child, Code.NRP264, problem, subject=child.tag)
+    reported = [child for child, _ in problems]
+    unused = [child for child in _unused(plugin) if not any(child is one for one in reported)]
+    if unused:
+        tags = [f"<{tag}>" for tag in dict.fromkeys(child.tag for child in unused)]
+        message = f"{name} acts here without {' and '.join(filter(None, (', '.join(tags[:-1]), tags[-1])))}"
+        notes.warn(unused[0], Code.NRP264, message, subject=plugin_name(plugin))
+
+
+def _unused(holder: Element) -> Iterator[Element]:
+    """Yield the parameters that no reader has looked for, and that change something in Gazebo."""
+    for child in holder.children:
+        if child.tag in holder.asked:
+            yield from _unused(child)
+        elif holder.asked and not _INERT.fullmatch(child.tag) and _sets_something(child, holder):
+            yield child
+
+
+def _sets_something(child: Element, holder: Element) -> bool:
+    """Return whether a parameter is more than 0 or false, or the lower limit that is used without it."""
+    if not child.text or child.text.lower() == _TRUTH[1]:
+        return bool(child.children)
+    if not _is_number(child.text, several=True):
+        return True
+    upper = child.tag.replace("min", "max")
+    if upper in holder.asked and (limit := holder.word(upper)) and _is_number(limit, several=False):
+        return [-float(limit)] != [float(word) for word in child.text.split()]
+    return any(abs(float(word)) > _NEGLIGIBLE for word in child.text.split())
 
 
 def _problems(holder: Element, plugin: str) -> Iterator[tuple[Element, str]]:

@@ -72,16 +72,34 @@ def test_a_parameter_of_a_drive_without_effect_is_reported(tmp_path: Path, more:
     "more",
     [
         "<wheelDiameter>0.2</wheelDiameter>",
-        "<updateRateHZ>20.0</updateRateHZ><gaussianNoise>0 0.1 0</gaussianNoise><odometryRate/>",
+        "<updateRateHZ>20.0</updateRateHZ><gaussianNoise>0 0.0 0</gaussianNoise><odometryRate/>",
         "<odometryFrame>odom</odometryFrame><robotBaseFrame>base</robotBaseFrame><rosDebugLevel>na</rosDebugLevel>",
         "<publishWheelTF>False</publishWheelTF><publishTf>1</publishTf><publishOdomTF>true</publishOdomTF>",
-        "<wheelAcceleration>1.8</wheelAcceleration><wheelTorque>20</wheelTorque><alwaysOn>true</alwaysOn>",
-        "<ros><namespace/><remapping>odom:=way</remapping><argument>--x</argument></ros><other><a>1</a></other>",
+        "<wheelAcceleration>0.0</wheelAcceleration><wheelTorque>20</wheelTorque><alwaysOn>true</alwaysOn>",
+        "<ros><namespace/><remapping>odom:=way</remapping><argument>--x</argument></ros><other/>",
         "<odometrySource>world</odometrySource><broadcastTF>0</broadcastTF><publishTopic>tree</publishTopic>",
     ],
 )
 def test_other_parameters_of_gazebo_s_drive_are_not_reported(tmp_path: Path, more: str) -> None:
     assert not _warnings(tmp_path, plugin=_DRIVE.format(more=more))
+
+
+def test_parameters_that_act_in_gazebo_alone_are_one_warning_for_a_plugin(tmp_path: Path) -> None:
+    more = "<wheelAcceleration>1.8</wheelAcceleration><updateRate>9</updateRate><slip>0 0.1</slip>"
+    (warning,) = _warnings(tmp_path, plugin=_DRIVE.format(more=more))
+    assert "cart.sdf:10" in warning
+    assert "the plugin 'gazebo_ros_diff_drive' acts here without <wheelAcceleration> and <slip>" in warning
+
+
+@pytest.mark.parametrize(("least", "reported"), [("-2", False), ("-1", True)])
+def test_a_lower_limit_is_reported_unless_it_is_the_upper_one_with_the_other_sign(
+    tmp_path: Path, least: str, reported: bool
+) -> None:
+    plugin = (
+        '<plugin name="gz::sim::systems::JointPositionController" filename="x"><joint_name>left</joint_name>'
+        f"<p_gain>1</p_gain><i_gain>1</i_gain><i_max>2</i_max><i_min>{least}</i_min></plugin>"
+    )
+    assert bool(_warnings(tmp_path, plugin=plugin)) is reported
 
 
 _SYSTEM = '<plugin name="gz::sim::systems::{}" filename="{}"><topic>states</topic></plugin>'
