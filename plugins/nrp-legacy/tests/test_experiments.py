@@ -55,7 +55,7 @@ def test_everything_that_is_left_out_is_named_with_its_line(opened: Opened) -> N
     told = "\n".join(map(str, opened(EVERY[0]).result().problems))
     assert "bibi_configuration.bibi:14: a transfer function is left out: " in told
     assert "the experiment does not have a transfer function 'lost.py'" in told
-    assert "experiment_configuration.exc:15: <rosLaunch> is not supported: ignored" in told
+    assert "experiment_configuration.exc:15: <rosLaunch> 'start.launch': not found" in told
     assert "drive.py: leftovers of Python 2 were converted: tabs in indentation, print statements" in told
     assert "the world has no topic '/nobody/serves/this'" in told
     assert "robot 'nowhere/model.sdf' not found: left out" in "\n".join(

@@ -148,3 +148,32 @@ def test_a_file_that_is_indented_as_a_whole_is_moved_to_the_left(tmp_path: Path)
     path.write_text("def f(t):\n    return '''kept\n    as it is'''\n")
     exec(compiled_file(path), names)
     assert names["f"](0.0) == "kept\n    as it is"  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(
+    ("reads", "light", "chosen", "renderer"),
+    [
+        ("sensor_msgs.msg.Image", "<include><uri>model://sun</uri></include>", [], "realistic"),
+        ("sensor_msgs.msg.Image", "<light name='l' type='point'/>", ["world.backend=pybullet"], "realistic"),
+        ("sensor_msgs.msg.LaserScan", "<include><uri>model://sun</uri></include>", [], None),
+        ("sensor_msgs.msg.Image", "", [], None),
+        (
+            "sensor_msgs.msg.Image",
+            "<light name='l' type='point'/>",
+            ["world.options.renderer=raster"],
+            "raster",
+        ),
+        ("sensor_msgs.msg.Image", "<light name='l' type='point'/>", ["world.backend=gazebo"], None),
+    ],
+)
+def test_images_that_functions_read_have_the_light_of_the_room(
+    tmp_path: Path, reads: str, light: str, chosen: list[str], renderer: str | None
+) -> None:
+    (tmp_path / "room.sdf").write_text(f'<sdf version="1.6"><world name="w">{light}</world></sdf>')
+    (tmp_path / "tf.py").write_text(
+        f'@nrp.MapRobotSubscriber("seen", Topic("/r/c", {reads}))\ndef f(t, seen): 0'
+    )
+    (tmp_path / "x.bibi").write_text('<bibi><transferFunction src="tf.py"/></bibi>')
+    exc = tmp_path / "x.exc"
+    exc.write_text('<ExD><environmentModel src="room.sdf"/><bibiConf src="x.bibi"/></ExD>')
+    assert read_exc(exc, chosen).world.options.get("renderer") == renderer

@@ -20,6 +20,7 @@ from nrp_legacy import documents
 from nrp_legacy.document_checks import check_documents
 from nrp_legacy.documents import local, milliseconds_of, pose_of, seconds_of
 from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, installed_models, models_beside
+from nrp_legacy.functions import code_of
 from nrp_legacy.launch_files import spawned_models
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.state_machines import check_machine_file
@@ -29,6 +30,10 @@ TIMESTEP_MS = 20.0
 
 WORLD_STEP_NS = 2 * NS_PER_MS
 """Step of the worlds here, unless an experiment sets it."""
+
+_LIGHT = re.compile(r"<light\b|model://sun\b")
+_IMAGE = re.compile(r"\bsensor_msgs\b.*\bImage\b")
+"""The type of a topic that a function reads."""
 
 Read = TypeVar("Read")
 
@@ -167,8 +172,25 @@ class _Reading:
         robots = {_identifier(name): robot for name, body in bodies if (robot := self._robot(name, body))}
         robots = dict(self._launched()) | robots
         element = environment.element if environment else None
-        content = {"backend": "mujoco", "scene": str(scene or EMPTY_ROOM), **_physics(timestep_ns)}
+        options: dict[str, Any] = {**_physics(timestep_ns), **self._light(scene or EMPTY_ROOM)}
+        content: dict[str, Any] = {"backend": "mujoco", "scene": str(scene or EMPTY_ROOM)}
+        content |= {"options": options} if options else {}
         return self._tree({**content, "robots": self._tree(robots)}, element)
+
+    def _light(self, room: Path) -> dict[str, str]:
+        """Return the renderer with Gazebo's light if functions read images, for which they were tuned in it.
+
+        A room without a light has the flat one, and so have engines that draw by themselves.
+        """
+        chosen = [one.partition("=")[2].strip() for one in self._overrides if one.startswith("world.backend")]
+        is_ours = not chosen or chosen[-1] in ("mujoco", "pybullet")
+        is_lit = is_ours and _LIGHT.search(room.read_text("utf-8", "replace")) is not None
+        codes: list[str] = []
+        for element in self._bibi.functions:
+            with suppress(ExperimentError):
+                codes.append(code_of(element, self._library))
+        reads = any(_IMAGE.search(one) for one in codes)
+        return {"renderer": "realistic"} if is_lit and reads else {}
 
     def _robot(self, name: str, body: documents.FileNamed) -> Tree | None:
         model = self._read(partial(self._library.find_sdf, body))
@@ -252,7 +274,7 @@ def _physics(timestep_ns: int) -> dict[str, Any]:
     while timestep_ns % parts:
         parts += 1
     step_ns = timestep_ns // parts
-    return {} if timestep_ns % WORLD_STEP_NS == 0 else {"options": {"timestep": f"{step_ns} ns"}}
+    return {} if timestep_ns % WORLD_STEP_NS == 0 else {"timestep": f"{step_ns} ns"}
 
 
 def _identifier(name: str) -> str:
