@@ -13,6 +13,7 @@ class Written:
     """A listener that notes the messages of each write."""
 
     dropped = 0
+    may_steer = is_embedded = False
 
     def __init__(self) -> None:
         self.writes: list[list[bytes | int]] = []
@@ -22,6 +23,10 @@ class Written:
         self._waiting.append(t_ns)
 
     def announce(self, channels: Iterable[Channel]) -> None: ...
+
+    def withdraw(self, channels: Iterable[Channel]) -> None: ...
+
+    def recall(self, topics: Iterable[str], *, are_new: bool) -> None: ...
 
     def receive(self, sent: Sent) -> None:
         self._waiting.append(sent.payload)

@@ -165,6 +165,9 @@ class Visitor:
         match message["op"]:
             case "advertise":
                 self.channels.update({one["topic"]: one for one in message["channels"]})
+            case "unadvertise":
+                gone = message["channelIds"]
+                self.channels = {name: one for name, one in self.channels.items() if one["id"] not in gone}
             case "advertiseServices":
                 self.services = {one["name"]: one["id"] for one in message["services"]}
             case "serviceCallFailure":

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 from browsing import HUSKY, Kept, Watched, seen
-from nrp_cockpit.session.layout import SUFFIX
+from nrp_cockpit.session.layout import SUFFIX, own_layout
 from playwright.sync_api import Locator, Page, expect
+from visitors import visit
 
 GREEN = [0, 158, 115]
 """The colour of actors and of their spikes."""
@@ -41,9 +42,8 @@ def experiment(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def opened(experiment: Path, kept: Kept, watched: Watched) -> Page:
     """A page of a run that has gone to one second and stands, with the usual layout."""
-    for each in experiment.parent.iterdir():
-        if each != experiment:
-            each.unlink()
+    experiment.with_suffix(SUFFIX).unlink(missing_ok=True)
+    own_layout(experiment.with_suffix(SUFFIX)).unlink(missing_ok=True)
     page = watched.open(kept.open(str(experiment), *HUSKY))
     for plot in (
         "Spikes of circuit",
@@ -137,15 +137,19 @@ def test_who_only_looks_sees_the_room_and_leaves_no_file_beside_the_experiment(
     expect(opened.get_by_role("img", name="Curves of linear.x, angular.z")).to_be_visible()
     opened.wait_for_timeout(1500)  # a change is saved after half a second
     assert [*experiment.parent.iterdir()] == [experiment]
+    assert not own_layout(experiment.with_suffix(SUFFIX)).exists()
 
 
 def without_right(experiment: Path) -> bool:
-    """Return whether a layout is saved beside an experiment that plots the left wheel neuron alone."""
-    texts = [each.read_text() for each in experiment.parent.iterdir() if each != experiment]
-    return any("left_wheel_neuron" in text and "right_wheel_neuron" not in text for text in texts)
+    """Return whether the user's layout of an experiment plots the left wheel neuron alone."""
+    file = own_layout(experiment.with_suffix(SUFFIX))
+    text = file.read_text() if file.exists() else ""
+    return "left_wheel_neuron" in text and "right_wheel_neuron" not in text
 
 
-def test_theme_panels_and_curves_are_there_again_after_a_reload(opened: Page, experiment: Path):
+def test_theme_panels_and_curves_are_there_again_after_a_reload_until_they_are_reset(
+    opened: Page, experiment: Path
+):
     opened.get_by_role("button", name="Switch between light and dark").click()
     border = opened.get_by_role("separator").first
     before = str(border.get_attribute("aria-valuenow"))
@@ -159,6 +163,12 @@ def test_theme_panels_and_curves_are_there_again_after_a_reload(opened: Page, ex
     expect(opened.get_by_role("button", name="Remove right_wheel_neuron")).to_have_count(0)
     expect(opened.get_by_role("separator").first).to_have_attribute("aria-valuenow", moved)
     expect(opened.locator("html")).to_have_class("theme-dark")
+    assert [*experiment.parent.iterdir()] == [experiment]
+    opened.get_by_role("button", name="Layout", exact=True).click()
+    opened.get_by_role("menuitem", name="Reset the layout").click()
+    expect(opened.get_by_role("button", name="Remove right_wheel_neuron")).to_be_visible()
+    expect(opened.get_by_role("separator").first).to_have_attribute("aria-valuenow", before)
+    assert not own_layout(experiment.with_suffix(SUFFIX)).exists()
 
 
 def test_a_layout_that_is_broken_is_told_on_the_page(experiment: Path, kept: Kept, watched: Watched):
@@ -167,3 +177,24 @@ def test_a_layout_that_is_broken_is_told_on_the_page(experiment: Path, kept: Kep
     expect(page.get_by_role("alert")).to_contain_text("not YAML")
     expect(page.get_by_role("alert")).to_contain_text(f"{experiment.with_suffix(SUFFIX)}:3")
     expect(page.get_by_role("img", name="Spikes of circuit")).to_be_visible()
+
+
+def test_a_device_is_plotted_as_soon_as_it_is_there_and_no_longer(opened: Page):
+    step = opened.get_by_role("button", name="Step", exact=True)
+    plots = opened.get_by_role("region", name="Devices and topics")
+    old = plots.get_by_role("listitem").filter(has_text="red_left_eye").locator("b")
+    expect(old).to_have_text(re.compile(r"\d"))
+    with visit(opened.url) as visitor:
+        visitor.subscribe("/cockpit/functions")
+        files = visitor.until(lambda: visitor.last("functions"))["files"]
+        (file,) = (each for each in files if each["path"].endswith("listing2.py"))
+        text = file["source"].replace("red_left_eye", "seen_on_the_left")
+        assert visitor.call("functions/apply", files={file["path"]: text})["applied"]
+    step.click()
+    gone = plots.get_by_role("region", name="/brain/devices/eye_sensor_transmit/red_left_eye/rate")
+    expect(gone.locator("b")).to_have_text("\N{EN DASH}")
+    opened.get_by_role("button", name="Add", exact=True).click()
+    opened.get_by_role("searchbox", name="Search the topics").fill("seen_on_the_left")
+    opened.keyboard.press("Enter")
+    new = plots.get_by_role("listitem").filter(has_text="seen_on_the_left")
+    expect(new.locator("b")).to_have_text(re.compile(r"\d"))

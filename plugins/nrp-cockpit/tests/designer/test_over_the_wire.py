@@ -39,7 +39,12 @@ def test_what_is_drawn_runs_from_the_beginning_and_every_page_sees_it(tmp_path: 
         refusals = artist.call("designer/fits", source="topic:/husky/odom")["refusals"]
         assert refusals[function] is None
         assert "need a transfer function between them" in refusals["population:sensors"]
+        device = "/brain/devices/to_robot/speed/voltage"
+        assert device not in artist.channels
+        speed = do("connect", source="population:actors", target=function)
+        do("set", path=speed, field="name", text="speed")
         assert artist.call("designer/run")["applied"] is True
+        artist.until(lambda: device in artist.channels)
         artist.subscribe("/cockpit/status", "/cockpit/functions")
         artist.until(lambda: (artist.last("status") or {"t_s": 0})["t_s"] > 0.5)
         artist.call("pause")

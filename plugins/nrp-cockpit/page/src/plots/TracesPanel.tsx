@@ -48,7 +48,9 @@ function useFirstTraces(): void {
   const experiment = useRun((run) => run.experiment);
   useEffect(() => {
     if (!experiment || experiment.file === offered) return;
+    const traces = firstTraces(experiment);
+    if (traces.length === 0) return; // the functions that have devices may come later
     offered = experiment.file;
-    if (useTraces.getState().traces.length === 0) useTraces.setState({ traces: firstTraces(experiment) });
+    if (useTraces.getState().traces.length === 0) useTraces.setState({ traces });
   }, [experiment]);
 }

@@ -24,9 +24,8 @@ export function offeredTraces(
     .filter(({ encoding, schemaName }) => encoding === "cdr" && !NO_CURVES.test(schemaName))
     .toSorted((a, b) => rank(a) - rank(b) || a.topic.localeCompare(b.topic))
     .flatMap(({ topic, schema }) =>
-      numericPaths(schema, (path) => (path.includes(".") ? 1 : (lengths.get(topic) ?? 1))).map((path) => ({
-        topic,
-        path,
-      })),
+      numericPaths(schema, (path) => (path.includes(".") ? 1 : (lengths.get(topic) ?? 1)))
+        .filter((path) => !lengths.has(topic) || !path.includes(".")) // the layout of a list is no number of it
+        .map((path) => ({ topic, path })),
     );
 }

@@ -43,6 +43,9 @@ export class RingStore {
           series.heard.begin(past.from_s);
         }
     });
+    wire.onWithdrawn((topic) => {
+      for (const series of this.all.values()) if (series.topic === topic) series.heard.end(clock.now_s);
+    });
     wire.onLink(({ state }) => {
       if (state !== "open") for (const series of this.all.values()) series.heard.end(clock.now_s);
     });

@@ -8,6 +8,7 @@ export class Wire {
   private readonly channels = new Map<number, Channel>();
   private readonly outgoing = new Map<string, number>();
   private readonly linkListeners = new Set<(link: Link) => void>();
+  private readonly withdrawnListeners = new Set<(topic: string) => void>();
   private readonly socket: Socket;
   private readonly subscriptions: Subscriptions;
   private readonly calls: Calls;
@@ -32,6 +33,11 @@ export class Wire {
   onLink(listener: (link: Link) => void): () => void {
     this.linkListeners.add(listener);
     return () => this.linkListeners.delete(listener);
+  }
+
+  /** Calls back with each topic that the server offers no more. */
+  onWithdrawn(listener: (topic: string) => void): void {
+    this.withdrawnListeners.add(listener);
   }
 
   /**
@@ -92,10 +98,7 @@ export class Wire {
         }
         break;
       case "unadvertise":
-        for (const id of message.channelIds) {
-          this.channels.delete(id);
-          this.subscriptions.withdrawn(id);
-        }
+        for (const id of message.channelIds) this.withdrawn(id);
         break;
       case "advertiseServices":
         this.calls.advertised(message.services);
@@ -108,6 +111,13 @@ export class Wire {
         break;
       default: // serverInfo and status: the cockpit's own channels say all that the page shows
     }
+  }
+
+  private withdrawn(id: number): void {
+    const topic = this.channels.get(id)?.topic;
+    this.channels.delete(id);
+    this.subscriptions.withdrawn(id);
+    if (topic) for (const listener of this.withdrawnListeners) listener(topic);
   }
 
   private binary(buffer: ArrayBuffer): void {

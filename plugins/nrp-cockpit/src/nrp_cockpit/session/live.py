@@ -72,7 +72,9 @@ class LiveSession(Session):
         self._end_recording_of_the_past()
         self._end_observation()
         self.run.close()
+        before = self.stream.topics
         self._attend(run, functions)
+        self.hub.withdraw(before - self.stream.topics)
         self.set_pace(self.pace)
         self._gone_s = 0.0
         self._jumped()

@@ -131,6 +131,7 @@ class LiveStream:
         self._openers: dict[str, Open] = {}
         self._sources: dict[str, str] = {}
         self._open: dict[str, Signal] = {}
+        self._offered: set[str] = set()  # topics that are there now
         self._subscribed: frozenset[str] = frozenset()
         self._kept: set[str] = set()  # topics to be remembered while somebody watches
         self._known: set[str] = set()  # topics that are remembered
@@ -160,6 +161,11 @@ class LiveStream:
         return max(
             (period_ns for topic, period_ns in self._images.items() if topic in self._wanted), default=0
         )
+
+    @property
+    def topics(self) -> set[str]:
+        """The advertised topics."""
+        return set(self._sources)
 
     def take(self) -> None:
         """Send the new messages since the last call."""
@@ -196,6 +202,7 @@ class LiveStream:
         else:
             self._hub.go_back(self._run.loop.now_ns)
         self._left.clear()
+        self.offer_all()
         self._follow()
 
     def take_poses_again(self) -> None:
@@ -260,7 +267,8 @@ class LiveStream:
     # -- advertised topics
 
     def offer_all(self) -> None:
-        """Advertise all present topics; functions and users can add some."""
+        """Advertise all present topics, which functions and users add and remove, and withdraw all others."""
+        self._offered.clear()
         world, brain = self._run.world, self._run.brain
         frames = SceneFrames(world)
         transforms = made("tf2_msgs/msg/TFMessage")
@@ -279,6 +287,7 @@ class LiveStream:
         for each in world.topics.values():
             if each.response is None:
                 self._offer_topic(each)
+        self._withdraw(self._sources.keys() - self._offered)
         self._subscribed = frozenset()  # some of them may be kept
 
     def _devices(self) -> Iterator[tuple[str, type]]:
@@ -302,6 +311,7 @@ class LiveStream:
 
     def _offer(self, topic: str, kind: type, source: str, opener: Open, lost: Kind = Kind.EVERY) -> None:
         """Advertise a topic, unless ROS 2 cannot carry its type."""
+        self._offered.add(topic)
         if topic in self._sources:
             return
         try:
@@ -314,6 +324,16 @@ class LiveStream:
         if source in _ALWAYS:
             self._kept.add(topic)
         self._openers.setdefault(source, opener)
+
+    def _withdraw(self, topics: set[str]) -> None:
+        if not topics:
+            return
+        for topic in topics:
+            del self._sources[topic]
+            self._images.pop(topic, None)
+        for each in (self._kept, self._known, self._wanted, self._left):
+            each -= topics
+        self._hub.withdraw(topics)
 
 
 def _pieces(parts: Parts) -> tuple[bytes | memoryview, ...]:

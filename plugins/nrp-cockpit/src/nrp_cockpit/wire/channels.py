@@ -70,19 +70,24 @@ class Sent(NamedTuple):
 
 
 class Channels:
-    """All channels by name; their numbers never change."""
+    """The open channels by name; no number is used twice."""
 
     def __init__(self) -> None:
         self._by_topic: dict[str, Channel] = {}
+        self._opened = 0
 
     def open(
         self, topic: str, schema_name: str, schema: str, *, encoding: str = "cdr", kind: Kind = Kind.EVERY
     ) -> Channel:
         """Return the channel of a topic, a new or the existing one."""
         if topic not in self._by_topic:
-            number = len(self._by_topic) + 1
-            self._by_topic[topic] = Channel(number, topic, encoding, schema_name, schema, kind)
+            self._opened += 1
+            self._by_topic[topic] = Channel(self._opened, topic, encoding, schema_name, schema, kind)
         return self._by_topic[topic]
+
+    def close(self, topic: str) -> Channel:
+        """Remove the channel of a topic and return it."""
+        return self._by_topic.pop(topic)
 
     def __iter__(self) -> Any:
         return iter(tuple(self._by_topic.values()))

@@ -35,10 +35,14 @@ class Client:
         connection: an open connection.
         hub: the run's side.
         may_steer: whether it may change the run.
+        is_embedded: whether it is part of a page that is a client too.
     """
 
-    def __init__(self, connection: ServerConnection, hub: Hub, *, may_steer: bool) -> None:
-        self._connection, self._hub, self._may_steer = connection, hub, may_steer
+    def __init__(
+        self, connection: ServerConnection, hub: Hub, *, may_steer: bool, is_embedded: bool = False
+    ) -> None:
+        self._connection, self._hub = connection, hub
+        self.may_steer, self.is_embedded = may_steer, is_embedded
         self._outbox, self._wake = Outbox(), asyncio.Event()
         self._announced: set[int] = set()
         self._subscribed: dict[int, Channel] = {}
@@ -77,6 +81,16 @@ class Client:
         self._announced.update(channel.id for channel in new)
         if new:
             self._say(protocol.advertise([channel.to_dict() for channel in new]))
+
+    def withdraw(self, channels: Iterable[Channel]) -> None:
+        """Withdraw channels, and end the subscriptions to them."""
+        gone = {channel.id for channel in channels} & self._announced
+        for subscription, channel in tuple(self._subscribed.items()):
+            if channel.id in gone:
+                self._unsubscribe(subscription)
+        self._announced -= gone
+        if gone:
+            self._say(protocol.unadvertise(sorted(gone)))
 
     def receive(self, sent: Sent) -> None:
         """Queue a message, if the client subscribes to its channel."""
@@ -139,7 +153,7 @@ class Client:
         head = protocol.data_head(subscription, sent.t_ns)
         if sent.channel.topic != EXPERIMENT:
             return head, *sent.pieces
-        own = {**json.loads(sent.payload), "may_steer": self._may_steer}
+        own = {**json.loads(sent.payload), "may_steer": self.may_steer}
         return head, json.dumps(own).encode()
 
     # -- receiving

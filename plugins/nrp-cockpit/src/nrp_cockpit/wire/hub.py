@@ -43,9 +43,17 @@ class Listener(Protocol):
     @property
     def dropped(self) -> int: ...
 
+    @property
+    def may_steer(self) -> bool: ...
+
+    @property
+    def is_embedded(self) -> bool: ...
+
     def tick(self, t_ns: int) -> None: ...
 
     def announce(self, channels: Iterable[Channel]) -> None: ...
+
+    def withdraw(self, channels: Iterable[Channel]) -> None: ...
 
     def receive(self, sent: Sent) -> None: ...
 
@@ -96,6 +104,11 @@ class Hub:
         if topic not in self.channels:
             self._hand(self._announce, self.channels.open(topic, schema_name, schema, kind=kind))
         return self.channels[topic]
+
+    def withdraw(self, topics: Iterable[str]) -> None:
+        """Offer these topics no more, and end the subscriptions to them."""
+        self.flush()
+        self._hand(self._withdraw, [self.channels.close(topic) for topic in topics])
 
     def offer_json(self, topic: str, kind: Kind = Kind.LATEST) -> None:
         """Offer a topic for :meth:`send_json`."""
@@ -169,8 +182,13 @@ class Hub:
 
     @property
     def viewers(self) -> int:
-        """Number of clients."""
-        return len(self.listeners)
+        """Number of clients, without those inside another page."""
+        return sum(not one.is_embedded for one in tuple(self.listeners))
+
+    @property
+    def controllers(self) -> int:
+        """Number of these clients that may control the run."""
+        return sum(one.may_steer and not one.is_embedded for one in tuple(self.listeners))
 
     @property
     def dropped(self) -> int:
@@ -244,6 +262,13 @@ class Hub:
         self.memory.go_back(t_ns)
         for listener in self.listeners:
             listener.recall(self.memory.last_only, are_new=False)
+
+    def _withdraw(self, channels: list[Channel]) -> None:
+        topics = tuple(channel.topic for channel in channels)
+        self._forget(topics)
+        self.memory.forget(topics)
+        for listener in self.listeners:
+            listener.withdraw(channels)
 
     def _announce(self, channel: Channel) -> None:
         for listener in self.listeners:
