@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import product
 
 import pytest
-from browsing import HUSKY, Kept, Watched, time_s, wait_until
+from browsing import HUSKY, Kept, Watched, box_of, time_s, wait_until
 from playwright.sync_api import expect
 from visitors import cockpit
 
@@ -54,6 +54,49 @@ def test_the_keys_steer_a_run(husky: str, watched: Watched):
     page.keyboard.press("Escape")
     page.keyboard.press("2")
     expect(page.get_by_role("heading", name="Transfer functions").first).to_be_visible()
+
+
+def test_space_plays_after_a_click_and_presses_a_button_that_keys_have_reached(husky: str, watched: Watched):
+    page = watched.open(husky)
+    step, play = (page.get_by_role("button", name=name, exact=True) for name in ("Step", "Play"))
+    step.click()
+    page.keyboard.press("Space")
+    wait_until(page, 0.1)
+    page.keyboard.press("Space")
+    play.wait_for()
+    page.get_by_role("button", name="Reset", exact=True).click()
+    page.get_by_role("menuitem", name="Reset everything").click()
+    expect(page.get_by_role("timer")).to_contain_text("0.00 s")
+    page.keyboard.press("Space")
+    wait_until(page, 0.1)
+    expect(page.get_by_role("menu")).to_have_count(0)
+    page.keyboard.press("Space")
+    play.wait_for()
+    paused = time_s(page)
+    play.focus()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Space")
+    expect(page.get_by_role("timer")).to_contain_text(f"{paused + 0.02:.2f} s")
+
+
+def test_a_fit_shows_the_selected_body_and_the_wheel_zooms_to_the_pointer(husky: str, watched: Watched):
+    page = watched.open(husky)
+    scene = page.get_by_role("application", name="The scene in three dimensions")
+    selected = page.get_by_role("region", name="Selected")
+    selected.get_by_role("button", name="north_plant", exact=True).click()
+    page.keyboard.press("f")
+    where = box_of(scene)
+    middle = {"x": where["width"] / 2, "y": where["height"] / 2}
+    page.keyboard.press("Escape")
+    scene.click(position=middle)
+    expect(selected.get_by_role("heading", name="north_plant")).to_be_visible()
+    scene.hover(position={"x": middle["x"] * 1.5, "y": middle["y"] * 0.3})
+    for _ in range(8):
+        page.mouse.wheel(0, -240)  # towards what is beside the plant
+    page.wait_for_timeout(300)
+    page.keyboard.press("Escape")
+    scene.click(position=middle)
+    expect(selected.get_by_role("heading", name="north_plant")).to_have_count(0)
 
 
 def test_a_first_visit_is_told_what_to_do_until_it_is_done(husky: str, watched: Watched):

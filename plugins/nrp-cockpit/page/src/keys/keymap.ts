@@ -51,7 +51,7 @@ export const keymap: readonly KeyEntry[] = [
   entry("Panels", "Shift+F6", "arrows", "Move inside a panel", () => focusNextPanel(-1)),
   entry("Panels", "Enter", "Enter", "Show the panel at full size", fullSizeOfFocused),
   entry("Panels", "Escape", "Esc", "Leave full size, clear the selection", leave),
-  entry("Scene", "f", "F", "Fit the room", () => press('[data-key="fit"]')),
+  entry("Scene", "f", "F", "Fit the selected body, or the room", () => press('[data-key="fit"]')),
   entry("Scene", [], "← → ↑ ↓", "Orbit"),
   entry("Scene", [], "Shift ← → ↑ ↓", "Pan"),
   entry("Scene", [], "+ −", "Zoom"),

@@ -33,6 +33,8 @@ export class ShapeMesh extends Mesh {
 
 /** Shapes wider than this (m) stand for endless ground; they do not count for the size of a room. */
 const ENDLESS_M = 50;
+/** What is lower than this part of its width is ground. */
+const FLAT = 0.05;
 
 /** The entities of the world as meshes: a group for each frame, which moves, with the meshes of its entities. */
 export class Bodies {
@@ -89,6 +91,15 @@ export class Bodies {
       return Math.max(size.x, size.y) < ENDLESS_M;
     });
     return this.boxOf(limited);
+  }
+
+  /** The box around all but the ground, if there is anything else. */
+  standing(): Box3 {
+    const things = [...this.all()].filter((mesh) => {
+      const { x, y, z } = this.boxOf([mesh]).getSize(new Vector3());
+      return Math.max(x, y) < ENDLESS_M && z > FLAT * Math.max(x, y);
+    });
+    return things.length > 0 ? this.boxOf(things) : this.room();
   }
 
   dispose(): void {

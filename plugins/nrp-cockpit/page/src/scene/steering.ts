@@ -36,6 +36,7 @@ export function steer(canvas: HTMLCanvasElement, steering: Steering): () => void
   canvas.addEventListener("pointermove", (event) => pointer.move(event), options);
   canvas.addEventListener("pointerup", (event) => pointer.up(event), options);
   canvas.addEventListener("pointercancel", () => pointer.cancel(), options);
+  canvas.addEventListener("dblclick", () => steering.viewer.fit(), options); // its first click selects
   canvas.addEventListener("wheel", wheel, { ...options, passive: false });
   canvas.addEventListener("keydown", key, options);
   return () => {
@@ -127,8 +128,8 @@ export function whyNotPushed(body: string): string | undefined {
 function zoomAtPointer(event: WheelEvent, viewer: Viewer): void {
   event.preventDefault();
   const pixels = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 24 : 1);
-  const point = viewer.hit(event.offsetX, event.offsetY)?.point;
-  viewer.view = zoomed(viewer.view, Math.exp(pixels * 0.0015), point && [point.x, point.y, point.z]);
+  const { x, y, z } = viewer.pointAt(event.offsetX, event.offsetY);
+  viewer.view = zoomed(viewer.view, Math.exp(pixels * 0.0015), [x, y, z]);
 }
 
 const arrows: Record<string, readonly [number, number]> = {

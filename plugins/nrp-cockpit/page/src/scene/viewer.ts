@@ -1,4 +1,5 @@
 import {
+  type Box3,
   Color,
   PCFShadowMap,
   PerspectiveCamera,
@@ -18,7 +19,7 @@ import { Bodies, type ShapeMesh } from "./bodies";
 import { keepView, type Layer, useChoices } from "./choices";
 import { isWall, openWalls } from "./dollhouse";
 import { Muscles } from "./muscles";
-import { eyeOf, FOV_RAD, fitted, nearOf, type Orbit, START } from "./orbit";
+import { eyeOf, FOV_RAD, fitted, imageAxes, nearOf, type Orbit, START } from "./orbit";
 import { Outline } from "./outline";
 import type { LaserScan } from "./sightLines";
 import { Sights } from "./sights";
@@ -131,9 +132,24 @@ export class Viewer {
       }, left_ms);
   }
 
-  /** Shows the whole room, from the direction of now. */
+  /** Shows the selected body, or else the whole room, from the direction of now. */
   fit(): void {
-    this.view = this.viewOfRoom() ?? this.orbit;
+    this.view =
+      (this.selected && this.viewOf(this.selected)) || this.viewOfRoom(this.bodies.standing()) || this.orbit;
+  }
+
+  /** The point of the scene at a place on the canvas; beside all bodies, one as far away as the target. */
+  pointAt(x: number, y: number): Vector3 {
+    const hit = this.hit(x, y);
+    if (hit) return hit.point;
+    const { clientWidth, clientHeight } = this.canvas;
+    const half_m = this.orbit.distance_m * Math.tan(FOV_RAD / 2);
+    const { right, up } = imageAxes(this.orbit);
+    const toRight = ((2 * x) / clientWidth - 1) * half_m * this.camera.aspect;
+    const toTop = (1 - (2 * y) / clientHeight) * half_m;
+    return new Vector3(...this.orbit.target)
+      .addScaledVector(new Vector3(...right), toRight)
+      .addScaledVector(new Vector3(...up), toTop);
   }
 
   select(body: string | null): void {
@@ -249,19 +265,30 @@ export class Viewer {
     else this.invalidateInTime();
   }
 
-  private viewOfRoom(): Orbit | null {
-    const room = this.bodies.room();
+  private viewOf(body: string): Orbit | null {
+    const box = this.bodies.boxOf(this.bodies.of(body));
+    return box.isEmpty() ? null : this.viewOfBox(box);
+  }
+
+  private viewOfBox(box: Box3): Orbit {
+    const { x, y, z } = box.getCenter(new Vector3());
+    const radius_m = Math.max(SMALLEST_ROOM_M, box.getSize(new Vector3()).length() / 2);
+    return fitted(this.orbit, [x, y, z], radius_m, this.camera.aspect);
+  }
+
+  private viewOfRoom(room: Box3): Orbit | null {
     if (room.isEmpty()) return null;
     const { x, y } = room.getCenter(new Vector3());
     const size = room.getSize(new Vector3());
-    const radius_m = Math.max(SMALLEST_ROOM_M, 0.42 * Math.hypot(size.x, size.y), 0.42 * size.z);
+    if (size.z > Math.hypot(size.x, size.y) / 2) return this.viewOfBox(room);
+    const radius_m = Math.max(SMALLEST_ROOM_M, 0.42 * Math.hypot(size.x, size.y));
     // walls may be high, and what counts stands on the ground
     return fitted(this.orbit, [x, y, Math.max(room.min.z, 0)], radius_m, this.camera.aspect);
   }
 
   /** The first view: of the room, or of the surroundings of the robot as soon as it is known, if the room is large. */
   private begin(): void {
-    const view = this.viewOfRoom();
+    const view = this.viewOfRoom(this.bodies.room());
     const [first] = useRun.getState().experiment?.robots ?? [];
     const robot = first === undefined ? undefined : world.models.get(first);
     if (!view) return;
