@@ -44,6 +44,13 @@ def test_a_good_layout_has_no_problem(tmp_path: Path, channels: Channels) -> Non
     assert layout.load() == {}
     layout.save(GOOD)
     assert layout.load() == {"layout": GOOD}
+    assert [*tmp_path.iterdir()] == []  # a layout is the user's own
+    layout.reset()
+    assert layout.load() == {}
+    layout.preset(GOOD)
+    layout.save({**GOOD, "traces": []})
+    assert layout.load()["layout"]["traces"] == []
+    assert layout.reset() == {"layout": GOOD}
     with pytest.raises(ExperimentError, match="a layout has no key 'trees'"):
         layout.save({**GOOD, "trees": {}})
 

@@ -5,9 +5,11 @@ import { HelpMap } from "./shell/HelpMap";
 import { Notices } from "./shell/Notices";
 import { Rail } from "./shell/Rail";
 import { StatusBar } from "./shell/StatusBar";
+import { useRun } from "./state/run";
 import { useView, type View } from "./state/view";
 import { Toolbar } from "./toolbar/Toolbar";
 import { Boundary } from "./ui/Boundary";
+import { Empty, Panel } from "./ui/Panel";
 import "./shell/shell.css";
 
 const FunctionsView = lazy(() => import("./functions/FunctionsView"));
@@ -25,6 +27,7 @@ const views: Record<View, () => ReactNode> = {
 export function App() {
   const view = useView((state) => state.view);
   const help = useView((state) => state.help);
+  const refused = useRun(({ link }) => (link.state === "refused" ? link.reason : null));
   useKeys();
   return (
     <div className="app">
@@ -34,9 +37,15 @@ export function App() {
       <Rail />
       <Toolbar />
       <main id="main" className="main" tabIndex={-1}>
-        <Boundary key={view} title="Error">
-          <Suspense fallback={null}>{views[view]()}</Suspense>
-        </Boundary>
+        {refused ? (
+          <Panel title="No access">
+            <Empty>The server does not let this page in: {refused}.</Empty>
+          </Panel>
+        ) : (
+          <Boundary key={view} title="Error">
+            <Suspense fallback={null}>{views[view]()}</Suspense>
+          </Boundary>
+        )}
       </main>
       <StatusBar />
       <Notices />

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from browsing import Watched
 from playwright.sync_api import Page, expect
+from visitors import cockpit
 
 """The first check of an experiment reads and compiles it."""
 MISTAKE = "did you mean 'rate'?"
@@ -146,3 +147,37 @@ def test_a_function_that_stopped_the_run_is_marked_and_linked_to_its_line(
     page.get_by_role("region", name="Findings").get_by_role("button", name="broken.py:5").click()
     expect(page.get_by_role("tab", name="broken.py")).to_have_attribute("aria-selected", "true")
     expect(page.locator(".cm-line", has_text="1 / len")).to_contain_text("ZeroDivisionError")
+
+
+def test_of_two_who_edit_one_file_the_second_is_told_before_the_first_is_overwritten(
+    husky: str, watched: Watched
+):
+    first, second = watched.open(husky), watched.open(husky)
+    for page, factor in ((first, "0.5"), (second, "0.25")):
+        functions(page, "listing2.py")
+        end_of_line(page, "red_right_eye.rate")
+        page.keyboard.type(f" * {factor}")
+        expect(page.get_by_text("1 file is edited.")).to_be_visible()
+    expect(first.get_by_text("2 in control", exact=True)).to_be_visible()
+    first.get_by_role("button", name="Apply").click()
+    expect(first.get_by_text("No file is edited.")).to_be_visible()
+    expect(second.get_by_text("Somebody else changed listing2.py")).to_be_visible()
+    second.keyboard.press("Control+Enter")
+    expect(second.get_by_text("Not applied: somebody else has changed listing2.py")).to_be_visible()
+    expect(first.locator(".cm-line", has_text="* 0.5")).to_be_visible()
+    second.get_by_role("button", name="Keep mine").click()
+    second.get_by_role("button", name="Apply").click()
+    expect(first.locator(".cm-line", has_text="* 0.25")).to_be_visible()
+
+
+def test_who_may_only_watch_or_has_a_wrong_token_is_told_so(watched: Watched):
+    with cockpit() as opened:
+        guard, address = opened.guard, opened.address
+        page = watched.open(address.replace(guard.token, guard.watch_token), ready=("heading", "Spikes"))
+        expect(page.get_by_text("Watching only")).to_be_visible()
+        stranger = watched.open(address.replace(guard.token, "guessed"), ready=("heading", "No access"))
+        expect(stranger.get_by_text("the token is missing or wrong; use the printed address")).to_be_visible()
+        expect(stranger.get_by_text("Reconnecting")).to_have_count(0)
+        assert watched.complaints
+        assert all("401" in each for each in watched.complaints)
+        watched.complaints.clear()

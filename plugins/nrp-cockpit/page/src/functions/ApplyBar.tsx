@@ -1,8 +1,9 @@
+import { baseName } from "../state/paths";
 import { useBlocked } from "../state/run";
 import type { Finding, SourceFile } from "../state/types";
 import { Button } from "../ui/Button";
-import { textOf } from "./sources";
-import { apply, discard, revert, save, useFunctions } from "./store";
+import { conflictsOf, textOf } from "./sources";
+import { apply, discard, keepMine, revert, save, useFunctions } from "./store";
 
 interface ApplyBarProps {
   file: SourceFile;
@@ -11,10 +12,12 @@ interface ApplyBarProps {
 
 /** What is edited, and the ways on: into the run, back to what runs, back to the disk, onto the disk. */
 export function ApplyBar({ file, readOnly }: ApplyBarProps) {
-  const { drafts, checked, problem, checking, applying } = useFunctions();
+  const state = useFunctions();
+  const { drafts, checked, problem, checking, applying } = state;
   const blocked = useBlocked();
   if (readOnly) return <p className="apply-bar mut">{readOnly}</p>;
   const count = Object.keys(drafts).length;
+  const conflict = conflictText(conflictsOf(state));
   const nothing = count === 0 && "No file is edited.";
   return (
     <div className="apply-bar">
@@ -23,7 +26,10 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
           <b>{counted(count)}</b> <Verdict checked={checked} problem={problem} edited={count > 0} />
           {checking && <span className="dim"> Checking…</span>}
         </p>
-        {count > 0 && <p className="mut f11 cut">All edits take effect between two steps, or none does.</p>}
+        {conflict && <p className="warn-t f12">{conflict} Apply would undo that.</p>}
+        {count > 0 && !conflict && (
+          <p className="mut f11 cut">All edits take effect between two steps, or none does.</p>
+        )}
       </div>
       <Button
         kind="ghost"
@@ -33,6 +39,7 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
       >
         Revert to disk
       </Button>
+      {conflict && <Button onClick={keepMine}>Keep mine</Button>}
       <Button icon="undo" disabled={nothing} onClick={discard}>
         Discard
       </Button>
@@ -47,7 +54,7 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
       <Button
         kind={count > 0 ? "primary" : "plain"}
         busy={applying}
-        disabled={blocked ?? nothing}
+        disabled={blocked ?? (nothing || conflict)}
         onClick={() => void apply()}
       >
         Apply
@@ -58,6 +65,9 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
     </div>
   );
 }
+
+const conflictText = (paths: readonly string[]) =>
+  paths.length > 0 && `Somebody else changed ${paths.map(baseName).join(", ")} since you began to edit it.`;
 
 const counted = (count: number) =>
   count === 0 ? "No file is edited." : count === 1 ? "1 file is edited." : `${count} files are edited.`;

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { SourceFile } from "../state/types";
-import { applied, edited, following, type Sources, textOf } from "./sources";
+import { applied, conflictsOf, edited, following, rebased, type Sources, textOf } from "./sources";
 
 const file = (path: string, source: string): SourceFile => ({
   path,
@@ -8,7 +8,7 @@ const file = (path: string, source: string): SourceFile => ({
   language: "python",
   editable: true,
 });
-const start: Sources = { files: [file("a.py", "one"), file("b.py", "two")], drafts: {} };
+const start: Sources = { files: [file("a.py", "one"), file("b.py", "two")], drafts: {}, bases: {} };
 
 test("a file that was not edited shows what runs", () => {
   expect(textOf(start, "a.py")).toBe("one");
@@ -39,4 +39,14 @@ test("what was applied runs, and what was typed meanwhile stays a draft", () => 
   const later = applied(edited(sources, "b.py", "dos!"), sources.drafts);
   expect(later.files.map(({ source }) => source)).toEqual(["uno", "dos"]);
   expect(later.drafts).toEqual({ "b.py": "dos!" });
+});
+
+test("a file that others changed since it was edited is a conflict until that is decided", () => {
+  const sources = edited(edited(start, "a.py", "uno"), "b.py", "dos");
+  expect(conflictsOf(sources)).toEqual([]);
+  const later = following(edited(sources, "a.py", "uno!"), [file("a.py", "eins"), file("b.py", "two")]);
+  expect(conflictsOf(later)).toEqual(["a.py"]);
+  expect(conflictsOf(rebased(later))).toEqual([]);
+  expect(rebased(later).drafts).toEqual(later.drafts);
+  expect(conflictsOf(applied(edited(sources, "b.py", "dos!"), sources.drafts))).toEqual([]);
 });

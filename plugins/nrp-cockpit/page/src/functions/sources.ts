@@ -4,6 +4,8 @@ import type { SourceFile } from "../state/types";
 export interface Sources {
   files: readonly SourceFile[];
   drafts: Readonly<Record<string, string>>;
+  /** What ran when the editing of each draft began. */
+  bases: Readonly<Record<string, string>>;
 }
 
 const runningOf = ({ files }: Sources, path: string) => files.find((file) => file.path === path)?.source;
@@ -18,11 +20,19 @@ function settled(sources: Sources): Sources {
     const source = runningOf(sources, path);
     return source !== undefined && source !== text;
   });
-  return { ...sources, drafts: Object.fromEntries(drafts) };
+  const bases = drafts.map(([path]) => [path, sources.bases[path] ?? runningOf(sources, path) ?? ""]);
+  return { ...sources, drafts: Object.fromEntries(drafts), bases: Object.fromEntries(bases) };
 }
 
 export const edited = (sources: Sources, path: string, text: string): Sources =>
   settled({ ...sources, drafts: { ...sources.drafts, [path]: text } });
+
+/** The files that somebody else changed since they were edited here: to apply these drafts would undo that. */
+export const conflictsOf = (sources: Sources): string[] =>
+  Object.entries(sources.bases).flatMap(([path, base]) => (runningOf(sources, path) === base ? [] : [path]));
+
+/** With the drafts as changes of what runs now. */
+export const rebased = (sources: Sources): Sources => settled({ ...sources, bases: {} });
 
 const same = (a: SourceFile, b: SourceFile | undefined) =>
   a.path === b?.path && a.source === b.source && a.language === b.language && a.editable === b.editable;
@@ -37,6 +47,6 @@ export function following(sources: Sources, files: readonly SourceFile[]): Sourc
 /** After these texts were applied. What was edited since stays a draft. */
 export const applied = (sources: Sources, texts: Readonly<Record<string, string>>): Sources =>
   following(
-    sources,
+    { ...sources, bases: { ...sources.bases, ...texts } },
     sources.files.map((file) => ({ ...file, source: texts[file.path] ?? file.source })),
   );

@@ -6,7 +6,7 @@ import { openPlace } from "../state/place";
 import { useRun } from "../state/run";
 import type { Finding } from "../state/types";
 import { wire } from "../wire";
-import { applied, edited, following, type Sources } from "./sources";
+import { applied, edited, following, rebased, type Sources } from "./sources";
 
 interface FunctionsState extends Sources {
   /** The path of the file in the editor. */
@@ -23,6 +23,7 @@ interface FunctionsState extends Sources {
 export const useFunctions = create<FunctionsState>(() => ({
   files: [],
   drafts: {},
+  bases: {},
   open: null,
   checked: [],
   problem: null,
@@ -92,6 +93,7 @@ export async function apply(): Promise<void> {
   try {
     const answer = await wire.call<{ applied: boolean; findings: Finding[] }>("/cockpit/functions/apply", {
       files: drafts,
+      base: get().bases,
     });
     if (answer.applied) set({ ...applied(get(), drafts), checked: answer.findings });
     else refused(answer.findings, drafts);
@@ -114,8 +116,11 @@ function refused(findings: readonly Finding[], drafts: Sources["drafts"]): void 
   if (file && first?.line) openPlace({ file: file.path, line: first.line });
 }
 
+/** Lets the drafts replace what somebody else has applied meanwhile. */
+export const keepMine = (): void => set({ ...rebased(get()), problem: null });
+
 /** Back to what runs; the editor can undo it. */
-export const discard = (): void => set({ drafts: {}, checked: [], problem: null });
+export const discard = (): void => set({ drafts: {}, bases: {}, checked: [], problem: null });
 
 /** Lets the run have the files as they are on the disk. */
 export async function revert(): Promise<void> {

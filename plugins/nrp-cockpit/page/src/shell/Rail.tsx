@@ -1,3 +1,4 @@
+import { LayoutMenu } from "../layout/LayoutMenu";
 import { setHelp, toggleTheme, useView, VIEWS, type View } from "../state/view";
 import { Icon } from "../ui/Icon";
 
@@ -27,6 +28,7 @@ export function Rail({ views = VIEWS }: { views?: readonly View[] }) {
         </a>
       ))}
       <span className="grow" />
+      {views.length > 0 && open === "cockpit" && <LayoutMenu />}
       <button type="button" aria-label="Switch between light and dark" onClick={toggleTheme}>
         <Icon name="theme" />
         Theme

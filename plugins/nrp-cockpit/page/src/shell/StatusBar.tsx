@@ -35,10 +35,15 @@ export function LinkState() {
         {source === "recording" ? "Recording" : "Live on this machine"}
       </span>
     );
+  const words = {
+    connecting: "Connecting",
+    lost: `The server does not answer. Reconnecting, ${"retry_s" in link ? link.retry_s : 0} s`,
+    refused: "No access",
+  }[link.state];
   return (
     <span role="status" className="warn-t">
       <i className="status-dot" data-lost />
-      {link.state === "lost" ? `Reconnecting, ${link.retry_s} s` : "Connecting"}
+      {words}
     </span>
   );
 }

@@ -115,7 +115,9 @@ export interface Status {
   /** Simulated seconds a wall second at most; null: as fast as it can. */
   pace: number | null;
   recording: { path: string; bytes: number } | null;
+  /** How many pages look at the run, and how many of them can control it. */
   viewers: number;
+  controllers: number;
   dropped: number;
   server_ms_per_step: number;
   share: { brain: number; world: number; functions: number; loop: number };

@@ -4,7 +4,9 @@ export type Link =
   | { state: "connecting" }
   | { state: "open" }
   /** Lost; the next attempt comes after this many seconds. */
-  | { state: "lost"; retry_s: number };
+  | { state: "lost"; retry_s: number }
+  /** The server does not let this page in, and says why. */
+  | { state: "refused"; reason: string };
 
 interface Listener {
   onLink: (link: Link) => void;
@@ -21,6 +23,7 @@ export function addressOf(page: Location): string {
   url.search = new URLSearchParams({
     token: given.get("token") ?? "",
     run: given.get("run") ?? "",
+    embedded: String(given.has("embedded")),
   }).toString();
   return url.href;
 }
@@ -38,16 +41,21 @@ export class Socket {
 
   open(): void {
     const socket = new WebSocket(this.address, SUBPROTOCOLS);
+    let opened = false;
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.listener.onLink({ state: "connecting" });
     socket.onopen = () => {
+      opened = true;
       this.attempt = 0;
       this.listener.onLink({ state: "open" });
     };
     socket.onmessage = ({ data }) => this.listener.onData(data);
-    socket.onclose = () => {
-      if (this.socket === socket) this.countDown(WAITS_S[Math.min(this.attempt++, WAITS_S.length - 1)] ?? 5);
+    socket.onclose = async () => {
+      const reason = opened ? null : await this.refusal();
+      if (this.socket !== socket) return;
+      if (reason) this.listener.onLink({ state: "refused", reason });
+      else this.countDown(WAITS_S[Math.min(this.attempt++, WAITS_S.length - 1)] ?? 5);
     };
   }
 
@@ -62,6 +70,16 @@ export class Socket {
     const socket = this.socket;
     this.socket = null;
     socket?.close();
+  }
+
+  /** Why the server refuses this page, if it does; a browser does not say that of a socket. */
+  private async refusal(): Promise<string | null> {
+    try {
+      const answer = await fetch(this.address.replace(/^ws/, "http"));
+      return answer.status === 401 ? (await answer.text()).trim() : null;
+    } catch {
+      return null;
+    }
   }
 
   private countDown(retry_s: number): void {

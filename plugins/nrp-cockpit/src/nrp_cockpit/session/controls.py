@@ -41,6 +41,9 @@ def services_of(session: LiveSession) -> Services:
 
         return asked(session, call)
 
+    def apply(files: Mapping[str, str], base: Mapping[str, str] | None = None) -> dict[str, Any]:
+        return functions.apply(files, base=base)
+
     def restore(id: str) -> None:  # noqa: A002  the name that the page gives it
         lead.restore(id)
 
@@ -57,11 +60,11 @@ def services_of(session: LiveSession) -> Services:
         "publish": validated(commands["publish"]),
         "push": steered(bodies.push),
         "place": steered(bodies.place),
-        "functions/apply": steered(functions.apply),
+        "functions/apply": steered(apply),
         "functions/revert": steered(functions.revert),
         "functions/save": validated(functions.save),
         "functions/activate": steered(functions.activate),
-        "layout/save": validated(layout.save),
+        **_layouts(layout),
     }
     watching: dict[str, Service] = {
         "functions/check": validated(functions.check),
@@ -71,6 +74,11 @@ def services_of(session: LiveSession) -> Services:
         "layout/load": validated(layout.load),
     }
     return prefixed(steering, watching)
+
+
+def _layouts(layout: Layout) -> dict[str, Service]:
+    names = ("save", "preset", "reset")
+    return {f"layout/{name}": validated(getattr(layout, name)) for name in names}
 
 
 def layout_of(session: LiveSession) -> Layout:
@@ -97,7 +105,7 @@ def services_of_recording(session: RecordedSession) -> Services:
     """Return the services of a recording; those that would change it explain how to branch a run from it."""
     layout = layout_of_recording(session)
     steering: dict[str, Service] = {
-        **going(session), **dict.fromkeys(_REFUSED, _refuse), "layout/save": validated(layout.save)
+        **going(session), **dict.fromkeys(_REFUSED, _refuse), **_layouts(layout)
     }  # fmt: skip
     watching: dict[str, Service] = {
         "functions/check": _refuse,

@@ -108,16 +108,30 @@ class Functions:
         finally:
             self.drafts.remove(experiment.transfer_functions)
 
-    def apply(self, files: Mapping[str, str], there: Mapping[str, Path] | None = None) -> dict[str, Any]:
+    def apply(
+        self,
+        files: Mapping[str, str],
+        there: Mapping[str, Path] | None = None,
+        base: Mapping[str, str] | None = None,
+    ) -> dict[str, Any]:
         """Continue the run with these texts in place of its files, all of them or none.
 
         Args:
             files: the texts.
             there: the new files of the run, by name; by default those that it has.
+            base: the texts that some of them were edited from.
 
         Returns:
             Whether they are applied, and the findings that prevent it.
+
+        Raises:
+            ExperimentError: the run has another text than one of ``base``, because somebody else changed it.
         """
+        for name, text in (base or {}).items():
+            if self._running.get(name, text) != text:
+                raise ExperimentError(
+                    f"somebody else has changed {Path(name).name} since you began to edit it"
+                )
         there = self._files if there is None else there
         texts = self._texts(files, there)
         experiment = self._drafted(self._run.experiment, texts, there)

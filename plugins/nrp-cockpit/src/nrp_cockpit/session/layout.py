@@ -1,23 +1,28 @@
-"""The layout of the page, in a file beside the experiment or the recording."""
+"""The layout of the page: the user's own one, or the preset beside the experiment or the recording."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
+from platformdirs import user_config_path
+
 from nrp_cockpit.session.arrangement import Arrangement, Curve
 from nrp_cockpit.wire.channels import Channel, Channels
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.model.section import tree_of
 from nrp_core.experiment.reading.reader import form_of, read_form
+from nrp_core.recording.layout import device_topic
 from nrp_core.world.messages.cdr import Codec
 
 SUFFIX: Final = ".cockpit.json"
 """The suffix of a layout's file."""
 _WHAT: Final = "a layout"
+_DEVICES: Final = device_topic("", "")
 _TEXTS: Final = ("string", "wstring")
 _STEP: Final = re.compile(r"([^.\[\]]+)(\[\d+\])?")
 
@@ -25,23 +30,28 @@ _STEP: Final = re.compile(r"([^.\[\]]+)(\[\d+\])?")
 class Layout:
     """The layout of the page: where its panels are, and the curves of its plots.
 
+    Each user's changes are saved in their folder of settings. The preset is written only on request, because
+    the folder of an experiment is shared.
+
     Args:
-        path: its file; None: it cannot be saved.
+        path: the file of the preset; None: there is none, and nothing is saved.
         channels: the channels that the page can plot.
     """
 
     def __init__(self, path: Path | None, channels: Channels) -> None:
         self._path, self._channels = path, channels
+        self._own = None if path is None else own_layout(path)
 
     def load(self) -> dict[str, Any]:
         """Return the ``layout``, if there is one that the page can use, and its ``problem``, if it has one.
 
         Curves of unknown topics or fields are a problem and stay: a later change of the run may offer them.
         """
-        if self._path is None or not self._path.exists():
+        path = self._own if self._own is not None and self._own.exists() else self._path
+        if path is None or not path.exists():
             return {}
         try:
-            arrangement, tree = read_form(self._path, Arrangement, _WHAT)
+            arrangement, tree = read_form(path, Arrangement, _WHAT)
         except ExperimentError as error:
             return {"problem": f"{error}; the page has its usual layout"}
         found = {"layout": arrangement.model_dump(mode="json")}
@@ -51,27 +61,56 @@ class Layout:
         return found
 
     def save(self, layout: dict[str, Any]) -> None:
-        """Write the layout.
+        """Write the user's layout.
 
         Raises:
             ExperimentError: it is none, or the folder cannot be written.
         """
-        form_of(tree_of(layout), Arrangement, _WHAT)
-        if self._path is None:
-            return
-        try:
-            self._path.write_text(json.dumps(layout, indent=2) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise ExperimentError(f"the layout cannot be saved: {error.strerror}", path=self._path) from error
+        _write(self._own, layout)
+
+    def preset(self, layout: dict[str, Any]) -> None:
+        """Write the preset, which is what the user has from then on.
+
+        Raises:
+            ExperimentError: it is none, or the folder cannot be written.
+        """
+        _write(self._path, layout)
+        self.reset()
+
+    def reset(self) -> dict[str, Any]:
+        """Remove the user's layout and return the preset, as :meth:`load` does."""
+        if self._own is not None:
+            self._own.unlink(missing_ok=True)
+        return self.load()
 
     def _flaws(self, curve: Curve) -> Iterator[tuple[str, str]]:
         """Yield what a curve asks for that the run does not offer, with the key that does."""
         topic, path = curve.topic, curve.path
+        if topic.startswith(_DEVICES) and not any(each.topic.startswith(_DEVICES) for each in self._channels):
+            return  # there are no transfer functions yet
         if topic not in self._channels:
             known = [channel.topic for channel in self._channels if channel.encoding == "cdr"]
             yield "topic", f"nothing is offered on the topic '{topic}' of a curve{did_you_mean(topic, known)}"
         elif hint := _missing_field(self._channels[topic], path):
             yield "path", f"messages on {topic} have no number '{path}' for a curve{hint}"
+
+
+def own_layout(preset: Path) -> Path:
+    """Return the file of the user's layout for the experiment or the recording with a preset."""
+    name = preset.name.removesuffix(SUFFIX)
+    digest = hashlib.sha256(str(preset.absolute()).encode()).hexdigest()[:16]
+    return user_config_path("nrp-core") / "cockpit" / f"{name}-{digest}.json"
+
+
+def _write(path: Path | None, layout: dict[str, Any]) -> None:
+    form_of(tree_of(layout), Arrangement, _WHAT)
+    if path is None:
+        return
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(layout, indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise ExperimentError(f"the layout cannot be saved: {error.strerror}", path=path) from error
 
 
 def _missing_field(channel: Channel, path: str) -> str:

@@ -91,6 +91,7 @@ class Reports(ABC):
             "real_time_factor": self._measured(now, session.now_ns),
             "pace": session.pace,
             "viewers": session.hub.viewers,
+            "controllers": session.hub.controllers,
             "dropped": session.hub.dropped,
             **self._status_data(),
         })  # fmt: skip

@@ -93,11 +93,12 @@ class Server:
         refusal = self._guard.refusal(request.headers)
         if refusal is not None:
             return plain(HTTPStatus.FORBIDDEN, refusal)
-        if "websocket" not in (kind.lower() for kind in request.headers.get_all("Upgrade")):
-            return file_response(request.path.partition("?")[0], self._static)
+        path, is_file = request.path.partition("?")[0], not _is_upgrade(request)
+        if is_file and path != "/ws":
+            return file_response(path, self._static)
         if not self._guard.may_watch(_token(request)):
             return plain(HTTPStatus.UNAUTHORIZED, "the token is missing or wrong; use the printed address")
-        return None
+        return plain(HTTPStatus.UPGRADE_REQUIRED, "connect with a websocket") if is_file else None
 
     async def _serve(self, connection: ServerConnection) -> None:
         assert connection.request is not None
@@ -106,7 +107,8 @@ class Server:
         if hub is None:
             await connection.close(1013, "there is no second run")
             return
-        await Client(connection, hub, may_steer=may_steer).serve(self._session_id)
+        is_embedded = _of(connection.request, "embedded") == "true"
+        await Client(connection, hub, may_steer=may_steer, is_embedded=is_embedded).serve(self._session_id)
 
 
 def _listening(host: str, port: int) -> socket.socket:
@@ -116,6 +118,10 @@ def _listening(host: str, port: int) -> socket.socket:
     except OSError as error:
         reason = (error.strerror or str(error)).partition(" (while")[0]  # the address is named already
         raise ExperimentError(f"cannot listen on {host}:{port}: {reason}") from error
+
+
+def _is_upgrade(request: Request) -> bool:
+    return "websocket" in (kind.lower() for kind in request.headers.get_all("Upgrade"))
 
 
 def _token(request: Request) -> str:

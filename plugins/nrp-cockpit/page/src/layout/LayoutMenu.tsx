@@ -1,0 +1,19 @@
+import { barredBy, useRun } from "../state/run";
+import { Icon } from "../ui/Icon";
+import { Menu } from "../ui/Menu";
+import { presetLayout, resetLayout } from "./store";
+
+/** What can be done with the layout as a whole. */
+export function LayoutMenu() {
+  const barred = useRun(barredBy);
+  const items = [
+    { label: "Reset the layout", onSelect: () => void resetLayout() },
+    { label: "Save as preset", disabled: barred, onSelect: () => void presetLayout() },
+  ];
+  return (
+    <Menu label="Layout" items={items} className="">
+      <Icon name="cockpit" />
+      Layout
+    </Menu>
+  );
+}
