@@ -25,7 +25,7 @@ export function offeredTraces(
     .toSorted((a, b) => rank(a) - rank(b) || a.topic.localeCompare(b.topic))
     .flatMap(({ topic, schema }) =>
       numericPaths(schema, (path) => (path.includes(".") ? 1 : (lengths.get(topic) ?? 1)))
-        .filter((path) => !lengths.has(topic) || !path.includes(".")) // the layout of a list is no number of it
+        .filter((path) => !read.has(topic) || !path.includes(".")) // the layout of a list is no number of it
         .map((path) => ({ topic, path })),
     );
 }
