@@ -41,7 +41,10 @@ def summary_of(network: Network) -> NetworkSummary:
     """Return the facts about a complete network."""
     findings = [*Findings(unlikely_units(network), general=Code.NRP297)]
     findings += Findings(network.remarks, general=Code.NRP308)
-    unreached = unreached_thresholds(network)
+    by_voltage = _acting_by_voltage(network)
+    unreached = {
+        label: why for label, why in unreached_thresholds(network).items() if label not in by_voltage
+    }
     return NetworkSummary(_joined(network), mute(network), unreached, findings)
 
 
@@ -84,8 +87,16 @@ def described(network: Network) -> dict[str, Any]:
 
 def _joined(network: Network) -> list[tuple[str, str]]:
     """Return the pairs of populations, source first, that have synapses or may grow some."""
-    pairs = ((one.pre, one.post) for one in network.projections if one.size or one.rewiring is not None)
+    having = [one for one in network.projections if one.size or one.rewiring is not None]
+    pairs = [(one.pre, one.post) for one in having]
+    pairs += [(one.post, one.pre) for one in having if one.is_electrical]
     return list(dict.fromkeys(pairs))
+
+
+def _acting_by_voltage(network: Network) -> set[str]:
+    """Return the labels of the populations that act on others although no cell fires."""
+    continuous = [one for one in network.projections if one.is_continuous]
+    return {one.pre for one in continuous} | {one.post for one in continuous if one.is_electrical}
 
 
 def summary_from(described: dict[str, Any]) -> NetworkSummary:
@@ -160,13 +171,13 @@ def _long(ids: list[int] | dict[str, int]) -> IntArray:
 
 
 def mute(network: Network) -> list[str]:
-    """Return the labels of the populations of which no cell can fire unless a device drives it.
+    """Return the labels of the populations that act on no others unless a device drives them.
 
-    They have no synapse that excites, and their resting potential with their constant current, ``v_rest +
-    i_offset tau_m / cm``, is below the threshold, as their initial voltage is.
+    They do not act by their voltages, have no synapse that excites, and their resting potential with their
+    constant current, ``v_rest + i_offset tau_m / cm``, is below the threshold, as their initial voltage is.
     """
     excited = {one.post for one in network.projections if _may_excite(one, network.populations[one.post])}
-    excited |= {one.pre for one in network.projections if one.is_electrical}
+    excited |= _acting_by_voltage(network)
     return [label for label, one in network.populations.items() if label not in excited and _rests_below(one)]
 
 

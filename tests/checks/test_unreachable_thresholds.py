@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.brain.pynn import builder
+from nrp_core.checks.network_summary import summary_of
 from nrp_core.checks.unreachable_thresholds import too_weak, unreached_thresholds
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code
@@ -116,3 +117,21 @@ def test_a_device_is_judged_by_the_highest_rate_of_devices(weight: float, is_wea
     sim = builder()
     sim.Population(1, sim.IF_curr_exp(), label="cells")
     assert bool(too_weak(weight, sim.network().populations["cells"])) == is_weak
+
+
+def test_cells_that_act_by_their_voltages_are_not_reported() -> None:
+    sim = builder()
+    sim.setup(timestep=0.1)
+    one, two, three = (
+        sim.Population(1, sim.IF_curr_exp(v_thresh=1e3), label=name) for name in ("1", "2", "3")
+    )
+    source = sim.Population(1, sim.SpikeSourcePoisson(rate=10.0), label="source")
+    sim.Projection(source, two, sim.OneToOneConnector(), sim.StaticSynapse(weight=0.02))
+    sim.Projection(
+        one, two, sim.OneToOneConnector(), sim.GradedSynapse(weight=-0.02), receptor_type="inhibitory"
+    )
+    sim.Projection(two, three, sim.OneToOneConnector(), sim.ElectricalSynapse(weight=0.02))
+    summary = summary_of(sim.network())
+    assert (summary.mute, summary.unreached) == ([], {})
+    assert {("2", "3"), ("3", "2")} < set(summary.joined)
+    assert ("2", "1") not in summary.joined
