@@ -17,8 +17,10 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.export import Format, export
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import MUSCLES
 from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 from nrp_core.recording.video.views import RecordedMuscles, Stage
 from nrp_core.world.render.portrait import portrait
 from nrp_core.world.scene.sdf import read_scene
@@ -30,8 +32,8 @@ NAMES = "shoulder_flexor", "shoulder_extensor", "elbow_flexor", "elbow_extensor"
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     """The folder of 100 ms of the reflex arm, and the last message of the states of its muscles."""
     folder = tmp_path_factory.mktemp("muscles") / "recording"
-    with Run(load_experiment("reflex_arm", ["duration=100 ms"])) as run:
-        recording_folder = RecordingFolder(run, folder)
+    with FilesRead() as files, Run(load_experiment("reflex_arm", ["duration=100 ms"])) as run:
+        recording_folder = RecordingFolder(run, folder, files=files)
         states = run.world.subscribe("/arm/muscles/state")
         run.run()
         recording_folder.close("finished")
@@ -56,6 +58,29 @@ def test_a_table_and_a_figure_have_a_column_and_a_curve_for_each_muscle(
         drawn = curves[f"/arm/muscles/cmd.data.{name}"].values
         assert drawn == [float(row[f"data.{name}"]) for row in commands]
         assert any(drawn)
+
+
+def test_a_recording_of_muscles_is_the_same_again(recorded: tuple[Path, dict[str, Any]]) -> None:
+    with FilesRead() as files, Replay(Recording(recorded[0]), ReplayRequest(), files=files) as again:
+        outcome = again.verify()
+    assert outcome.verdict is ReplayVerdict.IDENTICAL
+    assert outcome.until_ns == 100_000_000
+
+
+@pytest.mark.parametrize("world", ["mujoco", "pybullet"])
+def test_muscles_go_on_the_same_after_a_snapshot_and_a_reset(world: str) -> None:
+    with Run(load_experiment("reflex_arm", [f"world.backend={world}"])) as run:
+        states = run.world.subscribe("/arm/muscles/state")
+        run.run_until(0.06)
+        saved = run.snapshot()
+        ends = []
+        for begin in (lambda: None, lambda: run.restore(saved), run.loop.reset):
+            begin()
+            run.run_until(0.1)
+            ends.append(np.array([getattr(states.latest.message, name) for name in ("force", "activation")]))
+    np.testing.assert_array_equal(ends[1], ends[0])
+    np.testing.assert_array_equal(ends[2], ends[0])
+    assert ends[0][1].max() > 0.05
 
 
 def test_muscles_are_recorded_as_lines_in_the_colours_of_their_activations(

@@ -52,6 +52,18 @@ def test_an_episode_is_the_run_of_the_experiment() -> None:
             assert made.run.result().trajectory_digest == alone.trajectory_digest
 
 
+def test_the_states_of_a_group_of_muscles_are_observed_as_one_array() -> None:
+    with closing(make_env("reflex_arm", observe=["/arm/muscles/state"])) as made:
+        (first,) = made.reset(seed=1)[0].values()
+        for _ in range(20):
+            (seen,) = made.step({})[0].values()
+        state = made.run.world.subscribe("/arm/muscles/state").latest.message
+        fields = ("length", "velocity", "force", "activation", "normalized_length", "normalized_force")
+        assert first.shape == (6 * len(state.name),)
+        np.testing.assert_array_equal(seen, np.concatenate([getattr(state, field) for field in fields]))
+        assert state.activation.max() > 0.01
+
+
 @pytest.mark.parametrize(
     ("settings", "action", "words"),
     [
