@@ -2,10 +2,28 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from nrp_core.brain import MotoneuronPool
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.pynn import new_simulator
+
+
+def test_rising_drive_recruits_small_units_first_and_falling_drive_releases_them_last() -> None:
+    """The size principle of E. Henneman (1957), for a current that all units share."""
+    sim = new_simulator()
+    sim.setup(timestep=0.1)
+    units = sim.Population(40, sim.IF_curr_exp(**MotoneuronPool(40).parameters()))
+    drive = np.concatenate([np.linspace(0.0, 4.0, 50), np.linspace(4.0, 0.0, 50)])  # nA, each for 10 ms
+    sim.StepCurrentSource(times=range(0, 1000, 10), amplitudes=drive.tolist()).inject_into(units)
+    units.record("spikes")
+    sim.run(1000.0)
+    trains = units.get_data().segments[0].spiketrains
+    first, last = (np.array([float(train[end]) for train in trains]) for end in (0, -1))
+    assert (np.diff(first) >= 0).all()
+    assert np.corrcoef(np.argsort(np.argsort(last)), np.arange(40))[0, 1] < -0.9
 
 
 def outcome(name: str, *overrides: str) -> tuple[float, dict[str, float]]:
