@@ -5,7 +5,8 @@
 
 Both run in turn, in one process, as in ``equation_synapses.py``: cells that differ in their current, with
 Poisson input. Beside the neuron of NESTML, which fires the same spikes, all cells have one current; it needs
-the distribution nrp-nestml.
+the distribution nrp-nestml. Last come large networks that are mostly silent, as a fly's brain, on the lazy
+grid: the built-in cell of such a brain against its equations, and against these with adaptation.
 """
 
 from __future__ import annotations
@@ -58,6 +59,23 @@ _NESTML: Final = {
     "V_reset": -65.0, "V_th": -50.0, "I_e": 800.0,
 }  # fmt: skip
 """With these NESTML's iaf_psc_exp_neuron is the default IF_curr_exp with a current of 0.8 nA."""
+N_SPARSE, N_SYNAPSES, N_DRIVEN, UNIT_MV = 20_000, 2_200_000, 20, 0.275
+_FLY: Final = {
+    "v_rest": -52.0, "v_reset": -52.0, "v_thresh": -45.0, "tau_m": 20.0, "cm": 0.02, "tau_refrac": 2.2,
+    "tau_syn_E": 5.0, "tau_syn_I": 5.0,
+}  # fmt: skip
+_FROZEN: Final = """
+dv/dt = (v_rest - v + g - R*w)/tau_m : mV (unless refractory)
+dg/dt = -g/tau_syn_E : mV (unless refractory)
+"""
+_ADAPTATION: Final[dict[str, tuple[str, str, dict[str, str]]]] = {
+    "without adaptation": (_FROZEN.replace(" - R*w", ""), "", {}),
+    "with adaptation": (
+        _FROZEN + "dw/dt = (a*(v - v_rest) - w)/tau_w : nA", "; w += b",
+        {"R": "1000 Mohm", "a": "0.2 nS", "b": "0.0005 nA", "tau_w": "100 ms"},
+    ),
+}  # fmt: skip
+"""Equations, what a spike does besides, and parameters, of cells like those of a fly's brain."""
 
 
 def equation_cell(sim: Any, name: str) -> Any:
@@ -87,6 +105,38 @@ def cost(name: str, *, own: bool, nestml: str = "") -> tuple[float, int]:
         cells = sim.Population(N_CELLS, (equation_cell(sim, name) if own else kind)(i_offset=currents))
     synapse = sim.StaticSynapse(weight=weight, delay=1.0)
     sim.Projection(noise, cells, sim.FixedProbabilityConnector(0.05), synapse)
+    return _run(sim, cells)
+
+
+def adapting_cell(sim: Any, which: str) -> Any:
+    """Return the cell of a fly's brain as equations; a step less refractory, as the built-in one."""
+    equations, more, parameters = _ADAPTATION[which]
+    units = {name: "nF" if name == "cm" else "ms" if "tau" in name else "mV" for name in _FLY}
+    known = {name: f"{value!r} {units[name]}" for name, value in {**_FLY, "tau_refrac": 2.1}.items()}
+    return sim.EquationCell(
+        equations, "v > v_thresh", f"v = v_reset; g = 0*mV{more}", "tau_refrac",
+        receptors={"excitatory": "g", "inhibitory": "g"}, parameters={**known, **parameters},
+    )()  # fmt: skip
+
+
+def sparse_cost(which: str, *, own: bool) -> tuple[float, int]:
+    """Return the CPU time (s) of a run of cells that are mostly silent, and the number of their spikes."""
+    sim = new_simulator()
+    sim.setup(timestep=0.1, seed=3, options={"resolution": "0.1 ms"})
+    kind = adapting_cell(sim, which) if own else sim.IF_curr_exp_frozen(**_FLY)
+    cells = sim.Population(N_SPARSE, kind, initial_values={"v": _FLY["v_rest"]})
+    kicks = sim.Population(N_DRIVEN, sim.SpikeSourcePoisson(rate=150.0))
+    sim.Projection(kicks, cells, sim.OneToOneConnector(), sim.StaticSynapse(weight=20_000.0, delay=0.1))
+    for receptor, share, sign in (("excitatory", 0.65, 1.0), ("inhibitory", 0.35, -1.0)):
+        weights = sim.RandomDistribution("uniform", sorted((0.0, 6.0 * sign * UNIT_MV)))
+        synapse = sim.StaticSynapse(weight=weights, delay=1.8)
+        connector = sim.FixedTotalNumberConnector(int(share * N_SYNAPSES))
+        sim.Projection(cells, cells, connector, synapse, receptor_type=receptor)
+    return _run(sim, cells)
+
+
+def _run(sim: Any, cells: Any) -> tuple[float, int]:
+    """Return the CPU time (s) of a run after the first step, and the number of spikes of the cells."""
     cells.record("spikes")
     sim.run(1.0)
     began = time.process_time()
@@ -107,6 +157,8 @@ def main() -> None:
         print_ratios(name, partial(cost, name))
     if nestml:
         print_ratios("NESTML's iaf_psc_exp", partial(cost, "IF_curr_exp", nestml=nestml))
+    for which in _ADAPTATION:
+        print_ratios(f"mostly silent, {which}", partial(sparse_cost, which))
 
 
 if __name__ == "__main__":

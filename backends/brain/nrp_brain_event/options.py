@@ -5,15 +5,18 @@ Whether a network runs on the lazy grid. Importing this does not load a compiler
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.equations import settling
+from nrp_core.brain.network.equations.model import INPUT
 from nrp_core.brain.network.limits import distinct
 from nrp_core.clock import NS_PER_MS
 from nrp_core.quantities import DurationNs
@@ -115,11 +118,10 @@ def _impossible(network: Network, options: EventOptions) -> str:
             return f"the synapses of projection '{projection.label}' act in each step"
     kinds = 0
     for population in _simulated(network):
-        if population.cell_type not in _CELLS:
-            return (
-                f"{population.cell_type} of population '{population.label}' has no closed form between events"
-            )
-        kinds += _n_kinds(population)
+        obstacle = _obstacle_of(population)
+        if obstacle:
+            return f"{population.cell_type} of population '{population.label}' {obstacle}"
+        kinds += len(combinations(population.parameters, population.size)[0])
     if kinds > MOST_KINDS:
         return f"the cells have {kinds} combinations of parameters, more than {MOST_KINDS}"
     return ""
@@ -150,22 +152,35 @@ def _simulated(network: Network) -> list[Population]:
     return [population for population in network.populations.values() if not population.is_source]
 
 
-def _n_kinds(population: Population) -> int:
-    """Return how many combinations of parameters, other than the constant current, cells have."""
-    varying = [
-        values for name, values in population.parameters.items()
-        if name != "i_offset" and (distinct(values) != values[:1]).any()
-    ]  # fmt: skip
-    if not varying:
-        return 1
-    codes = np.zeros(population.size, np.int64)
-    for values in varying:
-        _, own = np.unique(values, return_inverse=True)
-        _, codes = np.unique(codes * population.size + own, return_inverse=True)
-    return int(codes.max()) + 1
+def combinations(parameters: Mapping[str, FloatArray], size: int) -> tuple[IntArray, IntArray]:
+    """Return the first cell of each combination of parameters, and the combination of each cell.
+
+    The constant current does not count.
+
+    Args:
+        parameters: by name, shape ``(size,)``.
+        size: number of cells.
+    """
+    codes = np.zeros(size, np.int64)
+    for name, values in parameters.items():
+        if name != INPUT and (distinct(values) != values[:1]).any():
+            _, own = np.unique(values, return_inverse=True)
+            _, codes = np.unique(codes * size + own, return_inverse=True)
+    _, first, codes = np.unique(codes, return_index=True, return_inverse=True)
+    return first, codes
 
 
-def _restless(population: Population) -> FloatArray:
+def _obstacle_of(population: Population) -> str:
+    """Return why the course of cells between events is not known in advance, or an empty text."""
+    if population.equations is not None:
+        return settling.obstacle(population.equations.model)
+    return "" if population.cell_type in _CELLS else "has no closed form between events"
+
+
+def _restless(population: Population) -> BoolArray:
     of = {name: distinct(values) for name, values in population.parameters.items()}
-    settled: FloatArray = of["v_rest"] + of["i_offset"] * of["tau_m"] / of["cm"]
-    return np.broadcast_to(settled >= of["v_thresh"], population.size)
+    if population.equations is None:
+        above = of["v_rest"] + of["i_offset"] * of["tau_m"] / of["cm"] - of["v_thresh"]
+    else:
+        above = settling.excess_at_rest(population.equations.model, population.equations.in_si(of))
+    return np.broadcast_to(above >= 0.0, population.size)

@@ -7,8 +7,8 @@ from typing import Final
 
 from nrp_brain_event.grid.advance import accept, emit
 from nrp_brain_event.grid.inputs import arrange
-from nrp_brain_event.grid.lazy_neuron import Lazy, bring, may_fire, receive, show
-from nrp_brain_event.grid.records import PLASTIC, TAKE_SAMPLES, Grid, GridClock, Table
+from nrp_brain_event.grid.lazy_neuron import IN_LIST, NONE, Lazy, bring, may_fire, receive, show
+from nrp_brain_event.grid.records import LOOK_AT_BLOCKS, PLASTIC, TAKE_SAMPLES, Grid, GridClock, Table
 from nrp_brain_event.grid.synapses import delivering, transmitted
 from nrp_brain_event.handles import call, opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array
@@ -40,11 +40,15 @@ def run(places: Array, own: Array, until: int) -> int:
             return FULL
         clock.n_fired = 0
         clock_of = lazy.clock[0]
-        clock_of.n_early = _look(clock, grid, lazy, lazy.early, clock_of.n_early, step)
+        if clock_of.n_early > 0:
+            clock_of.n_early = _look(clock, grid, lazy, lazy.early, clock_of.n_early, step)
         n_early = clock.n_fired
         _deliver(clock, grid, lazy, step)
         _let_in(clock, grid, lazy, step)
-        clock_of.n_late = _look(clock, grid, lazy, lazy.late, clock_of.n_late, step)
+        if clock_of.n_late > 0:
+            clock_of.n_late = _look(clock, grid, lazy, lazy.late, clock_of.n_late, step)
+        if len(lazy.blocks) > 0:
+            call(grid.codes[LOOK_AT_BLOCKS], (places, own, step))
         if clock.failed >= 0:
             return DIVERGED
         grid.fired[:n_early].sort()  # as in the plain grid, so that spikes arrive in the same order
@@ -52,7 +56,7 @@ def run(places: Array, own: Array, until: int) -> int:
         emit(clock, grid, places, step, n_early)
         clock.step = step
         if len(grid.probes) > 0:
-            _show_samples(grid, lazy, step)
+            _show_samples(places, own, step)
             call(grid.codes[TAKE_SAMPLES], (places, step))
     return DONE
 
@@ -106,11 +110,22 @@ def _arrive(clock: GridClock, grid: Grid, lazy: Lazy, segment: int, step: int) -
     own, weight = table.own, table.weight
     weights = grid.weights[first + table.weights : first + table.weights + n * own]
     for k in range(n):
-        prefetch(lazy.neurons, base + targets[min(k + _AHEAD, n - 1)], 0)
+        _fetch(lazy, base + targets[min(k + _AHEAD, n - 1)])
         row = base + targets[k]
         if own:
             weight = weights[k]
         receive(lazy, grid.drive[row] if driven else 0.0, row, variable, weight, step)
+
+
+@inlined
+def _fetch(lazy: Lazy, row: int) -> None:
+    """Prefetch what an arrival needs of a neuron."""
+    if len(lazy.blocks) > 0 and lazy.owners[row] != NONE:
+        owner = lazy.owners[row]
+        block = lazy.blocks[owner if owner >= 0 else owner + IN_LIST]
+        prefetch(lazy.states, block.state + (row - block.first) * block.width, 0)
+    else:
+        prefetch(lazy.neurons, row, 0)
 
 
 @inlined
@@ -139,10 +154,11 @@ def _let_in(clock: GridClock, grid: Grid, lazy: Lazy, step: int) -> None:
 
 
 @inlined
-def _show_samples(grid: Grid, lazy: Lazy, step: int) -> None:
+def _show_samples(places: Array, own: Array, step: int) -> None:
     """Show the neurons of which samples are due at a step."""
+    grid = opened(Grid, places)
     for k in range(len(grid.probes)):
         probe = grid.probes[k]
         if probe.taken < probe.n_steps and grid.probe_steps[probe.step + probe.taken] == step:
             for j in range(probe.row, probe.row + probe.n_rows):
-                show(grid, lazy, grid.probe_rows[j], step)
+                show(places, own, grid.probe_rows[j], step)

@@ -5,6 +5,7 @@ Builds the lazy grid from a grid at any step, and the reverse.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import e, exp
 from typing import Any, Final
 
@@ -13,13 +14,16 @@ import numpy as np
 from nrp_brain_event.cell_types import TIME_CONSTANTS
 from nrp_brain_event.grid import records as grid_records
 from nrp_brain_event.grid.brain import GridBrain
+from nrp_brain_event.grid.equations.blocks import require_input
 from nrp_brain_event.grid.lazy_advance import run
+from nrp_brain_event.grid.lazy_blocks import load_lazy_blocks, n_kinds_of_blocks
 from nrp_brain_event.grid.lazy_neuron import (
     CHANGING,
     DEPTH,
     KEPT,
     LEAK,
     N_COURSE,
+    NONE,
     S_EFFECT,
     SECOND,
     X_EFFECT,
@@ -27,12 +31,14 @@ from nrp_brain_event.grid.lazy_neuron import (
     Lazy,
     LazyClock,
     Neuron,
+    enlisted,
     set_currents,
     show_all,
     watch,
 )
 from nrp_brain_event.grid.loader import enlarged, offsets_of
-from nrp_brain_event.grid.records import JUMP, Grid
+from nrp_brain_event.grid.on_demand import with_kernels
+from nrp_brain_event.grid.records import ADVANCE_ROW, EQUATIONS, JUMP, LOOK_AT_BLOCKS, Grid
 from nrp_brain_event.handles import Handle, handle, opened
 from nrp_brain_event.options import MOST_KINDS
 from nrp_brain_event.records import FULL, Array
@@ -60,27 +66,35 @@ def load_kinds(grid: Grid, cells: Array) -> Kinds:
     """
     runs, first = grid.runs, cells[grid.runs["first"]]
     chosen, kind_of_run = kinds_of(grid, cells)
-    kinds = np.zeros(len(chosen), Kind.dtype())
+    kinds = np.zeros(max(len(chosen), 1), Kind.dtype())
     courses = np.zeros((len(chosen) * DEPTH, N_COURSE))
     h = float(grid.clock["h"][0])
-    for number, (kind, row) in enumerate(zip(kinds, chosen.tolist(), strict=True)):
+    for number, (kind, row) in enumerate(zip(kinds, chosen.tolist(), strict=False)):
         kind["course"] = number * DEPTH
         _fill(kind, runs[row], first[row], h, courses[number * DEPTH : (number + 1) * DEPTH])
-    kind_of = np.repeat(kind_of_run.astype(np.uint8), runs["last"] - runs["first"])
-    return kinds, kind_of, courses
+    return kinds, np.repeat(kind_of_run, runs["last"] - runs["first"]), courses
 
 
 def kinds_of(grid: Grid, cells: Array) -> tuple[IntArray, IntArray]:
-    """Return the first run of each kind, and the kind of each run."""
-    runs, first = grid.runs, cells[grid.runs["first"]]
+    """Return the first run of each kind, and the kind of each run; those with equations have none."""
+    own = np.flatnonzero(grid.runs["kind"] != EQUATIONS)
+    runs, first = grid.runs[own], cells[grid.runs["first"][own]]
     columns = [runs[name].astype(float) for name in _DECIDING] + [first[name] for name in _CONSTANTS]
     deciding = np.column_stack([*columns, first["tau_syn"]])
-    _, chosen, kind_of_run = np.unique(deciding, axis=0, return_index=True, return_inverse=True)
-    return chosen, kind_of_run.reshape(-1)
+    _, chosen, kinds = np.unique(deciding, axis=0, return_index=True, return_inverse=True)
+    kind_of_run = np.zeros(len(grid.runs), np.int64)
+    kind_of_run[own] = kinds.reshape(-1)
+    return own[chosen], kind_of_run
 
 
-def from_plain(grid: Grid, kinds: Kinds) -> Lazy:
-    """Return the lazy grid that goes on where a grid is."""
+def from_plain(grid: Grid, kinds: Kinds, of_blocks: Mapping[str, Array]) -> Lazy:
+    """Return the lazy grid that goes on where a grid is.
+
+    Args:
+        grid: the grid.
+        kinds: its :func:`load_kinds`.
+        of_blocks: its :func:`~nrp_brain_event.grid.lazy_blocks.load_lazy_blocks`.
+    """
     records, kind_of, courses = kinds
     n_rows, step = len(kind_of), int(grid.clock["step"][0])
     waiting, single = np.isnan(grid.state[grid_records.V]), records["single"][kind_of] == 1
@@ -95,7 +109,7 @@ def from_plain(grid: Grid, kinds: Kinds) -> Lazy:
     clock = np.zeros(1, LazyClock.dtype())
     clock["driven"] = (grid.drive != 0.0).any()
     rows = np.zeros((2, n_rows), np.int32)
-    lazy = Lazy(clock, records, neurons, courses, rows[0], rows[1])
+    lazy = Lazy(clock, records, neurons, courses, rows[0], rows[1], **of_blocks)
     _watch_all(handle(grid).places, handle(lazy).places)
     return lazy
 
@@ -103,8 +117,9 @@ def from_plain(grid: Grid, kinds: Kinds) -> Lazy:
 def to_plain(grid: Grid, lazy: Lazy) -> Grid:
     """Return the plain grid that goes on where a lazy grid is."""
     grid = grid._replace(
-        state=grid.state.copy(), runs=grid.runs.copy(), queue=grid.queue.copy(), release=grid.release.copy()
-    )
+        state=grid.state.copy(), runs=grid.runs.copy(), queue=grid.queue.copy(), release=grid.release.copy(),
+        values=grid.values.copy(),
+    )  # fmt: skip
     show_all(handle(grid).places, handle(lazy).places, np.arange(len(lazy.neurons)))
     waiting = np.isnan(grid.state[grid_records.V])
     grid.release[:] = lazy.neurons["free"] + 1
@@ -155,8 +170,11 @@ def _effect(t: float, tau_m: float, tau: float, x: float, s: float) -> float:
 def _watch_all(places: Array, own: Array) -> None:
     grid, lazy = opened(grid_records.Grid, places), opened(Lazy, own)
     for row in range(len(lazy.neurons)):
-        neuron = lazy.neurons[row]
-        watch(lazy, neuron, lazy.kinds[neuron.kind], row, grid.drive[row])
+        if lazy.owners[row] != NONE:
+            enlisted(lazy, row)
+        else:
+            neuron = lazy.neurons[row]
+            watch(lazy, neuron, lazy.kinds[neuron.kind], row, grid.drive[row])
 
 
 _PLAIN_STEP_NS: Final = 0.6
@@ -178,7 +196,6 @@ class LazyBrain(GridBrain):
 
     _lazy: Handle[Lazy] | None = None
     """None where the plain grid has taken over."""
-    _kinds: Kinds
 
     def _step_to(self, step: int) -> int:
         if self._lazy is None:
@@ -208,13 +225,21 @@ class LazyBrain(GridBrain):
 
     def _enter(self) -> None:
         """Continue as a lazy grid."""
-        self._kinds = load_kinds(self._grid, self._cells)
-        self._lazy = handle(from_plain(self._grid, self._kinds))
+        own = self._of_blocks()
+        self._lazy = handle(from_plain(self._grid, load_kinds(self._grid, self._cells), own))
+
+    def _of_blocks(self) -> dict[str, Array]:
+        """Return what the lazy grid has for cells with equations, whose kernels the grid gets."""
+        if len(self._grid.blocks):
+            codes = with_kernels(self._grid.codes, LOOK_AT_BLOCKS, ADVANCE_ROW)
+            self._take(handle(self._grid._replace(codes=codes)))
+        return load_lazy_blocks(self._grid, self.network)
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
         if self._lazy is None:
             super()._do_set_current(currents_na)
             return
+        require_input(self.network, currents_na)
         total = offsets_of(self._grid, self._cells) + currents_na[self._grid.ids]
         set_currents(self._held.places, self._lazy.places, total)
 
@@ -230,12 +255,14 @@ class LazyBrain(GridBrain):
         self._check_receptors(change)
         self._leave()
         super()._do_set_parameters(change)
-        if len(kinds_of(self._grid, self._cells)[0]) <= MOST_KINDS:
+        n_kinds = len(kinds_of(self._grid, self._cells)[0]) + n_kinds_of_blocks(self._grid, self.network)
+        if n_kinds <= MOST_KINDS:
             self._enter()
 
     def _check_receptors(self, change: ParameterChange) -> None:
         """Refuse to part the inputs of both receptors, which are one while they decay alike."""
-        if not change.values.keys() & TIME_CONSTANTS.keys():
+        own = self.network.populations[change.label].equations is not None
+        if own or not change.values.keys() & TIME_CONSTANTS.keys():
             return
         rows = self._row_of[self.network.offsets[change.label] + change.index]
         before = self._cells["tau_syn"][rows]
@@ -251,18 +278,19 @@ class LazyBrain(GridBrain):
         self._enter()
 
     def _do_save(self) -> object:
-        own = None if self._lazy is None else (changing(self._lazy.arrays), self._kinds)
-        return super()._do_save(), own
+        return super()._do_save(), None if self._lazy is None else changing(self._lazy.arrays)
 
     def _do_restore(self, saved: Any) -> None:
         plain, own = saved
         super()._do_restore(plain)
         self._lazy = None
         if own is not None:
-            arrays, self._kinds = own
-            kinds, _, courses = self._kinds
-            copies = {name: array.copy() for name, array in arrays.items()}
-            self._lazy = handle(Lazy(kinds=kinds, courses=courses, **copies))
+            own = own[0] if isinstance(own, tuple) else own  # version 0.2 saved the kinds too
+            fresh = self._of_blocks()
+            arrays = {**fresh, **{name: array.copy() for name, array in own.items()}}
+            arrays["blocks"]["code"] = fresh["blocks"]["code"]
+            kinds, _, courses = load_kinds(self._grid, self._cells)
+            self._lazy = handle(Lazy(kinds=kinds, courses=courses, **arrays))
 
     def _do_close(self) -> None:
         super()._do_close()

@@ -16,8 +16,8 @@ import numpy as np
 
 from nrp_brain_event.grid import records as grid_records
 from nrp_brain_event.grid.records import Grid
-from nrp_brain_event.handles import opened
-from nrp_brain_event.records import Array, Record, Short
+from nrp_brain_event.handles import call, opened
+from nrp_brain_event.records import Array, Record, Short, constant
 from nrp_core._support.jit import inlined, jit
 
 # Columns of the course of a neuron over some steps.
@@ -30,6 +30,16 @@ SECOND: Final = 3
 N_COURSE: Final = 7
 DEPTH: Final = 1024
 """Number of steps for which courses are tabulated; longer ones are put together."""
+NONE: Final = -1
+IN_LIST: Final = 1 << 20
+"""What is subtracted from the number of a block while a neuron is in its list."""
+# Purposes for which cells with equations are advanced.
+LOOK: Final = constant(0)
+"""Spikes arrive, and cells fire; rows that cannot reach the threshold are marked as ``-1 - row``."""
+SHOW: Final = constant(1)
+"""Only what the plain grid would hold is written."""
+MOVE: Final = constant(2)
+"""Cells only advance, before their current changes."""
 
 
 class Neuron(Record):
@@ -72,12 +82,26 @@ class Kind(Record):
     """First row of its courses."""
 
 
+class LazyBlock(Record):
+    """A :class:`~nrp_brain_event.grid.records.Block`; see :mod:`nrp_brain_event.grid.lazy_blocks`."""
+
+    code: int
+    """Its kernel, see :func:`~nrp_brain_event.handles.call`."""
+    state: int
+    """The first of its ``states``."""
+    width: int
+    """Length of the state of a cell, which begins with what arrives at each receptor."""
+    first: int
+    n_listed: int
+    """Its first row, from which on its list is in ``listed``, and the length of this list."""
+
+
 class LazyClock(Record):
     """Counts of the lazy grid."""
 
     n_early: int
     n_late: int
-    """Neurons in the lists of those that may reach the threshold."""
+    """Neurons without equations in the lists of those that may reach the threshold."""
     driven: int
     """Whether any neuron has a constant current."""
     n_arrived: int
@@ -97,6 +121,11 @@ class Lazy(NamedTuple):
         courses: factors of the state of a kind after 0, 1, ... steps, ``DEPTH`` rows a kind.
         early, late: rows that may reach the threshold: those that advance before the arrivals of a step, and
             those on which they act at once.
+        blocks: ``LazyBlock``.
+        owners: the block of each row; less :data:`IN_LIST` while it is in the list, -1 for other neurons.
+        listed: rows with equations that are to be looked at, by block.
+        states, factors: of these, see :mod:`nrp_brain_event.grid.equations.lazy_source`.
+        shown: room for a row.
     """
 
     clock: Annotated[Array, LazyClock]
@@ -105,9 +134,15 @@ class Lazy(NamedTuple):
     courses: Annotated[Array, np.float64, 2]
     early: Annotated[Array, np.int32]
     late: Annotated[Array, np.int32]
+    blocks: Annotated[Array, LazyBlock]
+    owners: Annotated[Array, np.int32]
+    listed: Annotated[Array, np.int32]
+    states: Annotated[Array, np.float64]
+    factors: Annotated[Array, np.float64]
+    shown: Annotated[Array, np.int32]
 
 
-CHANGING: Final = ("clock", "neurons", "early", "late")
+CHANGING: Final = ("clock", "neurons", "early", "late", "blocks", "owners", "listed", "states")
 """The parts that change while running."""
 
 
@@ -182,6 +217,10 @@ def receive(lazy: Lazy, current: float, row: int, variable: int, weight: float, 
         weight: of the input.
         step: the present one.
     """
+    if len(lazy.blocks) > 0 and lazy.owners[row] != NONE:
+        block = enlisted(lazy, row)
+        lazy.states[block.state + (row - block.first) * block.width + variable - grid_records.X] += weight
+        return
     neuron = lazy.neurons[row]
     kind = lazy.kinds[neuron.kind]
     bring(neuron, lazy.courses, kind, current, step)
@@ -195,6 +234,20 @@ def receive(lazy: Lazy, current: float, row: int, variable: int, weight: float, 
         neuron.x[(variable - grid_records.X) * (1 - kind.single)] += weight
     if weight > 0.0 and not neuron.listed:
         watch(lazy, neuron, kind, row, current)
+
+
+@inlined
+def enlisted(lazy: Lazy, row: int) -> LazyBlock:
+    """Put a neuron with equations into the list of its block, if it is not there; return the block."""
+    owner = lazy.owners[row]
+    is_listed = owner < NONE
+    block: LazyBlock = lazy.blocks[owner + IN_LIST if is_listed else owner]
+    if is_listed:
+        return block
+    lazy.listed[block.first + block.n_listed] = row
+    block.n_listed += 1
+    lazy.owners[row] = owner - IN_LIST
+    return block
 
 
 @jit
@@ -236,8 +289,12 @@ def watch(lazy: Lazy, neuron: Neuron, kind: Kind, row: int, current: float) -> N
 
 
 @jit
-def show(grid: Grid, lazy: Lazy, row: int, step: int) -> None:
+def show(places: Array, own: Array, row: int, step: int) -> None:
     """Write the present state of a neuron into that of the plain grid."""
+    grid, lazy = opened(Grid, places), opened(Lazy, own)
+    if lazy.owners[row] != NONE:
+        call(grid.codes[grid_records.ADVANCE_ROW], (places, own, row, step, SHOW))
+        return
     state, before = grid.state, lazy.neurons[row : row + 1].copy()
     neuron = lazy.neurons[row]
     kind = lazy.kinds[neuron.kind]
@@ -257,21 +314,26 @@ def show(grid: Grid, lazy: Lazy, row: int, step: int) -> None:
 @jit
 def show_all(places: Array, own: Array, rows: Array) -> None:
     """Write the present state of neurons into that of the plain grid."""
-    grid, lazy = opened(Grid, places), opened(Lazy, own)
+    step = opened(Grid, places).clock[0].step
     for k in range(len(rows)):
-        show(grid, lazy, rows[k], grid.clock[0].step)
+        show(places, own, rows[k], step)
 
 
 @jit
 def set_currents(places: Array, own: Array, currents: Array) -> None:
     """Set constant currents (nA, by row)."""
     grid, lazy = opened(Grid, places), opened(Lazy, own)
+    step = grid.clock[0].step
     lazy.clock[0].driven = 0
     for row in range(len(currents)):
-        neuron = lazy.neurons[row]
-        if currents[row] != grid.drive[row]:
+        if currents[row] != grid.drive[row] and lazy.owners[row] != NONE:
+            call(grid.codes[grid_records.ADVANCE_ROW], (places, own, row, step, MOVE))
+            enlisted(lazy, row)
+            grid.drive[row] = currents[row]
+        elif currents[row] != grid.drive[row]:
+            neuron = lazy.neurons[row]
             kind = lazy.kinds[neuron.kind]
-            bring(neuron, lazy.courses, kind, grid.drive[row], grid.clock[0].step)
+            bring(neuron, lazy.courses, kind, grid.drive[row], step)
             grid.drive[row] = currents[row]
             if not neuron.listed:
                 watch(lazy, neuron, kind, row, currents[row])

@@ -20,16 +20,19 @@ import numpy as np
 
 from nrp_brain_event.grid.couplings import couple, follow
 from nrp_brain_event.grid.equations.layout import length_of_row
+from nrp_brain_event.grid.lazy_blocks import advance_row, look_at_blocks
 from nrp_brain_event.grid.poisson import add_noise, hear_noise
 from nrp_brain_event.grid.readout import take_samples
 from nrp_brain_event.grid.records import (
     ADD_NOISE,
+    ADVANCE_ROW,
     COUPLE,
     CURVED,
     DELIVER,
     DELIVER_LATE,
     FOLLOW,
     HEAR_NOISE,
+    LOOK_AT_BLOCKS,
     N_ON_DEMAND,
     PLASTIC,
     SET_CURVED_CURRENT,
@@ -158,6 +161,8 @@ _KERNELS: Final[dict[int, tuple[Kernel, tuple[str, ...]]]] = {
     STORE_FOR_PLASTIC: (store_for_plastic, ("int64", "int64")),
     COUPLE: (couple, ()),
     FOLLOW: (follow, ("int64",)),
+    LOOK_AT_BLOCKS: (look_at_blocks, ("*int64", "int64")),
+    ADVANCE_ROW: (advance_row, ("*int64", "int64", "int64", "int64")),
 }
 """Each with the types of its arguments after the ``places``."""
 _DELIVER: Final = {

@@ -137,7 +137,9 @@ STORE_FOR_PLASTIC: Final = 7
 UPDATE_BLOCKS: Final = 8
 COUPLE: Final = 9
 FOLLOW: Final = 10
-N_ON_DEMAND: Final = 11
+LOOK_AT_BLOCKS: Final = 11
+ADVANCE_ROW: Final = 12
+N_ON_DEMAND: Final = 13
 
 
 class Memory(Record):

@@ -15,6 +15,8 @@ from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.equations.cell import CellEquations
+from nrp_core.brain.network.equations.model import CELL_TYPE
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
 from nrp_core.conformance.brain import kit
@@ -22,7 +24,39 @@ from nrp_core.conformance.brain.capability import RULE
 from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.errors import CapabilityError
 
-KINDS = ("IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_curr_exp_frozen")
+_UNITS = {
+    "v_rest": "mV",
+    "v_reset": "mV",
+    "v_thresh": "mV",
+    "tau_m": "ms",
+    "cm": "nF",
+    "tau_refrac": "ms",
+    "i_offset": "nA",
+}
+_INTO_MEMBRANE = "dv/dt = (v_rest - v)/tau_m + (i_offset + {})/cm : mV (unless refractory)\n"
+OWN = {
+    "adapting": CellEquations(
+        _INTO_MEMBRANE.format("g - w") + """
+        dg/dt = -g/(5*ms) : nA (unless refractory)
+        dw/dt = (0.02*uS*(v - v_rest) - w)/(30*ms) : nA
+        """,
+        "v > v_thresh", "v = v_reset; g = 0*nA; w += 0.2*nA", "tau_refrac",
+        {"excitatory": "g", "inhibitory": "g (also refractory)"}, _UNITS,
+    ),
+    "resonating": CellEquations(  # with complex eigenvalues: it also fires after inhibition
+        _INTO_MEMBRANE.format("g - u") + """
+        du/dt = (0.5*uS*(v - v_rest) - u)/(10*ms) : nA
+        dg/dt = (h - g)/(2*ms) : nA
+        dh/dt = -h/(2*ms) : nA
+        limit = v_thresh + 0.1*Mohm*u : mV
+        """,
+        "v >= limit and v > v_rest", "v = v_reset - min(v - limit, 2*mV)", "tau_refrac",
+        {"excitatory": "h += weight*2.7", "inhibitory": "v += weight*4*Mohm (also refractory)"}, _UNITS,
+    ),
+}  # fmt: skip
+"""Cells whose equations are linear."""
+LIKE_THEM = SAMPLES["IF_curr_exp"]
+KINDS = ("IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_curr_exp_frozen", *OWN)
 STATES: dict[str, dict[str, Any]] = {
     STATIC: {},
     TSODYKS_MARKRAM: {"U": 0.4, "tau_rec": 50.0, "tau_facil": 5.0},
@@ -38,6 +72,19 @@ def opened(network: Network, lazy: str, resolution: str = "0.1 ms") -> Brain:
     return EventBackend().open(network, seed=7, options=options)
 
 
+def sample_of(kind: str) -> kit.Sample:
+    return SAMPLES.get(kind, LIKE_THEM)
+
+
+def cells_of(kind: str, label: str, size: int, **parameters: Any) -> Population:
+    made = kit.cells(sample_of(kind), label, size, **parameters)
+    if kind not in OWN:
+        return made
+    values = {name: made.parameters[name] for name in _UNITS}
+    at_start = {name: np.zeros(size) for name in OWN[kind].model.variables} | {"v": values["v_rest"]}
+    return Population(label, size, CELL_TYPE, values, at_start, equations=OWN[kind])
+
+
 def random_network(seed: int, kinds: list[str]) -> Network:
     """Return cells of which some fire by themselves, connected at random, with sources and noise."""
     rng = np.random.default_rng(seed)
@@ -48,15 +95,19 @@ def random_network(seed: int, kinds: list[str]) -> Network:
     ]
     labels = [f"{k} {kind}" for k, kind in enumerate(kinds)]
     for label, kind, size in zip(labels, kinds, sizes, strict=True):
-        drives = SAMPLES[kind].current_na * np.maximum(rng.uniform(-1.0, 2.0, size), 0.0)
-        alike = {"tau_syn_I": 2.0} if rng.random() < 0.5 and kind != "IF_curr_delta" else {}
+        drives = sample_of(kind).current_na * np.maximum(rng.uniform(-1.0, 2.0, size), 0.0)
+        alike = (
+            {"tau_syn_I": 2.0}
+            if rng.random() < 0.5 and kind.startswith("IF") and kind != "IF_curr_delta"
+            else {}
+        )
         periods = rng.choice([0.0, 0.2, 2.0]) if rng.random() < 0.7 else rng.choice([0.0, 0.1, 1.3], size)
-        made.append(kit.cells(SAMPLES[kind], label, size, i_offset=drives, tau_refrac=periods, **alike))
+        made.append(cells_of(kind, label, size, i_offset=drives, tau_refrac=periods, **alike))
     for pre, n_pre in [("in", 4), ("noise", 20), *zip(labels, sizes, strict=True)]:
         for post, n_post in zip(labels, sizes, strict=True):
             for receptor, sign in (("excitatory", 1.0), ("inhibitory", -0.5)):
                 kind = str(rng.choice([STATIC, STATIC, TSODYKS_MARKRAM, STDP]))
-                n, strong = 4 * n_post, SAMPLES[post.split(" ")[1]].strong
+                n, strong = 4 * n_post, sample_of(post.split(" ", 1)[1]).strong
                 weight = rng.uniform(0.0, 0.3 * strong, n) if rng.random() < 0.8 else np.full(n, 0.1 * strong)
                 states = dict(STATES[kind]) | ({"w_max": 0.4 * strong} if kind == STDP else {})
                 made.append(
@@ -78,7 +129,7 @@ def course(network: Network, lazy: str, resolution: str, *, changes: bool) -> li
     cells = [label for label in network.populations if label[0].isdigit()]
     first = network.ids_of(cells[0])
     everyone = np.concatenate([network.ids_of(label) for label in cells])
-    strong = SAMPLES[network.populations[cells[0]].cell_type].strong
+    strong = sample_of(cells[0].split(" ", 1)[1]).strong
     for leg, t_ms in enumerate((12.0, 25.0, 40.0)):
         with opened(network, lazy, resolution) as brain:
             assert isinstance(brain, LazyBrain) == (lazy == "always")

@@ -61,7 +61,7 @@ for texts in (leaky, curved):
     )
     cells = sim.Population(4, kind(tau=[10.0, 15.0, 20.0, 25.0]))
     sim.Projection(noise, cells, sim.OneToOneConnector(), sim.StaticSynapse(weight=0.3, delay=1.0))
-options = EventOptions(resolution="0.1 ms", lazy="never")
+options = EventOptions(resolution="0.1 ms", lazy=LAZY)
 with EventBackend().open(sim.network(), seed=1, options=options) as brain:
     recorder = brain.add_sink(SpikeRecorder(), np.arange(12), name="all")
     brain.run_until(30_000_000)
@@ -71,7 +71,10 @@ with EventBackend().open(sim.network(), seed=1, options=options) as brain:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("program", [PROGRAM, EQUATIONS], ids=["built in", "equations"])
+@pytest.mark.parametrize("program", [
+    PROGRAM, EQUATIONS.replace("LAZY", "'never'"),
+    EQUATIONS.replace("LAZY", "'always'").replace("(leaky, curved)", "(leaky, leaky)"),
+], ids=["built in", "equations", "lazy equations"])  # fmt: skip
 def test_it_computes_the_same(program: str, capsys: pytest.CaptureFixture[str]) -> None:
     exec(program, {})
     neurons, times_ms = json.loads(capsys.readouterr().out)

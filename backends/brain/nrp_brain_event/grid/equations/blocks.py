@@ -119,7 +119,7 @@ def load_blocks(network: Network, row_of: IntArray, step_ms: float) -> dict[str,
     Raises:
         CapabilityError: equations have too many receptors.
     """
-    owners = list(_owners(network))
+    owners = list(owners_of(network))
     for population, cell in owners:
         if len(cell.model.receptors) > _MOST_RECEPTORS:
             raise CapabilityError(
@@ -152,7 +152,7 @@ def with_parameters(grid: Grid, network: Network, change: ParameterChange) -> Gr
         NetworkError: a parameter is impossible.
     """
     block, population, cell = _owner(grid, network, change.label)
-    known = _parameters(grid, block, population.size, cell.model)
+    known = parameters_of(grid, block, population.size, cell.model)
     for name, values in change.values.items():
         known[name] = known[name].copy()
         known[name][change.index] = values * cell.model.parameters[name].scale
@@ -166,7 +166,7 @@ def with_parameters(grid: Grid, network: Network, change: ParameterChange) -> Gr
 def offsets_na(grid: Grid, network: Network, label: str) -> FloatArray | float:
     """Return the constant current into the cells of a population with equations, nA."""
     block, population, cell = _owner(grid, network, label)
-    return _parameters(grid, block, population.size, cell.model).get(INPUT, 0.0) / NANO
+    return parameters_of(grid, block, population.size, cell.model).get(INPUT, 0.0) / NANO
 
 
 def responses_mv(grid: Grid, network: Network, label: str) -> FloatArray:
@@ -180,7 +180,11 @@ def responses_mv(grid: Grid, network: Network, label: str) -> FloatArray:
         name: population.initial_values.get(name, np.zeros(1)) * variable.unit.scale
         for name, variable in cell.model.variables.items()
     }
-    known: dict[str, Any] = {TIME: 0.0, **_parameters(grid, block, population.size, cell.model), **variables}
+    known: dict[str, Any] = {
+        TIME: 0.0,
+        **parameters_of(grid, block, population.size, cell.model),
+        **variables,
+    }
     rates = [
         value_of(
             cell.model.variables[VOLTAGE].rate, known | {INPUT: known[INPUT] + extra}, cell.model.definitions
@@ -206,7 +210,7 @@ def require_input(network: Network, currents_na: FloatArray) -> None:
     Raises:
         CapabilityError: a cell takes no current.
     """
-    for population, cell in _owners(network):
+    for population, cell in owners_of(network):
         own = currents_na[network.ids_of(population.label)]
         if INPUT not in cell.model.parameters and own.any():
             raise CapabilityError(
@@ -220,7 +224,7 @@ def require_receptor(network: Network, events: SynapticEvents) -> None:
     Raises:
         CapabilityError: the cells have no such receptor.
     """
-    for population, cell in _owners(network):
+    for population, cell in owners_of(network):
         first, known = network.offsets[population.label], cell.model.receptors
         if events.receptor in known:
             continue
@@ -234,7 +238,7 @@ def require_receptor(network: Network, events: SynapticEvents) -> None:
 def places_of(grid: Grid, network: Network, rows: IntArray, variable: str) -> tuple[IntArray, FloatArray]:
     """Return where a state variable of rows is among the ``values``, or -1, and the size of its unit."""
     places, sizes = np.full(len(rows), -1), np.ones(len(rows))
-    for block, (population, cell) in zip(grid.blocks, _owners(network), strict=True):
+    for block, (population, cell) in zip(grid.blocks, owners_of(network), strict=True):
         own, model = (rows >= block["first"]) & (rows < block["last"]), cell.model
         if not own.any():
             continue
@@ -250,7 +254,7 @@ def places_of(grid: Grid, network: Network, rows: IntArray, variable: str) -> tu
 
 def begin_cell_streams(grid: Grid, network: Network, seeds: Seeds) -> None:
     """Begin the streams of the cells whose threshold is random."""
-    for block, (population, cell) in zip(grid.blocks, _owners(network), strict=True):
+    for block, (population, cell) in zip(grid.blocks, owners_of(network), strict=True):
         if cell.model.is_random:
             number = values_of(cell.model).index(STREAM)
             first = block["value"] + number * length_of_row(population.size)
@@ -258,21 +262,21 @@ def begin_cell_streams(grid: Grid, network: Network, seeds: Seeds) -> None:
             grid.values[first : first + population.size] = streams(population.size, seed)
 
 
-def _owners(network: Network) -> list[tuple[Population, CellEquations]]:
+def owners_of(network: Network) -> list[tuple[Population, CellEquations]]:
     """Return the populations whose cells are given as equations, and these."""
     every = ((population, population.equations) for population in network.populations.values())
     return [(population, cell) for population, cell in every if cell is not None]
 
 
 def _owner(grid: Grid, network: Network, label: str) -> tuple[Any, Population, CellEquations]:
-    owners = zip(grid.blocks, _owners(network), strict=True)
+    owners = zip(grid.blocks, owners_of(network), strict=True)
     return next((block, *owner) for block, owner in owners if owner[0].label == label)
 
 
 def _with_code(blocks: Array, constants: FloatArray, network: Network) -> Array:
     """Return blocks with a kernel each: cells that differ in constants have another one than equal cells."""
     blocks = blocks.copy()
-    for block, (population, cell) in zip(blocks, _owners(network), strict=True):
+    for block, (population, cell) in zip(blocks, owners_of(network), strict=True):
         known = _rows(constants, block, population.size, cell.model)
         differ = {name for name, row in known.items() if (row != row[:1]).any()}
         is_driven = CHANGE in known and bool((known[CHANGE] <= MOST_CHANGE).all())
@@ -295,7 +299,7 @@ def _values(population: Population, cell: CellEquations) -> FloatArray:
     return found.ravel()
 
 
-def _parameters(grid: Grid, block: Any, n: int, model: Model) -> dict[str, FloatArray]:
+def parameters_of(grid: Grid, block: Any, n: int, model: Model) -> dict[str, FloatArray]:
     """Return the present parameters of a population of n cells, in SI units."""
     rows = _rows(grid.constants, block, n, model)
     return {name: rows[PARAMETER + name] for name in model.parameters}

@@ -189,7 +189,14 @@ def factor(column: str) -> str:
 
 def loaded(model: Model, *, equal: bool) -> Iterator[str]:
     """Yield the lines that load cell i; constants that are equal for all cells are known before."""
-    for name in [*kept(model), *([] if equal else constants_of(model))]:
+    for name in kept(model):
+        yield f"{name} = {every(name)}[i]"
+    yield from given(model, equal=equal)
+
+
+def given(model: Model, *, equal: bool) -> Iterator[str]:
+    """Yield the lines that load what is given to cell i: its constants and its current."""
+    for name in () if equal else constants_of(model):
         yield f"{name} = {every(name)}[i]"
     if INPUT in model.parameters:  # with what devices inject
         yield f"{PARAMETER}{INPUT} = {every(DRIVE)}[i] * 1e-9"

@@ -46,7 +46,7 @@ ARGUMENTS: Final = (
 """The arguments of a kernel, and their types for :func:`nrp_core._support.jit.c_function`."""
 _BLOCK: Final = 1024
 """Cells whose values stay in the cache of a core while they are computed."""
-_HEAD: Final = f'''"""Advances cells that a user gave as equations; written by nrp_brain_event."""
+HEAD: Final = f'''"""Advances cells that a user gave as equations; written by nrp_brain_event."""
 {IMPORTS}
 from numpy import uint64
 
@@ -63,12 +63,16 @@ def kernel_source(model: Model, *, equal: bool, driven: bool = False) -> str:
         equal: whether all cells have the same constants.
         driven: whether cells attempt a step by :mod:`nrp_brain_event.grid.equations.exact_source`.
     """
-    exact, load, arrays = model.method == EXACT, list(loaded(model, equal=equal)), _arrays(model, equal=equal)
+    exact, load, arrays = (
+        model.method == EXACT,
+        list(loaded(model, equal=equal)),
+        arrays_of(model, equal=equal),
+    )
     functions = {"move": [*_moving(model, load, driven=driven)]}
     if not exact:
-        ended = [*_arrived(model), *stored(kept(model)), *_refused(model)]
+        ended = [*arrived(model), *stored(kept(model)), *refused(model)]
         if not _searched(model):
-            ended += [*_tested(model), *_fired(model)]
+            ended += [*tested(model), *_fired(model)]
         functions["divide"] = [*runge_kutta_source.divide(model, load, ended)]
     if _searched(model):
         functions["fire"] = [*_firing(model, load)]
@@ -79,7 +83,7 @@ def kernel_source(model: Model, *, equal: bool, driven: bool = False) -> str:
     names = ["n", "step", "h", "first_row", "fired", "n_fired", *arrays]
     parts = [function(name, names, lines, "inlined") for name, lines in functions.items()]
     parts.append(function("advance", [name for name, _ in ARGUMENTS], _advance(functions, names, arrays)))
-    return "\n\n".join([_HEAD if exact else _HEAD + runge_kutta_source.slopes(model), *parts])
+    return "\n\n".join([HEAD if exact else HEAD + runge_kutta_source.slopes(model), *parts])
 
 
 def _advance(functions: Iterable[str], names: Sequence[str], arrays: Mapping[str, str]) -> Iterator[str]:
@@ -108,7 +112,7 @@ def _searched(model: Model) -> bool:
     return model.method == EXACT or tested_again(model)
 
 
-def _arrays(model: Model, *, equal: bool) -> dict[str, str]:
+def arrays_of(model: Model, *, equal: bool) -> dict[str, str]:
     """Return the names of what the parts of a kernel are given for a block, and what each is."""
 
     def cells(whole: str, place: str) -> str:
@@ -135,20 +139,20 @@ def _moving(model: Model, load: Sequence[str], *, driven: bool) -> Iterator[str]
     yield "for i in range(n):"
     yield from indented(load)
     yield from indented(exact_source.advanced(model) if exact else attempted(model, driven=driven))
-    yield from indented([*_arrived(model, only), *stored(names)])
+    yield from indented([*arrived(model, only), *stored(names)])
     again = _searched(model)
-    yield from indented(_tested(model) if again else [])
+    yield from indented(tested(model) if again else [])
     yield f"    due |= {' or '.join([*(['met'] if again else []), *([] if exact else ['not done'])])}"
     finite = _finite(model, bounded(model) if driven else ())
     if finite:
         yield f"    lost |= not {finite}"
     yield "if lost:"
     yield "    for i in range(n):"
-    yield from indented(indented([*load, *_refused(model)]))
+    yield from indented(indented([*load, *refused(model)]))
     yield "return int(due)"
 
 
-def _arrived(model: Model, only: str = "") -> Iterator[str]:
+def arrived(model: Model, only: str = "") -> Iterator[str]:
     """Yield the lines for spikes that arrive at the grid point; some onto held variables are lost.
 
     Args:
@@ -165,7 +169,7 @@ def _arrived(model: Model, only: str = "") -> Iterator[str]:
         yield f"{arrived} = 0.0" + (f" if {only} else {arrived}" if only else "")
 
 
-def _tested(model: Model) -> Iterator[str]:
+def tested(model: Model) -> Iterator[str]:
     """Yield the lines that find whether a cell meets its threshold."""
     yield "t = step * h"
     if model.is_random:
@@ -181,7 +185,7 @@ def _finite(model: Model, known: Container[str] = ()) -> str:
     return f"abs({' + '.join(names)}) < inf" if names else ""
 
 
-def _refused(model: Model) -> Iterator[str]:
+def refused(model: Model) -> Iterator[str]:
     """Yield the lines that end a kernel if the state of a cell is not finite."""
     if finite := _finite(model):
         yield f"if not {finite}:"
@@ -192,8 +196,8 @@ def _firing(model: Model, load: Sequence[str]) -> Iterator[str]:
     """Yield the lines that find the cells that fire, and reset them."""
     method = exact_source if model.method == EXACT else runge_kutta_source
     begun = [*load, *method.regime(model)]
-    met = [*begun, *_tested(model), "due |= met or spiked"]
-    yield from searched(met, [*begun, *_tested(model), *_fired(model)])
+    met = [*begun, *tested(model), "due |= met or spiked"]
+    yield from searched(met, [*begun, *tested(model), *_fired(model)])
     yield "return n_fired"
 
 
