@@ -38,6 +38,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.observers import Participant, RunObserver, StepObserver
 from nrp_core.experiment.running.opening import OpenExperiment
+from nrp_core.findings.refusals import SCENE_CHANGES
 from nrp_core.paths import path_of
 
 Added: TypeAlias = Iterable[TransferFunction | Path | str] | TransferFunction | Path | str
@@ -240,7 +241,7 @@ class Run(OpenExperiment):
         if load_network_only(experiment, self._build).digest != self.brain.network.digest:
             raise CapabilityError(f"seed {seed} gives another network")
         if self.world.nominal.randomize and not self.world.capabilities.changes:
-            raise CapabilityError(f"seed {seed} gives other bodies, and the world cannot change its scene")
+            raise CapabilityError(f"seed {seed} gives other bodies, and the world {SCENE_CHANGES}")
         self.loop.reset(seed=seed)
         self.continue_as(experiment)  # its functions are new, for files may keep values of their own
 
