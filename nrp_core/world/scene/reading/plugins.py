@@ -144,7 +144,7 @@ _INERT: Final = re.compile(
     r"|(\w*(_|[a-z](?=[A-Z])))?([nN]ames?|[iI]d|[lL]ink|[jJ]oint|[rR]ate|[fF]requency|HZ|[tT]f|TF)"
     r"|(always|publish|broadcast|enable|debug|verbose|is_?|legacy)(?![a-z])\w*"
     r"|robotBase|odom\w*|ros([A-Z]\w*)?|qos|argument|parameters?|plugin|actuator_number|autoDistortion"
-    r"|borderCrop|dimensions|hackBaseline|pointCloudCutoff\w*|reduceNormals|maxEffort|hasPID|sensitiveness"
+    r"|borderCrop|dimensions|hackBaseline|pointCloudCutoff\w*|reduceNormals|maxEffort|hasPID|sensitiveness|torque"
 )
 """Parameters of Gazebo's plugins that name something, or say what and how often they publish; and some that
 files repeat without need, as for outputs that they do not use."""
