@@ -87,11 +87,12 @@ class VisualInFile:
 
 @dataclass(frozen=True, slots=True)
 class Touched:
-    """A collision in a file; a mesh may have several shapes, and none if it is missing."""
+    """A collision at a place in its link; a mesh may have several shapes, and none if it is missing."""
 
     name: str
     shapes: Sequence[Shape]
     friction: float
+    place: Pose = Pose()
 
     def collisions(self) -> Iterator[Collision]:
         """Yield a collision for each shape, all with the same name."""
@@ -109,7 +110,7 @@ def build_link(
     """Return a link with missing shapes replaced by its others, or marked as missing if it has none."""
     spare = [_substitute(touched)]
     if not any(part.shapes for part in touched):
-        touched = [replace(part, shapes=spare) for part in touched[:1]]
+        touched = [replace(part, shapes=[Shape(Missing(), part.place)]) for part in touched[:1]]
     seen, felt = {part.name for part in shown}, {part.name for part in touched}
     visuals = [
         part.look.of(unique, shape)

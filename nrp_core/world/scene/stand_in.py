@@ -1,9 +1,10 @@
 """Replacement shapes for meshes that are missing.
 
 The size of a moving link is estimated from its other shapes; else from its inertia, if the density of a body
-with that inertia is plausible; else from its joints and its mass. For a static model only the place is known:
-the first one named like a ground becomes a plane, if the room has no other ground; the others become boxes
-that do not reach their neighbours.
+with that inertia is plausible; else from its joints and its mass. It begins where the file places its
+collision, and reaches no lower than the known shapes of the model. Of a static model only the place is
+known: the first one named like a ground becomes a plane, if the room has no other ground; the others become
+boxes that do not reach their neighbours.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import dist, sqrt
+from math import dist, inf, sqrt
 
 import numpy as np
 
@@ -54,8 +55,18 @@ def lacks_shape(link: Link) -> bool:
 
 
 def with_sizes(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
-    """Return the links of a movable model with its missing shapes replaced by boxes."""
-    return tuple(_fill_missing(link, *_box_of(link, joints)) if lacks_shape(link) else link for link in links)
+    """Return the links of a movable model with its missing shapes replaced by boxes.
+
+    Their sizes are estimates, so no box reaches lower than the shapes that are known: a robot that stands on
+    its wheels does not begin with its body in the floor.
+    """
+    if not any(map(lacks_shape, links)):
+        return tuple(links)
+    lowest = _lowest_known(links)
+    return tuple(
+        _fill_missing(link, *_above(lowest, link, *_box_of(link, joints))) if lacks_shape(link) else link
+        for link in links
+    )
 
 
 def with_static_shapes(models: Sequence[Model], warn: Callable[..., None]) -> tuple[Model, ...]:
@@ -92,8 +103,48 @@ def _box_of(link: Link, joints: Sequence[Joint]) -> Measured:
     if link.inertial is not None:
         box, pose = equivalent_box(link.inertial)
         if DENSITIES[0] <= link.inertial.mass / float(np.prod(box.size)) <= DENSITIES[1]:
-            return box, pose
+            place = _place_of(link)
+            return box, pose if place is None else Pose(place, pose.orientation)
     return _spanning(link, _ends(link, joints), _reach(link, joints))
+
+
+def _place_of(link: Link) -> Vector | None:
+    """Return where the file places a missing collision; None if that is the origin of the link."""
+    places = (one.pose.position for one in link.collisions if isinstance(one.geometry, Missing))
+    return next((place for place in places if dist(place, (0.0, 0.0, 0.0)) >= _NOTICEABLE_M), None)
+
+
+def _lowest_known(links: Iterable[Link]) -> float:
+    """Return the height of the lowest point of the known collisions in the frame of the model, m."""
+    heights = [
+        ((link.pose @ one.pose).position[2] + _points(one.geometry) @ _up(link.pose @ one.pose)).min()
+        for link in links
+        for one in link.collisions
+        if not isinstance(one.geometry, Missing | Plane)
+    ]
+    return float(min(heights, default=-inf))
+
+
+def _points(geometry: Geometry) -> FloatArray:
+    return np.asarray(triangles_of(geometry)[0], dtype=np.float64)
+
+
+def _up(pose: Pose) -> FloatArray:
+    """Return the vertical of the frame around a pose in its own frame."""
+    vertical: FloatArray = rotation_matrix(pose.orientation)[2]
+    return vertical
+
+
+def _above(lowest: float, link: Link, geometry: Geometry, pose: Pose) -> Measured:
+    """Return a box, smaller if it would reach lower than a height in the frame of the model."""
+    place = link.pose @ pose
+    depth = -float((_points(geometry) @ _up(place)).min())
+    room = place.position[2] - lowest
+    if depth <= room or not isinstance(geometry, Box):
+        return geometry, pose
+    share = max(room, _SMALLEST_M) / depth
+    x, y, z = geometry.size
+    return Box((x * share, y * share, z * share)), pose
 
 
 def _around(link: Link) -> Measured | None:

@@ -115,7 +115,12 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
         shown.append(VisualInFile(unique, seen, look))
     solid = [
         (
-            Touched(unique, shapes(collision, "convex"), read_friction(collision, reading, static=static)),
+            Touched(
+                unique,
+                shapes(collision, "convex"),
+                read_friction(collision, reading, static=static),
+                place(collision),
+            ),
             collision,
         )
         for unique, collision in _with_unique_names(link, "collision", reading)

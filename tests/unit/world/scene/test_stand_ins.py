@@ -82,6 +82,23 @@ def test_an_inertia_that_a_body_can_have_is_kept(model: Callable[[str], Model], 
     assert box.size == pytest.approx((0.2,) * 3)
 
 
+def test_a_guessed_box_is_where_its_collision_is_and_no_lower_than_the_wheels(
+    model: Callable[[str], Model],
+) -> None:
+    """A base of 1000 kg, whose inertia is that of a cube of 0.78 m, on a wheel that touches the ground."""
+    base = inertial(1000, 101.4) + SHAPES.replace(
+        '<collision name="c">', '<collision name="c"><pose>0 0 0.3 0 0 0</pose>'
+    )
+    ball = "<geometry><sphere><radius>0.1</radius></sphere></geometry>"
+    wheel = f'<collision name="c"><pose>0 0 0.1 0 0 0</pose>{ball}</collision>'
+    read = model(
+        link("base", 0.0, base) + link("wheel", 0.0, inertial(5, 0.02) + wheel) + joint("base", "wheel")
+    )
+    box, pose = box_of(read, "base")
+    assert pose.position == pytest.approx((0.0, 0.0, 0.3))
+    assert box.size == pytest.approx((0.6,) * 3, rel=1e-2)
+
+
 def test_a_collision_shape_takes_the_extent_of_the_visual(model: Callable[[str], Model]) -> None:
     seen = (
         '<visual name="v"><pose>0 0 1 0 0 0</pose><geometry><box><size>1 2 3</size></box></geometry></visual>'
