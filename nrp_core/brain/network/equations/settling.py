@@ -119,7 +119,8 @@ def powers(model: Model, parameters: Mapping[str, FloatArray], step_s: float, *,
     """
     steps = np.concatenate([np.arange(N_FINE), np.arange(N_FINE) * N_FINE])
     (matrix,) = matrices(model, parameters, 1, held=held)
-    return exponentials(matrix * (steps * step_s)[:, None, None])
+    found = exponentials(matrix * (steps * step_s)[:, None, None])
+    return np.broadcast_to(found, (len(steps), *matrix.shape))  # one where nothing moves
 
 
 def bound(model: Model, parameters: Mapping[str, FloatArray], free: FloatArray) -> Bound:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend, EventOptions
+from nrp_brain_event.grid.equations.lazy_source import factors_of_kind
 from nrp_brain_event.grid.lazy_brain import LazyBrain
 from nrp_brain_event.options import lazy_grid
 from scipy.linalg import expm
@@ -120,6 +121,17 @@ def test_no_later_excess_is_above_the_bound(a: str) -> None:
         assert found <= highest + 1e-12
         nearest = min(nearest, highest - found)
     assert nearest < 1e-3
+
+
+def test_a_cell_of_which_nothing_moves_while_it_is_refractory_stands_still() -> None:
+    without_adaptation = EQUATIONS.replace(" - w", "").partition("dw/dt")[0]
+    sim = builder()
+    cell = adapting(sim, equations=without_adaptation, reset="v = 0*mV; g = 0*nA")().equations
+    known = cell.in_si(numbers(PARAMETERS))
+    held = powers(cell.model, known, STEP_MS * 1e-3, held=True)
+    assert (held == np.eye(4)).all()
+    assert len(held) == len(powers(cell.model, known, STEP_MS * 1e-3, held=False))
+    assert np.isfinite(factors_of_kind(cell.model, known, STEP_MS * 1e-3)).all()
 
 
 @pytest.mark.parametrize(("changed", "reason"), [
