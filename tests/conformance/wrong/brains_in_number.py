@@ -46,14 +46,14 @@ class _Wires(SmallBrain):
         raise NotImplementedError
 
 
-@found_by("a_synapse_starts_from_its_initial_value")
+@found_by("a_synapse_starts_from_its_initial_value_or_that_is_refused")
 class StartsWithoutSynapticCurrent(SmallBrain):
     def fresh(self) -> Any:
         self.exc0[:], self.inh0[:] = 0.0, 0.0
         return super().fresh()
 
 
-@found_by("equal_time_constants_of_membrane_and_synapse_follow_the_equations")
+@found_by("equal_time_constants_follow_the_equations_or_are_refused")
 class DividesByTheDifferenceOfTimeConstants(SmallBrain):
     def left_behind(self, tau: FloatArray, leak: FloatArray, fade: FloatArray) -> FloatArray:
         rate = 1 / tau - 1 / self.p["tau_m"] + ~self.alive

@@ -23,6 +23,7 @@ from nrp_core.brain import (
     SynapticEvents,
 )
 from nrp_core.brain.network.cells import settled_gates
+from nrp_core.errors import CapabilityError
 
 from nrp_brain_pynn.checks import check_change
 from nrp_brain_pynn.options import PyNNOptions
@@ -81,6 +82,12 @@ class Driver(ABC):
         if population.cell_type == "HH_cond_exp":
             initial = settled_gates(initial["v"] - population.parameters["v_offset"]) | initial
         starts = kind.default_initial_values
+        for name, values in population.initial_values.items():
+            if name not in _STATE and values.any():
+                raise CapabilityError(
+                    f"population '{population.label}': PyNN's {population.cell_type} cannot start with "
+                    f"{name} = {values[values != 0][0]:g} on this simulator"
+                )
         cells.initialize(**{name: initial[name] for name in _STATE if name in initial and name in starts})
         return cells
 

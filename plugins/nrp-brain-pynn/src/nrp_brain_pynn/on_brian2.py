@@ -19,6 +19,7 @@ from nrp_core.brain import (
     SynapticEvents,
     no_variable,
 )
+from nrp_core.errors import CapabilityError
 from pyNN.connectors import Connector
 
 from nrp_brain_pynn.brian2_models import PUT_RIGHT, TsodyksMarkramSynapse
@@ -26,6 +27,8 @@ from nrp_brain_pynn.late_weights import LateWeightsDriver
 from nrp_brain_pynn.short_term import decay_ms
 from nrp_brain_pynn.stepping import SteppedRun
 
+_SOLVED: Final = ("IF_curr_exp", "IF_curr_alpha")
+"""Cells whose equations Brian2 solves exactly."""
 _UNITS: Final = {"v": 1e-3, "u": 1.0, "w": 1e-9, "gsyn_exc": 1e-6, "gsyn_inh": 1e-6}
 _WEIGHT_UNITS: Final = {"v": 1e-3, "i": 1e-9, "y": 1e-9, "g": 1e-6}
 _NANO: Final = 1e-9
@@ -89,6 +92,16 @@ class Brian2Driver(LateWeightsDriver):
 
     def _sources(self, population: Population) -> Any:
         return sim.Population(population.size, SourceType(), label=population.label)
+
+    def _cells(self, population: Population) -> Any:
+        parameters = population.parameters
+        for name in ("tau_syn_E", "tau_syn_I") if population.cell_type in _SOLVED else ():
+            if (parameters["tau_m"] == parameters[name]).any():
+                raise CapabilityError(
+                    f"population '{population.label}': Brian2's solution of {population.cell_type} divides "
+                    f"by the difference of tau_m and {name}, which are equal; change one slightly"
+                )
+        return super()._cells(population)
 
     def _kind(self, cell_type: str) -> Any:
         return PUT_RIGHT[cell_type]
