@@ -26,6 +26,7 @@ DOORS = ("nrp_core", "nrp_lab.sweep", "nrp_lab.evolve")
 WITH_ADVICE = {
     "run": "overrides images snapshots_s on_step until_s",
     "open_run": "overrides",
+    "open_world": "overrides",
     "load_experiment": "text overrides",
     "validate": "experiment",
     "load_network": "seed",

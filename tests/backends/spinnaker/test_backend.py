@@ -53,6 +53,7 @@ def test_an_impossible_option_is_refused(option: dict, message: str) -> None:
         SpinnakerOptions.model_validate(option)
 
 
+@pytest.mark.heavy
 def test_without_a_compiler_every_bit_is_the_same() -> None:
     script = Path(__file__).parent / "every_kernel.py"
     digests = [
