@@ -82,11 +82,11 @@ class Driver(ABC):
         if population.cell_type == "HH_cond_exp":
             initial = settled_gates(initial["v"] - population.parameters["v_offset"]) | initial
         starts = kind.default_initial_values
-        for name, values in population.initial_values.items():
-            if name not in _STATE and values.any():
+        for name, start in population.initial_values.items():
+            if name not in _STATE and start.any():
                 raise CapabilityError(
                     f"population '{population.label}': PyNN's {population.cell_type} cannot start with "
-                    f"{name} = {values[values != 0][0]:g} on this simulator"
+                    f"{name} = {start[start != 0][0]:g} on this simulator"
                 )
         cells.initialize(**{name: initial[name] for name in _STATE if name in initial and name in starts})
         return cells
