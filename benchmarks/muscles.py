@@ -89,7 +89,8 @@ def body() -> str:
 
 def controls(step: int, count: int) -> np.ndarray:
     """Return the controls of all muscles in a step."""
-    return 0.3 + 0.2 * np.sin(0.1 * step + np.arange(count))
+    values: np.ndarray = 0.3 + 0.2 * np.sin(0.1 * step + np.arange(count))
+    return values
 
 
 def in_a_world(path: Path) -> tuple[float, int]:
@@ -100,6 +101,7 @@ def in_a_world(path: Path) -> tuple[float, int]:
         state = world.subscribe(f"/{model.name}/muscles/state")
         command = world.advertise(f"/{model.name}/muscles/cmd")
         world.run_until(STEP_NS)
+        assert state.latest is not None
         count = len(state.latest.message.name)
         began = time.process_time()
         for step in range(STEPS):
