@@ -66,6 +66,7 @@ class Viewer:
     """A client without a connection: it notes what it hears."""
 
     dropped = 0
+    may_steer = is_embedded = False
 
     def __init__(self, hub: Hub) -> None:
         self._hub, self.topics = hub, set[str]()

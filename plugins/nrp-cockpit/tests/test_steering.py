@@ -272,7 +272,6 @@ def test_calls_that_nobody_watched_are_counted_too(opened: Cockpit) -> None:
         visitor.subscribe("/cockpit/functions")
         functions = visitor.until(lambda: counted(visitor, 4))
         assert all(each["mean_ms"] > 0 for each in functions)
-        assert [each["recent_ms"] for each in functions] == [[]] * len(functions)
         visitor.call("step", n=2)
         functions = visitor.until(lambda: counted(visitor, 6))
         # the first watched step tells only when the watching began

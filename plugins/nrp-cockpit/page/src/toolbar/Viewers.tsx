@@ -10,7 +10,7 @@ export function Viewers() {
   const who = maySteer ? "you can control the run" : "you can only watch";
   const words = `${viewers} ${viewers === 1 ? "viewer" : "viewers"}, ${controllers} in control; ${who}`;
   return (
-    <span className="row tight f12 mut" title={words}>
+    <span className="row tight f12 mut wide" title={words}>
       <Icon name="viewers" />
       <span aria-hidden="true">{viewers}</span>
       {!maySteer && <b aria-hidden="true">Watching only</b>}
