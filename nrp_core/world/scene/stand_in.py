@@ -116,30 +116,30 @@ def _place_of(link: Link) -> Vector | None:
 
 def _lowest_known(links: Iterable[Link]) -> float:
     """Return the height of the lowest point of the known collisions in the frame of the model, m."""
-    heights = [
-        ((link.pose @ one.pose).position[2] + _points(one.geometry) @ _up(link.pose @ one.pose)).min()
+    heights = (
+        _lowest(one.geometry, link.pose @ one.pose)
         for link in links
         for one in link.collisions
         if not isinstance(one.geometry, Missing | Plane)
-    ]
-    return float(min(heights, default=-inf))
+    )
+    return min(heights, default=-inf)
 
 
-def _points(geometry: Geometry) -> FloatArray:
-    return np.asarray(triangles_of(geometry)[0], dtype=np.float64)
+def _lowest(geometry: Geometry, pose: Pose) -> float:
+    return float(_placed(geometry, pose)[:, 2].min())
 
 
-def _up(pose: Pose) -> FloatArray:
-    """Return the vertical of the frame around a pose in its own frame."""
-    vertical: FloatArray = rotation_matrix(pose.orientation)[2]
-    return vertical
+def _placed(geometry: Geometry, pose: Pose) -> FloatArray:
+    """Return the corners of a shape at a pose, shape ``(n, 3)``, m."""
+    placed: FloatArray = triangles_of(geometry)[0] @ rotation_matrix(pose.orientation).T + pose.position
+    return placed
 
 
 def _above(lowest: float, link: Link, geometry: Geometry, pose: Pose) -> Measured:
     """Return a box, smaller if it would reach lower than a height in the frame of the model."""
     place = link.pose @ pose
-    depth = -float((_points(geometry) @ _up(place)).min())
-    room = place.position[2] - lowest
+    height = place.position[2]
+    depth, room = height - _lowest(geometry, place), height - lowest
     if depth <= room or not isinstance(geometry, Box):
         return geometry, pose
     share = max(room, _SMALLEST_M) / depth
@@ -152,9 +152,7 @@ def _around(link: Link) -> Measured | None:
     shapes: list[Measured] = [(each.geometry, each.pose) for each in link.collisions]
     shapes += [(each.geometry, each.pose) for each in link.visuals]
     points = [
-        triangles_of(geometry)[0] @ rotation_matrix(pose.orientation).T + pose.position
-        for geometry, pose in shapes
-        if not isinstance(geometry, Missing | Plane)
+        _placed(geometry, pose) for geometry, pose in shapes if not isinstance(geometry, Missing | Plane)
     ]
     if not points:
         return None
