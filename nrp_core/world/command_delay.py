@@ -35,8 +35,12 @@ class DelayedPart(PartProxy):
     @property
     def deadline_ns(self) -> int | None:  # type: ignore[override]
         waiting = [queue[0].due_ns for queue in self._pending.values() if queue]
-        own = self.inner.deadline_ns if self.inner.has_deadlines else None
-        return min((*waiting, own) if own is not None else waiting, default=None)
+        own_ns = self._inner_deadline_ns
+        return min(waiting if own_ns is None else (*waiting, own_ns), default=None)
+
+    @property
+    def _inner_deadline_ns(self) -> int | None:
+        return self.inner.deadline_ns if self.inner.has_deadlines else None
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         if topic not in self._delays_ns:
@@ -53,7 +57,7 @@ class DelayedPart(PartProxy):
         ]
         for one in sorted(due, key=lambda one: one.due_ns):
             self.inner.write(one.topic, one.message, now_ns)
-        inner_ns = self.inner.deadline_ns if self.inner.has_deadlines else None
+        inner_ns = self._inner_deadline_ns
         if inner_ns is not None and inner_ns <= now_ns:
             self.inner.at_deadline(now_ns)
 
