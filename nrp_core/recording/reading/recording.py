@@ -68,7 +68,7 @@ class Recording(Overview):
             )
 
     def _overview(self) -> tuple[str, Iterable[Row]]:
-        return f"of {self.run.get('experiment', self.file.name)} in {self.folder}", self._topic_rows()
+        return f"in {self.folder if self._has_folder else self.file}", self._topic_rows()
 
     def _topic_rows(self) -> Iterator[Row]:
         yield ("topic", "type", "role")
