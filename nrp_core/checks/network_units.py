@@ -17,7 +17,7 @@ from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.drawing import extremes
 from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.network.limits import distinct
-from nrp_core.checks.synaptic_effects import effect_of_spike
+from nrp_core.checks.synaptic_effects import NEVER_MV, effect_of_spike
 from nrp_core.checks.unreachable_thresholds import HIGHEST_DEVICE_HZ
 from nrp_core.units import (
     AMPERE,
@@ -198,7 +198,7 @@ def _outside(owner: str, values: FloatArray, plausible: Range) -> Iterator[str]:
 
 
 def _in_volts(owner: str, values: FloatArray) -> Iterator[str]:
-    values = values[np.isfinite(values)]  # without a threshold, cells never fire
+    values = values[values < NEVER_MV]
     if not values.size:
         return
     low, high = REST_V
@@ -243,6 +243,8 @@ def _check_equations(
         plausible, given = EQUATION_RANGES.get(unit.dimension), values.get(name, np.empty(0))
         if plausible is None:
             continue
+        if unit.dimension == VOLT:
+            given = given[given * (unit.scale / plausible.scale) < NEVER_MV]
         sizes = np.abs(given[given != 0]) * (unit.scale / plausible.scale)
         if sizes.size and not plausible.low <= sizes.min() <= sizes.max() <= plausible.high:
             size = sizes.min() if sizes.min() < plausible.low else sizes.max()

@@ -21,6 +21,8 @@ _TIMES: Final = np.geomspace(1e-3, 20.0, 512)
 """Times after a spike, in time constants, among which the peak is searched."""
 _EQUAL: Final = 1e-4
 """Time constants that differ by less are taken apart by this share; their difference is a divisor."""
+NEVER_MV: Final = 1e5
+"""A threshold from which cells never fire, as scripts write it (1e6, 1e10 mV); in uV it is at most this."""
 
 
 class SynapticEffect(NamedTuple):
@@ -80,7 +82,7 @@ def _peaks(tau_m_ms: FloatArray, tau_syn_ms: FloatArray, *, is_alpha: bool) -> F
 
 
 def distance_to_threshold_mv(cells: Population) -> float | None:
-    """Return how far the nearest leaky cell rests below its threshold, mV; None if that is unknown.
+    """Return how far the nearest leaky cell rests below its threshold, mV; None if unknown or endless.
 
     Its constant current counts. Cells that fire without input have a distance of 0 or less.
     """
@@ -93,4 +95,4 @@ def distance_to_threshold_mv(cells: Population) -> float | None:
     if begins_mv is not None and (begins_mv >= known["v_thresh"]).any():
         return 0.0
     distance_mv = float(np.min(distances_mv, initial=np.inf))
-    return distance_mv if np.isfinite(distance_mv) else None
+    return distance_mv if distance_mv < NEVER_MV else None

@@ -15,6 +15,7 @@ CELLS = {
     "IF_curr_exp(i_offset=500.0)": "i_offset of the population 'cells' is 500 nA; is it meant in pA?",
     "IF_cond_exp(e_rev_I=-0.08)": "e_rev_I of the population 'cells' is -0.08 mV; is it meant in V?",
     "IF_curr_exp(v_rest=-65000.0)": "v_rest of the population 'cells' is -65000 mV; is it meant in uV?",
+    "IF_curr_exp(v_rest=0.0, v_thresh=15e3)": "v_thresh of the population 'cells' is 15000 mV; is it",
     "SpikeSourcePoisson(rate=1e6)": "rate of the population 'cells' is 1e+06 Hz; is it meant in mHz?",
     "SpikeSourcePoisson(rate=10.0, duration=1.0)": "fires 0.02 spikes in all: the duration is 1 ms",
     "SpikeSourceArray(spike_times=[0.1, 0.2, 0.3])": "follow each other after 0.1 ms; is it meant in s?",
@@ -28,6 +29,7 @@ SYNAPSES = {
 USUAL = [
     "IF_curr_exp()", "IF_cond_alpha()", "Izhikevich()", "HH_cond_exp()", "EIF_cond_exp_isfa_ista()",
     "IF_curr_delta()", "SpikeSourcePoisson(rate=2e4)", "IF_curr_exp(v_thresh=float('inf'))",
+    "IF_curr_exp(v_thresh=1e6)", "IF_cond_exp(v_thresh=1e10)",
 ]  # fmt: skip
 
 

@@ -119,6 +119,16 @@ def test_a_device_is_judged_by_the_highest_rate_of_devices(weight: float, is_wea
     assert bool(too_weak(weight, sim.network().populations["cells"])) == is_weak
 
 
+@pytest.mark.parametrize("threshold_mv", [1e6, 1e10, float("inf")])
+def test_cells_that_are_meant_never_to_fire_are_not_reported(threshold_mv: float) -> None:
+    sim = builder()
+    source = sim.Population(1, sim.SpikeSourcePoisson(rate=10.0), label="source")
+    cells = sim.Population(1, sim.IF_curr_exp(v_thresh=threshold_mv), label="cells")
+    sim.Projection(source, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.02))
+    assert unreached_thresholds(sim.network()) == {}
+    assert not too_weak(1e-3, sim.network().populations["cells"])
+
+
 def test_cells_that_act_by_their_voltages_are_not_reported() -> None:
     sim = builder()
     sim.setup(timestep=0.1)
