@@ -1,4 +1,4 @@
-"""Selection of neurons by name, index and location."""
+"""Selection of neurons by name, index and location, and of projections by name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Network
+from nrp_core.brain.changes import projection_of
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.errors import NeuronSelectionError, NrpError
 
 
@@ -106,6 +107,7 @@ def _text(values: FloatArray) -> str:
 
 
 GROUP: Final = "group"
+PROJECTION: Final = "projection"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -250,6 +252,9 @@ class BrainRoot:
     def _named(self, name: str) -> Selection:
         return Selection(self._network.neurons(name), name, self._network)
 
+    def _projection(self, label: str) -> Projection:
+        return projection_of(self._network, label)
+
 
 Find: TypeAlias = Callable[[Any], Any]
 Root: TypeAlias = Any
@@ -339,7 +344,30 @@ class Selector:
         return _combine(operator.floordiv, "//", self, other)
 
 
-brain = Selector(lambda root: root, "brain")
+class ProjectionSelector(Selector):
+    """The value of ``nrp.brain.projection``, which is called with a label.
+
+    Without a call it is the population of this name, if there is one.
+    """
+
+    __slots__ = ()
+
+    def __call__(self, label: Any) -> Selector:
+        """Select the projection with a label: ``nrp.brain.projection("eyes -> motors")``."""
+        return Selector(lambda root: root._projection(_evaluate(label, root)), f"{self!r}({label!r})")
+
+
+class BrainSelector(Selector):
+    """The class of ``nrp.brain``."""
+
+    __slots__ = ()
+
+    def __getattr__(self, name: str) -> Selector:
+        found = super().__getattr__(name)
+        return ProjectionSelector(found._find, repr(found)) if name == PROJECTION else found
+
+
+brain = BrainSelector(lambda root: root, "brain")
 """The future brain: its attributes are the populations of the network."""
 
 
@@ -408,6 +436,22 @@ def select(selector: Any, root: Root) -> Selection | list[Selection]:
     if not parts or not all(map(len, parts)):
         raise NeuronSelectionError(f"{selector!r} selects no neurons")
     return parts if isinstance(found, list) else parts[0]
+
+
+def select_projection(selector: Any, root: Root) -> Projection:
+    """Return the projection that a selector finds.
+
+    Raises:
+        NetworkError: there is no projection with this label.
+        NeuronSelectionError: the selector finds something else.
+    """
+    found = evaluate(selector, root)
+    if not isinstance(found, Projection):
+        raise NeuronSelectionError(
+            f"{selector!r} is not a projection; one is selected by its label: "
+            "nrp.brain.projection('eyes -> motors')"
+        )
+    return found
 
 
 def _evaluate(value: Any, root: Root) -> Any:

@@ -23,6 +23,7 @@ from nrp_core.checks.code.values import (
     item_of,
     values_of,
 )
+from nrp_core.dsl.selection import ProjectionSelector
 from nrp_core.errors import NrpError, UnreadableError, did_you_mean
 
 FAILURES: Final = (
@@ -318,7 +319,7 @@ class Statements(Expressions):
     def is_ours(self, value: Any) -> bool:
         """Return whether an object may be called."""
         owner = getattr(value, "__self__", None)
-        if isinstance(owner, NEURONS):
+        if isinstance(owner, NEURONS) or isinstance(value, ProjectionSelector):
             return True
         if isinstance(owner, str):  # a width of a format may be of any size
             return value.__name__ in _TEXT_METHODS or (value.__name__ == "format" and ":" not in owner)

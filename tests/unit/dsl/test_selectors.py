@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.dsl.selection import (
     BrainRoot,
     Selection,
@@ -19,8 +19,9 @@ from nrp_core.dsl.selection import (
     nrange,
     resolve,
     select,
+    select_projection,
 )
-from nrp_core.errors import NeuronSelectionError
+from nrp_core.errors import NetworkError, NeuronSelectionError
 
 SIZE = 8
 FIRST = 3
@@ -189,3 +190,23 @@ def test_a_selector_does_not_pretend_to_be_a_sequence() -> None:
         1 in brain.sensors  # type: ignore[misc]  # noqa: B015
     with pytest.raises(TypeError):
         len(brain.sensors)  # type: ignore[arg-type]
+
+
+def test_a_projection_is_selected_by_its_label() -> None:
+    ends = np.arange(3)
+    plain = Projection("a -> b", "a", "b", "excitatory", ends, ends, np.ones(3), np.ones(3))
+    cells = {name: Population(name, 3, "IF_curr_exp", {}) for name in ("a", "b")}
+    root = BrainRoot(Network(cells, (plain,)))
+    assert select_projection(brain.projection("a -> b"), root) is plain
+    assert repr(brain.projection("a -> b")) == "brain.projection('a -> b')"
+    with pytest.raises(NetworkError, match=r"'a -> c'.*'a -> b'"):
+        select_projection(brain.projection("a -> c"), root)
+    with pytest.raises(NeuronSelectionError, match="not a projection"):
+        select_projection(brain.a, root)
+
+
+def test_a_population_may_be_called_projection() -> None:
+    root = BrainRoot(Network({"projection": Population("projection", 3, "Cell", {})}))
+    selected = select(brain.projection[1:], root)
+    assert isinstance(selected, Selection)
+    assert selected.ids.tolist() == [1, 2]
