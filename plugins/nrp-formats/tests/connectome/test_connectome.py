@@ -89,7 +89,7 @@ def test_other_names_of_the_column_of_transmitters_say_the_signs_as_well(tmp_pat
     assert edges_of(read_connectome(path).network) == {(0, 1, -0.55), (1, 0, 1.1)}
 
 
-def test_cells_with_names_are_wired_by_them_and_gap_junctions_are_left_out(tmp_path: Path) -> None:
+def test_cells_with_names_are_wired_by_them(tmp_path: Path) -> None:
     """In the columns of the worm's table (Cook et al. 2019), with blanks around the names."""
     edges = write(
         tmp_path / "edges.csv",
@@ -98,16 +98,17 @@ def test_cells_with_names_are_wired_by_them_and_gap_junctions_are_left_out(tmp_p
     )  # fmt: skip
     alone = read_connectome(edges, unit_mv=1.0)
     assert {name: ids.tolist() for name, ids in alone.network.views.items()} == {
-        "AVAL": [0], "DD01": [1], "muscle": [2],
+        "AVAL": [0], "DD01": [1], "PVCL": [2], "muscle": [3],
     }  # fmt: skip
-    assert edges_of(alone.network) == {(1, 0, 2.0), (0, 1, 3.0), (0, 2, 7.0)}
-    assert (alone.electrical, alone.left_out) == (1, 0)
+    assert edges_of(alone.network) == {(1, 0, 2.0), (0, 1, 3.0), (0, 3, 7.0), (0, 2, 0.0005)}
+    assert [one.synapse_type for one in alone.network.projections] == ["static", "electrical"]
+    assert alone.left_out == 0
     neurons = write(
         tmp_path / "neurons.feather", name=["PVCL", "DD01", "AVAL"], transmitter=[None, "GABA", None]
     )
-    made = read_connectome(edges, neurons, unit_mv=1.0)
+    made = read_connectome(edges, neurons, unit_mv=1.0, junction_ns=0.0)
     assert edges_of(made.network) == {(1, 2, -2.0), (2, 1, 3.0)}
-    assert (made.electrical, made.left_out) == (1, 1)
+    assert made.left_out == 1
     assert made.network.views["AVAL"].tolist() == [2]
     twice = write(tmp_path / "twice.feather", name=["DD01", "AVAL", "DD01"])
     with pytest.raises(NetworkError, match="the neuron DD01 is in the column 'name' twice"):
@@ -115,6 +116,43 @@ def test_cells_with_names_are_wired_by_them_and_gap_junctions_are_left_out(tmp_p
     empty = write(tmp_path / "empty.csv", Source=["DD01", " "], Target=["AVAL", "DD01"], Weight=[1, 1])
     with pytest.raises(NetworkError, match="the column 'Source' lacks 1 names"):
         read_connectome(empty)
+
+
+def junctions_of(path: Path) -> set[tuple[int, int, float]]:
+    network = read_connectome(path, junction_ns=1000.0).network
+    (electrical,) = [one for one in network.projections if one.is_electrical]
+    assert not electrical.delay_ms.any()
+    found = zip(electrical.pre_index, electrical.post_index, electrical.weight, strict=True)
+    return {(int(pre), int(post), float(weight)) for pre, post, weight in found}
+
+
+def test_a_gap_junction_is_one_whether_a_table_has_it_from_one_cell_or_both(tmp_path: Path) -> None:
+    """In columns of WormAtlas, where both cells of a synapse have a row, and of White et al., with tabs."""
+    atlas = write(
+        tmp_path / "atlas.csv",
+        **{
+            "Neuron 1": ["A", "B", "A", "A", "B", "B", "A", "C"],
+            "Neuron 2": ["B", "A", "B", "B", "A", "A", "C", "C"],
+            "Type": ["EJ", "EJ", "S", "Sp", "R", "Rp", "EJ", "EJ"],
+            "Nbr": [4, 5, 1, 2, 1, 2, 3, 9],
+        },
+    )
+    assert junctions_of(atlas) == {(0, 1, 5.0), (0, 2, 3.0)}
+    chemical = [
+        one for one in read_connectome(atlas, unit_mv=1.0).network.projections if not one.is_electrical
+    ]
+    assert [(one.pre_index.tolist(), one.post_index.tolist(), one.weight.tolist()) for one in chemical] == [
+        ([0], [1], [3.0])
+    ]
+    white = tmp_path / "white.csv"
+    white.write_text("pre\tpost\ttype\tsynapses\nB\tA\telectrical\t4\nA\tC\tElectrical\t1\nA\tC\tgap\t2\n")
+    assert junctions_of(white) == {(0, 1, 4.0), (0, 2, 3.0)}
+    signed = write(
+        tmp_path / "signed.parquet",
+        pre=["A", "A", "B"], post=["B", "B", "A"], weight=[1, 2, 3],
+        type=["gap junction", "chemical", "chemical"], nt_type=[None, "GABA", "ACH"],
+    )  # fmt: skip
+    assert junctions_of(signed) == {(0, 1, 1.0)}
 
 
 def test_flywires_tables_have_signs_of_their_own(tmp_path: Path) -> None:
@@ -168,7 +206,6 @@ def test_edges_of_unknown_transmitters_and_missing_positions_are_told(tmp_path: 
             "the column 'pre' holds the id 18446744073709551615; ids go up to",
         ),
         ({"pre": [1, -1], "post": [2, 3], "weight": [1, 1]}, "'pre' holds -1 for 1 ids, which stands for no"),
-        ({"pre;post;weight": ["1;2;3"]}, "columns pre;post;weight; are they separated by ';'"),
         ({"pre": [1, None], "post": [2, 3], "weight": [1, 1]}, "the column 'pre' lacks 1 ids"),
         (
             {"pre": [1], "post": [2], "weight": ["many"]},
@@ -249,7 +286,7 @@ def test_the_worm_that_ships_has_the_neurons_of_its_anatomy():
         assert sum(re.fullmatch(f"{form}[LR]?", name) is not None for name in names) == count, form
     assert len(read.network.views["gaba"]) == 26  # McIntire et al. (1993)
     assert "C. elegans, Cook et al. (2019)" in read.sources[str(folder / "edges.csv")]
-    assert (read.left_out, read.electrical) == (0, 0)
+    assert read.left_out == 0
 
 
 def test_the_tables_of_the_worm_are_the_neurons_and_chemical_synapses_of_its_source(tmp_path):

@@ -34,6 +34,9 @@ def import_connectome(
     ] = None,
     unit_mv: Annotated[float, typer.Option(min=0.0, help="The weight of one synapse, mV.")] = 0.275,
     delay_ms: Annotated[float, typer.Option(min=0.0, help="The delay of all synapses, ms.")] = 1.8,
+    junction_ns: Annotated[
+        float, typer.Option(min=0.0, help="The conductance of one gap junction, nS; 0 leaves them out.")
+    ] = 0.1,
     json: Json = False,
 ) -> None:
     """Make a network file from a connectome, with the cell model of the whole fly brain."""
@@ -46,7 +49,9 @@ def import_connectome(
             f"a network file is called {SUFFIX}, not '{target.name}'", param_hint="--output"
         )
     require_folder_of(target, "--output")
-    made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
+    made = read_connectome(
+        edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms, junction_ns=junction_ns
+    )
     save_network(made.network, target)
     suspicious = [*made.network.remarks, *made.warnings]
     sizes = {projection.label: projection.size for projection in made.network.projections}
@@ -58,7 +63,6 @@ def import_connectome(
                 **facts,
                 "left_out": made.left_out,
                 "unsigned": made.unsigned,
-                "electrical": made.electrical,
                 "sources": made.sources,
                 "implausible": suspicious,
             }
@@ -68,8 +72,6 @@ def import_connectome(
         warn(f"{made.left_out} edges were left out because one of their neurons is not in the table")
     if made.unsigned:
         warn(f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown")
-    if made.electrical:
-        warn(f"{made.electrical} gap junctions were left out: synapses of this network are chemical")
     for sentence in suspicious:
         warn(sentence)
     counts = ", ".join(f"{n} {label} edges" for label, n in sizes.items())

@@ -13,9 +13,15 @@ from nrp_core.brain import BoolArray, FloatArray, IntArray
 from nrp_core.errors import NetworkError
 from nrp_formats.connectome.tables import chosen_column, column_names, ids_of, read_rows, sign_of
 
-PRE: Final = ("pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source", "Source")
-POST: Final = ("post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target", "Target")
-WEIGHT: Final = ("Excitatory x Connectivity", "weight", "syn_count", "synapses", "Connectivity", "Weight")
+PRE: Final = (
+    "pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source", "Source", "Neuron 1",
+)  # fmt: skip
+POST: Final = (
+    "post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target", "Target", "Neuron 2",
+)  # fmt: skip
+WEIGHT: Final = (
+    "Excitatory x Connectivity", "weight", "syn_count", "synapses", "Connectivity", "Weight", "Nbr",
+)  # fmt: skip
 SINGLE: Final = ("cleft_score", "connection_score")
 """Properties of a synapse; a table with one of these and without numbers of synapses has a row for each."""
 _UNSIGNED, _SIGN = "Connectivity", "Excitatory"
@@ -23,8 +29,9 @@ _UNSIGNED, _SIGN = "Connectivity", "Excitatory"
 TRANSMITTER: Final = ("nt_type", "nt", "neurotransmitter", "transmitter", "predicted_nt", "top_nt")
 """Columns in the order of preference: plain, of Shiu's tables of FlyWire, FlyWire's own, MaleCNS's."""
 KIND: Final = ("type", "Type", "synapse_type")
-ELECTRICAL: Final = frozenset({"electrical", "gap junction", "gap_junction", "gap"})
-"""Kinds of edges that are not synapses of a network."""
+ELECTRICAL: Final = frozenset({"electrical", "gap junction", "gap_junction", "gapjunction", "gap", "ej"})
+RECEIVED: Final = frozenset({"r", "rp", "receive", "receive_joint"})
+"""Kinds in WormAtlas's tables of rows that repeat a chemical synapse, as its target has it."""
 
 
 @dataclass(frozen=True)
@@ -33,17 +40,17 @@ class EdgeChunk:
 
     Args:
         pre, post: ids of both cells, shape ``(n,)``.
-        weight: signed number of synapses, shape ``(n,)``.
+        weight: signed number of synapses, or number of gap junctions, shape ``(n,)``.
+        is_electrical: whether they are gap junctions, shape ``(n,)``.
         names: the names of cells by id, if the table has names.
-        electrical: number of gap junctions, which are left out.
         are_single: whether each is one synapse, so that a pair of cells has many.
     """
 
     pre: IntArray
     post: IntArray
     weight: FloatArray
+    is_electrical: BoolArray
     names: Mapping[int, str] = field(default_factory=dict)
-    electrical: int = 0
     are_single: bool = False
 
 
@@ -68,19 +75,16 @@ def read_edges(path: Path) -> Iterator[EdgeChunk]:
             values = _unsigned(path, weight, values)
         if sign:
             values = values * np.sign(_weights(path, sign, rows[sign]))
+        kinds = [str(text).strip().lower() for text in rows[kind].to_pylist()] if kind else []
+        is_electrical = np.array([one in ELECTRICAL for one in kinds] or np.zeros(len(values)), bool)
         if transmitter:
-            values = values * _signs(path, transmitter, rows[transmitter])
-        chemical = _chemical(rows[kind]) if kind else np.ones(len(values), bool)
+            signs = _signs(path, transmitter, rows[transmitter], ~is_electrical)
+            values = np.where(is_electrical, values, values * signs)
         (sources, ours), (targets, theirs) = (ids_of(path, end, rows[end]) for end in (pre, post))
-        electrical = int((~chemical).sum())
+        kept = np.array([one not in RECEIVED for one in kinds] or np.ones(len(values)), bool)
         yield EdgeChunk(
-            sources[chemical], targets[chemical], values[chemical], {**ours, **theirs}, electrical, are_single
+            sources[kept], targets[kept], values[kept], is_electrical[kept], {**ours, **theirs}, are_single
         )
-
-
-def _chemical(values: Any) -> BoolArray:
-    kinds = [str(text).strip().lower() for text in values.to_pylist()]
-    return np.array([kind not in ELECTRICAL for kind in kinds], bool)
 
 
 def _weights(path: Path, column: str, values: Any) -> FloatArray:
@@ -106,15 +110,19 @@ def _unsigned(path: Path, column: str, values: FloatArray) -> FloatArray:
     return values
 
 
-def _signs(path: Path, column: str, values: Any) -> FloatArray:
+def _signs(path: Path, column: str, values: Any, is_used: BoolArray) -> FloatArray:
+    """Return the signs of the transmitters; those that are not used may be missing or of any name."""
     coded = values.dictionary_encode() if not hasattr(values, "dictionary") else values
-    known = [sign_of(text) for text in coded.dictionary.to_pylist()]
-    for text, sign in zip(coded.dictionary.to_pylist(), known, strict=True):
-        if sign == 0:
+    texts = [*coded.dictionary.to_pylist(), None]
+    places = coded.indices.fill_null(len(texts) - 1).to_numpy(zero_copy_only=False)
+    known = [sign_of(text) for text in texts]
+    for place in np.unique(places[is_used]).tolist():
+        if texts[place] is None:
+            count = int((places[is_used] == place).sum())
+            raise NetworkError(f"the column '{column}' lacks {count} transmitters", path=path)
+        if known[place] == 0:
             raise NetworkError(
-                f"the column '{column}' holds '{text}', a transmitter of unknown sign", path=path
+                f"the column '{column}' holds '{texts[place]}', a transmitter of unknown sign", path=path
             )
-    if coded.null_count:
-        raise NetworkError(f"the column '{column}' lacks {coded.null_count} transmitters", path=path)
-    signs: FloatArray = np.array(known, float)[coded.indices.to_numpy(zero_copy_only=False)]
+    signs: FloatArray = np.array(known, float)[places]
     return signs

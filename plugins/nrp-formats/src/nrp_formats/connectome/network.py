@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from math import inf
@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.brain import FloatArray, IntArray, Network, Population
+from nrp_core.brain import FloatArray, IntArray, Network, Population, Projection
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_formats.connectome.edges import read_edges
@@ -35,8 +35,9 @@ def implausible_properties(network: Network, unit_mv: float, repeats: Repeats) -
         unit_mv: weight of one synapse in it.
         repeats: the rows of the table that are there twice.
     """
-    n_edges = sum(one.size for one in network.projections)
-    broken = [part for part in map(_broken, _counts(network, unit_mv)) if len(part)]
+    chemical = [one for one in network.projections if not one.is_electrical]
+    n_edges = sum(one.size for one in chemical)
+    broken = [part for part in map(_broken, _counts(chemical, unit_mv)) if len(part)]
     if broken:
         yield (
             f"{sum(map(len, broken))} of {n_edges} edges have no whole number of synapses, the first "
@@ -46,14 +47,14 @@ def implausible_properties(network: Network, unit_mv: float, repeats: Repeats) -
     if repeated > _REPEATED * rows:
         many = f"{repeated} of {rows}" if repeats.are_exact else f"about {repeated / rows:.0%} of all"
         yield f"{many} edges repeat another one, with the same number of synapses"
-    selves = sum(int((pre == post).sum()) for one in network.projections for pre, post in one.pairs())
+    selves = sum(int((pre == post).sum()) for one in chemical for pre, post in one.pairs())
     if selves > _LARGE * n_edges:
         yield f"{selves} of {n_edges} edges join a neuron with itself"
 
 
-def _counts(network: Network, unit_mv: float) -> Iterator[FloatArray]:
+def _counts(projections: Iterable[Projection], unit_mv: float) -> Iterator[FloatArray]:
     """Yield the numbers of synapses of all edges in parts."""
-    for one in network.projections:
+    for one in projections:
         for first in range(0, one.size, PART):
             yield np.abs(one.weight[first : first + PART]) / unit_mv
 
@@ -84,7 +85,6 @@ class Connectome:
         sources: SHA-256 of each table, and the name of published ones.
         left_out: edges whose ends are not both in the table of neurons.
         unsigned: edges that are excitatory because their sign is not given.
-        electrical: gap junctions, which are left out.
         warnings: a sentence for each property of the table of edges that no connectome has.
     """
 
@@ -92,13 +92,12 @@ class Connectome:
     sources: dict[str, str] = field(default_factory=dict)
     left_out: int = 0
     unsigned: int = 0
-    electrical: int = 0
     warnings: tuple[str, ...] = ()
 
 
 def read_connectome(
     edges: Path, neurons: Path | None = None, *, groups: tuple[str, ...] = (), unit_mv: float = 0.275,
-    delay_ms: float = 1.8,
+    delay_ms: float = 1.8, junction_ns: float = 0.1,
 ) -> Connectome:  # fmt: skip
     """Read a connectome.
 
@@ -108,6 +107,8 @@ def read_connectome(
         groups: patterns such as ``MN9*`` of the groups to name; all of them if there are none.
         unit_mv: weight of one synapse, above 0.
         delay_ms: delay of all synapses, above 0.
+        junction_ns: conductance of one gap junction; 0 leaves them out. The default is that of Kunert et al.
+            (2014, Phys Rev E 89:052805).
 
     Raises:
         NetworkError: a table or a number cannot be used; the message says why.
@@ -115,6 +116,8 @@ def read_connectome(
     for name, value in (("unit_mv", unit_mv), ("delay_ms", delay_ms)):
         if not 0.0 < value < inf:
             raise NetworkError(f"{name} is {value:g}; it must be above 0")
+    if not 0.0 <= junction_ns < inf:
+        raise NetworkError(f"junction_ns is {junction_ns:g}; it must be 0 or more")
     known = read_neurons(neurons) if neurons else _neurons_of(edges)
     wiring = Wiring(len(known.ids))
     wiring.read(edges, known.ids)
@@ -122,18 +125,18 @@ def read_connectome(
         raise NetworkError(
             f"no edge of {wiring.left_out} joins two of the {len(known.ids)} neurons", path=edges
         )
-    if not len(wiring.excitatory) + len(wiring.inhibitory):
+    if not len(wiring.excitatory) + len(wiring.inhibitory) + len(wiring.electrical):
         raise NetworkError(f"all {wiring.rows} edges have 0 synapses", path=edges)
     unsigned = wiring.take_signs(known.signs) if "transmitter" in known.texts else 0
     network = Network(
         {LABEL: _population(known)},
-        tuple(wiring.projections(LABEL, unit_mv, delay_ms)),
+        (*wiring.projections(LABEL, unit_mv, delay_ms), *wiring.junctions(LABEL, 1e-3 * junction_ns)),
         _groups(known, groups, neurons or edges),
         remarks=known.warnings,
     )
     warnings = tuple(implausible_properties(network, unit_mv, wiring.repeats))
     sources = _sources(edges, neurons)
-    return Connectome(network, sources, wiring.left_out, unsigned, wiring.electrical, warnings)
+    return Connectome(network, sources, wiring.left_out, unsigned, warnings)
 
 
 def _neurons_of(path: Path) -> Neurons:

@@ -146,14 +146,19 @@ def chosen_column(path: Path, wanted: str, candidates: Sequence[str], names: Seq
     """
     found = next((name for name in candidates if name in names), None)
     if found is None:
-        separator = next((one for one in ";\t|" if any(one in name for name in names)), "")
-        hint = f"; are they separated by {separator!r}? Columns of CSV are by commas" if separator else ""
         raise NetworkError(
             f"there is no column for {wanted}: {', '.join(filter(None, candidates))}; the table has the "
-            f"columns {', '.join(names)}{hint}",
+            f"columns {', '.join(names)}",
             path=path,
         )
     return found
+
+
+def _delimiter(path: Path) -> str:
+    """Return what separates the columns in the first line of a CSV file: a comma unless it has none."""
+    with path.open("rb") as file:
+        head = file.readline(_BLOCK).decode("utf-8", "replace")
+    return next((one for one in ",\t;|" if one in head), ",")
 
 
 @contextmanager
@@ -177,9 +182,11 @@ def _opened(path: Path, names: Sequence[str] = ()) -> Iterator[tuple[str, Any]]:
                 options = ipc.IpcReadOptions(included_fields=[schema.get_field_index(name) for name in names])
                 yield "feather", ipc.open_file(source, options=options)
         else:
-            reading = csv.ReadOptions(block_size=_BLOCK)
             with csv.open_csv(
-                path, reading, convert_options=csv.ConvertOptions(include_columns=names)
+                path,
+                csv.ReadOptions(block_size=_BLOCK),
+                csv.ParseOptions(delimiter=_delimiter(path)),
+                csv.ConvertOptions(include_columns=names),
             ) as rows:
                 yield "csv", rows
     except FileNotFoundError:

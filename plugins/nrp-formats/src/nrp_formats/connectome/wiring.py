@@ -12,6 +12,7 @@ import numpy as np
 
 from nrp_core.brain import BoolArray, FloatArray, IntArray, Projection
 from nrp_core.brain.network.indices import Indices
+from nrp_core.brain.network.synapses import ELECTRICAL
 from nrp_formats.connectome.edges import EdgeChunk, read_edges
 
 MIX: Final = np.uint64(0x9E3779B97F4A7C15)
@@ -192,19 +193,18 @@ class Wiring:
     Args:
         n_cells: number of neurons.
         rows: number of rows between known neurons.
-        left_out, electrical: number of rows that are not used, as in
-            :class:`~nrp_formats.connectome.network.Connectome`.
+        left_out: number of rows that are not used, as in :class:`~nrp_formats.connectome.network.Connectome`.
         repeats: rows that are there twice.
     """
 
     n_cells: int
     rows: int = 0
     left_out: int = 0
-    electrical: int = 0
     repeats: Repeats = field(default_factory=Repeats)
 
     def __post_init__(self) -> None:
         self.excitatory, self.inhibitory = Sums(self.n_cells), Sums(self.n_cells)
+        self.electrical = Sums(self.n_cells)
         self._waiting: list[tuple[IntArray, FloatArray]] = []
 
     def read(self, path: Path, ids: IntArray) -> None:
@@ -215,10 +215,11 @@ class Wiring:
         """
         places, n_waiting = Places(ids), 0
         for part in read_edges(path):
-            keys, counts = self._placed(part, places)
-            self.electrical += part.electrical
+            keys, counts, is_electrical = self._placed(part, places)
             self.left_out += len(part.pre) - len(keys)
             self.rows += len(keys)
+            self.electrical.add(keys[is_electrical], np.abs(counts[is_electrical]))
+            keys, counts = keys[~is_electrical], counts[~is_electrical]
             if not part.are_single:
                 self.repeats.add(keys, counts)
             self._waiting.append((keys, counts.astype(np.float32)))
@@ -251,11 +252,29 @@ class Wiring:
                     np.broadcast_to(delay_ms, len(edges)),
                 )  # fmt: skip
 
-    def _placed(self, part: EdgeChunk, places: Places) -> tuple[IntArray, FloatArray]:
-        """Return pair (source times number of neurons, plus target) and synapses of edges between neurons."""
+    def junctions(self, label: str, unit_us: float) -> Iterator[Projection]:
+        """Yield the gap junctions, if there are any.
+
+        A table has a junction once, or from both cells, and then not always with the same number (of sections
+        in which it is seen): the larger one counts. One from a cell to itself has no effect and is left out.
+        """
+        pre, post = np.repeat(np.arange(self.n_cells), self.electrical.degrees), self.electrical.post
+        keys = np.minimum(pre, post) * self.n_cells + np.maximum(pre, post)
+        pairs, place = np.unique(keys[pre != post], return_inverse=True)
+        counts = np.zeros(len(pairs))
+        np.maximum.at(counts, place, self.electrical.count[pre != post])
+        pairs, counts = pairs[counts > 0.0], counts[counts > 0.0]
+        if len(pairs) and unit_us:
+            yield Projection(
+                ELECTRICAL, label, label, "excitatory", pairs // self.n_cells, pairs % self.n_cells,
+                unit_us * counts, np.zeros(len(pairs)), synapse_type=ELECTRICAL,
+            )  # fmt: skip
+
+    def _placed(self, part: EdgeChunk, places: Places) -> tuple[IntArray, FloatArray, BoolArray]:
+        """Return pair (source times number of neurons, plus target), number and kind of edges of neurons."""
         (pre, is_pre), (post, is_post) = places.of(part.pre), places.of(part.post)
         keys, inside = pre * self.n_cells + post, is_pre & is_post
-        return keys[inside], part.weight[inside]
+        return keys[inside], part.weight[inside], part.is_electrical[inside]
 
     def _sum_up(self) -> None:
         """Add the rows that wait to the edges of each sign; rows without synapses vanish."""
