@@ -23,7 +23,7 @@ import numpy as np
 from conditions import conditions
 
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import seal
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.writer import McapFile

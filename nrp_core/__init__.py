@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from nrp_core.findings import Level as Level
     from nrp_core.findings import Weight as Weight
     from nrp_core.recording.layout import Images as Images
-    from nrp_core.recording.reading.recording import Recording as Recording
+    from nrp_core.recording.recording import Recording as Recording
     from nrp_core.running import open_run as open_run
     from nrp_core.running import open_world as open_world
     from nrp_core.running import run as run
@@ -79,7 +79,7 @@ else:
             "nrp_core.experiment.running.run": "Run",
             "nrp_core.findings": "Code Finding InvalidExperimentError Level Weight",
             "nrp_core.recording.layout": "Images",
-            "nrp_core.recording.reading.recording": "Recording",
+            "nrp_core.recording.recording": "Recording",
             "nrp_core.running": "open_run open_world run",
             "nrp_core.world.backends": "worlds",
             "nrp_core.world.interface": "World",

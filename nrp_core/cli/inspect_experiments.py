@@ -148,7 +148,7 @@ def parameters_of(subject: str, overrides: Sequence[str] = ()) -> tuple[list[Exp
     """
     from nrp_core.cli.inspect_recordings import is_recording
     from nrp_core.experiment.making.maker import ParameterValue
-    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.recording import Recording
 
     path = Path(subject)
     if is_recording(path):

@@ -17,7 +17,7 @@ from nrp_core.experiment.running.result import recorded_judgement
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
 from nrp_core.recording.reading.check import IntegrityCheck
 from nrp_core.recording.reading.mcap_messages import is_mcap
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.world.scene.randomization import Draw
 
 

@@ -14,7 +14,7 @@ from nrp_core.cli.output import complain, warn
 from nrp_core.registry import Registry
 
 if TYPE_CHECKING:
-    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.recording import Recording
 
 
 def _backend_option(side: str) -> Any:
@@ -188,7 +188,7 @@ def open_recording(folder: Path, use: str) -> Recording:
     Raises:
         typer.BadParameter: the folder is not a recording.
     """
-    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.recording import Recording
 
     with usage_errors("DIR"):
         recording = Recording(folder)

@@ -216,7 +216,7 @@ class Session:
     def _draw(self, folder: Path) -> None:
         for target in self._request.plots:
             from nrp_core.recording import figures as plot
-            from nrp_core.recording.reading.recording import Recording
+            from nrp_core.recording.recording import Recording
 
             plot.plot(Recording(folder), target)
 

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from nrp_core.recording.layout import Images as Images
     from nrp_core.recording.layout import Role as Role
     from nrp_core.recording.reading.mcap_messages import RecordedTopic as RecordedTopic
-    from nrp_core.recording.reading.recording import Recording as Recording
     from nrp_core.recording.reading.steps import Comparison as Comparison
     from nrp_core.recording.reading.steps import Difference as Difference
     from nrp_core.recording.reading.steps import RecordedStep as RecordedStep
     from nrp_core.recording.reading.steps import steps_of as steps_of
     from nrp_core.recording.reading.tables import numbers_in as numbers_in
+    from nrp_core.recording.recording import Recording as Recording
     from nrp_core.recording.replay.recorded_world import with_recorded_brain as with_recorded_brain
     from nrp_core.recording.replay.recorded_world import with_recorded_world as with_recorded_world
 else:
@@ -34,7 +34,7 @@ else:
             "nrp_core.recording.images": "values_of",
             "nrp_core.recording.layout": "Images RUN_NAME Role",
             "nrp_core.recording.reading.mcap_messages": "RecordedTopic",
-            "nrp_core.recording.reading.recording": "Recording",
+            "nrp_core.recording.recording": "Recording",
             "nrp_core.recording.reading.steps": "Comparison Difference RecordedStep steps_of",
             "nrp_core.recording.reading.tables": "numbers_in",
             "nrp_core.recording.replay.recorded_world": "with_recorded_brain with_recorded_world",

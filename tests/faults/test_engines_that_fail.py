@@ -28,8 +28,8 @@ from nrp_core.experiment.making.prepare import Plan, Side
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
+from nrp_core.recording.recording import Recording
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.topics import Direction
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.steps import steps_of
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.recording.writing.writer import RESERVE_BYTES, GrowingFile
 

@@ -17,7 +17,7 @@ from nrp_core.errors import ExperimentError, TransferFunctionRaisedError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from tests.shared.profiled import is_profilable
 
 PATIENCE_S = 60.0

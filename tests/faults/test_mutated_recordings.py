@@ -14,8 +14,8 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.export import Format, export
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import FILES_FOLDER, MCAP_NAME, RUN_NAME
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.recording.writing import writer
 

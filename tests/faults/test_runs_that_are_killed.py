@@ -12,8 +12,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from nrp_core.recording.layout import MCAP_NAME
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.steps import steps_of
+from nrp_core.recording.recording import Recording
 
 LOST_S = 0.1
 PERIOD_S = 0.02

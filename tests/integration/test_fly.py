@@ -12,7 +12,7 @@ from nrp_core.experiment.running.result import Result
 from nrp_core.recording.figures.room import RoomView
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.folder.used_files import FilesRead
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 from nrp_core.running import run
 

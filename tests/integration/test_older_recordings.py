@@ -8,8 +8,8 @@ import pytest
 
 from nrp_core._support import machine
 from nrp_core.recording import old_names
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.steps import steps_of
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.world.rigid import ModelMotion
 

@@ -9,7 +9,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 import nrp_core
 from nrp_core.recording.layout import MCAP_NAME
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 
 SHIPPED = Path(nrp_experiments.__file__).parent / "braitenberg_husky"
 EXPERIMENT = f"""

@@ -19,7 +19,7 @@ from nrp_core.recording.figures.story import Story
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import MUSCLES
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 from nrp_core.recording.video.views import RecordedMuscles, Stage
 from nrp_core.world.render.portrait import portrait

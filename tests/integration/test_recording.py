@@ -15,7 +15,7 @@ from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, Images, Role
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 
 SETTINGS = ("world.options.image_scale=0.2", "events.left_red.at=0.1 s", "duration=0.4 s")

@@ -13,7 +13,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.calls import CallNoter
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.world.rigid import Vector
 

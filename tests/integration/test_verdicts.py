@@ -22,7 +22,7 @@ from nrp_core.errors import NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.figures import plot
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 
 CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"
 SHIPPED = Path(nrp_experiments.__file__).parent / "braitenberg_husky"

@@ -13,7 +13,7 @@ from nrp_core.brain.network.data import Network, Population
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 
 
 def cells(shown: Overview) -> list[list[str]]:

@@ -32,8 +32,8 @@ def recover(
     json: Json = False,
 ) -> None:
     """Recover the intact part of a recording that is truncated or damaged."""
-    from nrp_core.recording.reading.recording import Recording
     from nrp_core.recording.reading.recover import recover as recovered
+    from nrp_core.recording.recording import Recording
 
     with usage_errors("DIR"):
         source = Recording(recording)

@@ -63,7 +63,7 @@ def replay(
     from nrp_core.cli.summary import print_problems
     from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.recording.layout import check_folder
-    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.recording import Recording
     from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 
     if verify and record is not None:

@@ -21,7 +21,7 @@ _SIZE = "640x480"
 
 def _cameras(context: typer.Context, incomplete: str) -> list[str]:
     """Return the cameras of the recording before the option; none if it cannot be read."""
-    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.recording import Recording
     from nrp_core.recording.video.views import camera_names
 
     with suppress(Exception):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from nrp_core._support.files import writing
 from nrp_core.errors import CapabilityError, ExperimentError
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 
 
 class Format(StrEnum):
@@ -25,7 +25,7 @@ class Format(StrEnum):
     """A folder with a table of the spikes and one for each topic that carries numbers."""
 
 
-def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
+def export(recording: RecordingReader, kind: Format, target: Path) -> list[Path]:
     """Write a recording in another format.
 
     Args:
@@ -70,7 +70,7 @@ def _nothing_left(target: Path) -> Iterator[None]:
         raise
 
 
-def _write(recording: Recording, kind: Format, target: Path) -> list[Path]:
+def _write(recording: RecordingReader, kind: Format, target: Path) -> list[Path]:
     if kind is Format.CSV:
         from nrp_core.recording.export.numbers import write_csv
 

@@ -15,7 +15,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.reading.tables import Value, number_values
 
 _MODEL_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
@@ -97,7 +97,7 @@ class Numbers:
     series: dict[str, Series] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, recording: Recording) -> Numbers:
+    def of(cls, recording: RecordingReader) -> Numbers:
         """Read a recording."""
         numbers, topics = cls(recording.run, begin_s=inf), recording.topics
         roles = (Role.MODELS, Role.SENSOR, Role.PUBLISHED, Role.SPIKES, Role.SINK, Role.SOURCE)
@@ -172,7 +172,7 @@ def file_name(topic: str) -> str:
     return topic.strip("/").replace("/", ".")
 
 
-def write_csv(recording: Recording, folder: Path) -> list[Path]:
+def write_csv(recording: RecordingReader, folder: Path) -> list[Path]:
     """Write the tables into a new folder and return them."""
     numbers = Numbers.of(recording)
     folder.mkdir()

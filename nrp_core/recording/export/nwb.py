@@ -20,13 +20,13 @@ from nrp_core.clock import seconds
 from nrp_core.recording.export.numbers import Numbers, Series, file_name, groups_of
 from nrp_core.recording.images import values_of
 from nrp_core.recording.layout import STEPS, Role
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 
 _FRAME = "the world's: x, y and z in m, z up"
 _UNKNOWN = "n/a"
 
 
-def write_nwb(recording: Recording, path: Path) -> list[Path]:
+def write_nwb(recording: RecordingReader, path: Path) -> list[Path]:
     """Write one file and return it."""
     numbers = Numbers.of(recording)
     file = _file(recording, numbers)
@@ -48,7 +48,7 @@ def write_nwb(recording: Recording, path: Path) -> list[Path]:
     return [path]
 
 
-def _file(recording: Recording, numbers: Numbers) -> Any:
+def _file(recording: RecordingReader, numbers: Numbers) -> Any:
     run = numbers.run
     begun = str(run.get("recorded") or datetime.fromtimestamp(0, UTC).isoformat())
     settings = dict(run.get("settings") or {})
@@ -63,7 +63,7 @@ def _file(recording: Recording, numbers: Numbers) -> Any:
     )
 
 
-def _last_hash(recording: Recording) -> str:
+def _last_hash(recording: RecordingReader) -> str:
     """Return the end of the chain of hashes, which identifies the run."""
     last = ""
     for one in recording.messages({STEPS}):
@@ -137,7 +137,7 @@ def _add_motion(file: Any, models: list[Series]) -> None:
     module.add(places)
 
 
-def _add_images(file: Any, recording: Recording, topic: str) -> None:
+def _add_images(file: Any, recording: RecordingReader, topic: str) -> None:
     """Write the images of a camera one by one, to hold only one in memory."""
     times_s = [seconds(message.log_time) for _, message in recording.raw({topic})]
     frames = _frames(recording, topic)
@@ -157,6 +157,6 @@ def _add_images(file: Any, recording: Recording, topic: str) -> None:
     )  # fmt: skip
 
 
-def _frames(recording: Recording, topic: str) -> Iterator[Any]:
+def _frames(recording: RecordingReader, topic: str) -> Iterator[Any]:
     for one in recording.messages({topic}):
         yield values_of(one.message)

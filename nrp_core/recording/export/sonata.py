@@ -14,7 +14,7 @@ from nrp_core._support.hdf5 import new_file
 from nrp_core.clock import seconds
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 
 _MAGIC, _VERSION = 0x0A7A, (0, 1)
 _SORTING = h5py.enum_dtype({"none": 0, "by_id": 1, "by_time": 2}, basetype="u1")
@@ -23,7 +23,7 @@ DEVICES = "devices"
 """Name of the population of devices in the report."""
 
 
-def write_sonata(recording: Recording, folder: Path) -> list[Path]:
+def write_sonata(recording: RecordingReader, folder: Path) -> list[Path]:
     """Write spikes, node sets and the report of devices, if there are any; return the files."""
     numbers = Numbers.of(recording)
     folder.mkdir()

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 from nrp_core._support.files import writing
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from nrp_core.recording.figures.style import PlotOptions
 
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -60,20 +62,19 @@ class What(StrEnum):
     """Camera images at important times."""
 
 
-def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotOptions | None = None) -> None:
-    """Draw a recording into a file.
+def draw(recording: RecordingReader, what: What = What.RUN, options: PlotOptions | None = None) -> Figure:
+    """Return a figure of a recording, which a notebook shows.
 
     Args:
         recording: the recording.
-        path: the suffix chooses between PNG, SVG and PDF.
         what: the whole page, or one part of it.
         options: its size, the time that it shows, ...
 
     Raises:
-        ExperimentError: the suffix is not supported, the folder does not exist, the recording has no data to
-            show, a style sheet does not exist, or the disk refuses a write.
+        ExperimentError: the recording has no data to show, a style sheet does not exist, or Matplotlib is not
+            installed.
     """
-    check_target(path)
+    require_matplotlib()
     from nrp_core.recording.figures.film import camera_images, image_times
     from nrp_core.recording.figures.page import IMAGES, draw_page, draw_part
     from nrp_core.recording.figures.story import Story
@@ -84,11 +85,41 @@ def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotO
     options = options or PlotOptions()
     story = Story.of(recording, options.begin_s, options.end_s)
     with style(options.style, options.size_inches and options.size_inches[0]):
-        if what is What.RUN:
-            shown = Panel.CAMERA in options.panels
-            images = camera_images(recording, image_times(story, IMAGES)) if shown else []
-            figure = draw_page(story, images, options)
-        else:
-            figure = draw_part(what.value, story, recording, options)
-        with writing(path):
-            figure.savefig(path, metadata=UNDATED.get(path.suffix.lower()))
+        if what is not What.RUN:
+            return draw_part(what.value, story, recording, options)
+        shown = Panel.CAMERA in options.panels
+        images = camera_images(recording, image_times(story, IMAGES)) if shown else []
+        return draw_page(story, images, options)
+
+
+def plot(
+    recording: RecordingReader, path: Path, what: What = What.RUN, options: PlotOptions | None = None
+) -> None:
+    """Draw a recording into a file.
+
+    Args:
+        recording: the recording.
+        path: the suffix chooses between PNG, SVG and PDF.
+        what: as for :func:`draw`.
+        options: as for :func:`draw`.
+
+    Raises:
+        ExperimentError: as for :func:`draw`; or the suffix is not supported, the folder does not exist, or
+            the disk refuses a write.
+    """
+    check_target(path)
+    from nrp_core.recording.figures.style import style
+
+    figure = draw(recording, what, options)
+    with style(options and options.style, options and options.size_inches and options.size_inches[0]):
+        save(figure, path)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure; equal figures give equal files.
+
+    Raises:
+        ExperimentError: the disk refuses a write.
+    """
+    with writing(path):
+        figure.savefig(path, metadata=UNDATED.get(path.suffix.lower()))

@@ -13,7 +13,7 @@ from nrp_core.clock import from_seconds, seconds
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 
 _BEFORE_S = 0.1
 _NEAR, _NEAR_S = 0.015, 0.2
@@ -76,7 +76,7 @@ def _fill_times(fixed: FloatArray, times: FloatArray, progress: FloatArray, coun
     return sorted(float(t_s) for t_s in np.concatenate([fixed, others]))
 
 
-def camera_images(recording: Recording, times_s: Sequence[float]) -> list[CameraFrame]:
+def camera_images(recording: RecordingReader, times_s: Sequence[float]) -> list[CameraFrame]:
     """Return the images of the first camera nearest to some times; fewer if it took fewer."""
     cameras = recording.with_role(Role.CAMERA)
     if not cameras:

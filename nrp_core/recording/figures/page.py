@@ -39,7 +39,7 @@ from nrp_core.recording.figures.traces import (
     shade,
     value_rows,
 )
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 
 HEAD_TOP_IN = 0.28
 _CHARACTERS_AN_IN = 15
@@ -107,7 +107,7 @@ _ROOM, _ROOM_EDGE = 8.0, 0.8
 _IMAGES, _COLUMNS = 12, 4
 
 
-def draw_part(what: str, story: Story, recording: Recording, options: PlotOptions) -> Figure:
+def draw_part(what: str, story: Story, recording: RecordingReader, options: PlotOptions) -> Figure:
     """Return a figure of one part.
 
     Args:
@@ -167,7 +167,7 @@ def _devices(story: Story, options: PlotOptions) -> Figure | None:
     return figure
 
 
-def _camera(story: Story, recording: Recording, options: PlotOptions) -> Figure | None:
+def _camera(story: Story, recording: RecordingReader, options: PlotOptions) -> Figure | None:
     taken = camera_images(recording, image_times(story, _IMAGES))
     if not taken:
         return None

@@ -15,7 +15,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import Recorded, Recording
+from nrp_core.recording.reading.recording import Recorded, RecordingReader
 from nrp_core.recording.reading.shapes import RecordedScene
 from nrp_core.recording.reading.tables import number_values
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -96,7 +96,7 @@ class Story:
     colours: dict[str, list[tuple[float, Rgb]]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, recording: Recording, begin_s: float = 0.0, end_s: float = inf) -> Story:
+    def of(cls, recording: RecordingReader, begin_s: float = 0.0, end_s: float = inf) -> Story:
         """Collect the data of a recording between two times.
 
         Raises:

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
+from io import BytesIO
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -65,7 +66,16 @@ class PlotOptions:
 
     def figure(self, size_inches: tuple[float, float], **settings: Any) -> Figure:
         """Return an empty figure, of this size unless the options have another."""
-        return Figure(figsize=self.size_inches or size_inches, dpi=self.dpi, **settings)
+        return NotebookFigure(figsize=self.size_inches or size_inches, dpi=self.dpi, **settings)
+
+
+class NotebookFigure(Figure):
+    """A figure that notebooks show; without pyplot, they do not show one of Matplotlib."""
+
+    def _repr_png_(self) -> bytes:
+        target = BytesIO()
+        self.savefig(target, format="png", facecolor=PAPER)
+        return target.getvalue()
 
 
 def size_inches(text: str) -> tuple[float, float]:

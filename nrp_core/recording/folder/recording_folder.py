@@ -42,7 +42,7 @@ from nrp_core.recording.layout import (
     Images,
     check_folder,
 )
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import file_digest, seal
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.hashes import Chain

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from nrp_core.recording.reading.recording import Recorded, Recording
+from nrp_core.recording.reading.recording import Recorded, RecordingReader
 
 
 class Playback:
@@ -15,7 +15,7 @@ class Playback:
         topics: the topics that are read; those without a message are silent.
     """
 
-    def __init__(self, recording: Recording, topics: Collection[str]) -> None:
+    def __init__(self, recording: RecordingReader, topics: Collection[str]) -> None:
         self._recording, self._topics = recording, frozenset(topics) & recording.topics.keys()
         self.reset()
 

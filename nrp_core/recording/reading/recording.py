@@ -42,7 +42,7 @@ class Recorded:
     message: Any
 
 
-class Recording(Overview):
+class RecordingReader(Overview):
     """A recording on disk.
 
     Args:

@@ -8,7 +8,7 @@ from pathlib import Path
 from nrp_core._support.files import writing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.writing.writer import McapFile
 from nrp_core.world.messages.cdr import Codec
 
@@ -32,7 +32,7 @@ class Recovered:
     kept: Path | None
 
 
-def recover(recording: Recording, target: Path | None = None) -> Recovered:
+def recover(recording: RecordingReader, target: Path | None = None) -> Recovered:
     """Write all intact messages to a proper file.
 
     Args:
@@ -59,7 +59,7 @@ def recover(recording: Recording, target: Path | None = None) -> Recovered:
     return Recovered(source, messages, until_s, kept)
 
 
-def _write_or_remove(recording: Recording, target: Path) -> tuple[int, float]:
+def _write_or_remove(recording: RecordingReader, target: Path) -> tuple[int, float]:
     """Write a file; if that fails, remove it. Return the result of :func:`_write`."""
     try:
         messages, until_s = _write(recording, target)
@@ -71,7 +71,7 @@ def _write_or_remove(recording: Recording, target: Path) -> tuple[int, float]:
     return messages, until_s
 
 
-def _write(recording: Recording, target: Path) -> tuple[int, float]:
+def _write(recording: RecordingReader, target: Path) -> tuple[int, float]:
     """Return the number of messages, and the time of the last one, s."""
     recovered, last_ns = McapFile(target, Codec({})), 0
     try:
@@ -86,7 +86,7 @@ def _write(recording: Recording, target: Path) -> tuple[int, float]:
     return sum(recovered.counts.values()), seconds(last_ns)
 
 
-def _count(recording: Recording) -> tuple[int, float]:
+def _count(recording: RecordingReader) -> tuple[int, float]:
     count = last_ns = 0
     for _, message in recording.raw():
         count, last_ns = count + 1, max(last_ns, message.log_time)

@@ -14,7 +14,7 @@ from nrp_core._support.text import join_with_limit
 from nrp_core.clock import seconds
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.writing.encoding import join_parts
 from nrp_core.recording.writing.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, WORLD, Step
 from nrp_core.world.messages.cdr import Codec
@@ -49,7 +49,7 @@ class RecordedStep:
         return self.hash.brain, self.hash.world, self.hash.inputs, self.hash.outputs
 
 
-def steps_of(recording: Recording) -> Iterator[RecordedStep]:
+def steps_of(recording: RecordingReader) -> Iterator[RecordedStep]:
     """Yield the steps of a recording, starting with the state before the first step."""
     codec = Codec({})
     messages: list[tuple[RecordedTopic, bytes]] = []

@@ -20,7 +20,7 @@ from nrp_core.experiment.making.prepare import Plan, Side
 from nrp_core.recording.images import as_it_was, pixels_of
 from nrp_core.recording.layout import Role, spikes_topic
 from nrp_core.recording.reading.playback import Playback
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.simulation import Determinism
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine

@@ -31,8 +31,8 @@ from nrp_core.recording.folder.recording_folder import (
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS, Images
 from nrp_core.recording.reading.check import Flaw, IntegrityCheck
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.recorded_world import (
     recorded_network,
     with_recorded_brain,

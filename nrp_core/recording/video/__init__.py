@@ -9,7 +9,7 @@ from math import inf
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 
 SUFFIXES = (".mp4", ".webm")
 Vector = tuple[float, float, float]
@@ -69,7 +69,9 @@ def check_target(path: Path) -> None:
         raise ExperimentError("the folder does not exist", path=path.parent)
 
 
-def video(recording: Recording, path: Path, options: VideoOptions, progress: Progress | None = None) -> int:
+def video(
+    recording: RecordingReader, path: Path, options: VideoOptions, progress: Progress | None = None
+) -> int:
     """Write a video of a recording, in VP9; return the number of its images.
 
     Raises:

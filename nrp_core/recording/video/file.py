@@ -14,11 +14,11 @@ from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.images import Pixels
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.video import Progress, VideoOptions
 
 
-def times_of(recording: Recording, options: VideoOptions) -> FloatArray:
+def times_of(recording: RecordingReader, options: VideoOptions) -> FloatArray:
     """Return the times of the images, s, ascending.
 
     Raises:

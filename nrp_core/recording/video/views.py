@@ -19,7 +19,7 @@ from nrp_core.recording.figures.story import Story
 from nrp_core.recording.images import Pixels, pixels_of
 from nrp_core.recording.layout import MUSCLES, WORLD_FRAME, Role
 from nrp_core.recording.reading.playback import Playback
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.reading.shapes import RecordedScene, RecordedShape, ShapeKind
 from nrp_core.recording.video import Vector, VideoOptions, ViewKind
 from nrp_core.world.messages.foxglove_msgs import SceneUpdate
@@ -45,7 +45,7 @@ from nrp_core.world.scene.model import (
 )
 
 
-def camera_frames(recording: Recording, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:
+def camera_frames(recording: RecordingReader, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:
     """Yield the latest image of a camera at each time; before its first image, the first one.
 
     Raises:
@@ -66,13 +66,13 @@ def camera_frames(recording: Recording, times_s: FloatArray, options: VideoOptio
         yield pixels
 
 
-def camera_names(recording: Recording) -> list[str]:
+def camera_names(recording: RecordingReader) -> list[str]:
     """Return the topics of the cameras, and the parts of their names."""
     topics = [topic.name for topic in recording.with_role(Role.CAMERA)]
     return [*topics, *sorted({part for topic in topics for part in topic.split("/") if part})]
 
 
-def _topic(recording: Recording, camera: str) -> str:
+def _topic(recording: RecordingReader, camera: str) -> str:
     """Return the topic of a camera, by the topic or a part of its name."""
     topics = [topic.name for topic in recording.with_role(Role.CAMERA)]
     if camera in topics:
@@ -313,7 +313,7 @@ def _is_hidden(start: FloatArray, end: FloatArray, boxes: FloatArray) -> bool:
 _SAMPLES = 2
 
 
-def drawn_frames(recording: Recording, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:
+def drawn_frames(recording: RecordingReader, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:
     """Yield images of the scene at some times, from the place in the options.
 
     Raises:
@@ -363,7 +363,7 @@ def _visible_shapes(scene: RecordedScene, view: ViewKind) -> list[RecordedShape]
     return [s for s in seen if s.frame != WORLD_FRAME or not footprint(s, Pose()).is_overhead]
 
 
-def _viewpoint(recording: Recording, options: VideoOptions) -> Viewpoint:
+def _viewpoint(recording: RecordingReader, options: VideoOptions) -> Viewpoint:
     story = Story.of(recording, options.begin_s, options.end_s)
     if not story.scene.shapes:
         raise ExperimentError("the recording has no scene", path=recording.file)
@@ -377,7 +377,7 @@ def _viewpoint(recording: Recording, options: VideoOptions) -> Viewpoint:
             return _follower(story, options.robot, recording)
 
 
-def _follower(story: Story, robot: str | None, recording: Recording) -> Viewpoint:
+def _follower(story: Story, robot: str | None, recording: RecordingReader) -> Viewpoint:
     settings = dict(recording.run.get("settings") or {})
     names, robots = list(story.tracks), dict(settings.get("world") or {}).get("robots") or {}
     moved = sorted(names, key=lambda name: (name not in robots, -_way(story, name)))

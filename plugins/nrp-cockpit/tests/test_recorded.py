@@ -31,7 +31,7 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, RUNNING, SCENE
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import read_sealed, seal
 from nrp_core.world.messages.cdr import Codec
 

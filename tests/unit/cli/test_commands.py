@@ -18,7 +18,7 @@ from nrp_core.cli.commands import COMMANDS, backends
 from nrp_core.cli.survey import Surveyed
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.control import ControlServer
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.registry import Provider
 
 Nrp = Callable[..., Any]

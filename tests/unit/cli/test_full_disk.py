@@ -15,7 +15,7 @@ import pytest
 from nrp_core._support.files import writing
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import MCAP_NAME
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.writing.writer import McapFile
 
 Nrp = Callable[..., Any]

@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 
 from nrp_core.experiment.running.control import ControlServer, send_command
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import read_sealed, seal
 
 Nrp = Callable[..., Any]

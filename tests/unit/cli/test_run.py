@@ -15,7 +15,7 @@ import pytest
 
 from nrp_core.cli import progress
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.writing.writer import McapFile
 
 Nrp = Callable[..., Any]

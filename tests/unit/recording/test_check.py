@@ -15,9 +15,9 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import EXPERIMENT_NAME, MCAP_NAME, RUN_NAME, RUNNING, Images
 from nrp_core.recording.reading.check import MISSING
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 from nrp_core.recording.sealing import DAMAGED, seal
 from nrp_core.recording.writing import writer

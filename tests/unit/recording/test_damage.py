@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from nrp_core.cli.app import run_app
 from nrp_core.cli.session import RunRequest, Session
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.writing import writer
 
 FILES = (MCAP_NAME, RUN_NAME, "experiment.yaml", "experiment/room.sdf")

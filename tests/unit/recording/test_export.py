@@ -11,7 +11,7 @@ import pytest
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.export import Format, export
 from nrp_core.recording.layout import RUN_NAME
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import seal
 from nrp_core.world.messages.std_msgs import ColorRGBA
 

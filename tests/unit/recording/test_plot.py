@@ -29,9 +29,10 @@ from nrp_core.recording.figures.traces import (
 )
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Images, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import Recorded, Recording
+from nrp_core.recording.reading.recording import Recorded
 from nrp_core.recording.reading.shapes import RecordedScene
 from nrp_core.recording.reading.tables import numbers_in
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import seal
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
@@ -116,6 +117,18 @@ def test_equal_recordings_give_equal_files(recording: Recording, tmp_path: Path,
     for path in (first, second):
         plot(recording, path)
     assert first.read_bytes() == second.read_bytes()
+
+
+def test_a_figure_in_python_is_that_of_the_command_and_shown_by_notebooks(
+    recording: Recording, tmp_path: Path
+) -> None:
+    plot(recording, tmp_path / "command.png", options=PlotOptions(begin_s=0.1, panels=(Panel.SPIKES,)))
+    figure = recording.plot(path=tmp_path / "python.png", begin_s=0.1, panels=["spikes"])
+    assert (tmp_path / "python.png").read_bytes() == (tmp_path / "command.png").read_bytes()
+    shown = cv2.imdecode(np.frombuffer(figure._repr_png_(), np.uint8), cv2.IMREAD_COLOR)
+    assert shown.shape == cv2.imread(str(tmp_path / "python.png")).shape
+    with pytest.raises(ExperimentError, match="raster"):
+        recording.plot("rasta")
 
 
 def test_a_recording_that_was_cut_is_drawn_as_far_as_it_goes(recording: Recording, tmp_path: Path) -> None:

@@ -12,8 +12,8 @@ from rosbags.highlevel import AnyReader
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, Role, spikes_topic
 from nrp_core.recording.reading.playback import Playback
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import seal
 
 

@@ -16,7 +16,8 @@ from nrp_core.errors import SimulationError
 from nrp_core.findings import Code
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, SCENE, TRANSFORMS, Images, Role, device_topic, spikes_topic
-from nrp_core.recording.reading.recording import Recorded, Recording
+from nrp_core.recording.reading.recording import Recorded
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.writing.writer import FLUSH_S, McapFile
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image

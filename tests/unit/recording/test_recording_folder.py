@@ -15,7 +15,7 @@ from nrp_core.recording.folder import recording_folder
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 
 Open = Callable[..., Run]
 

@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 from nrp_core import load_experiment, worlds
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.layout import MCAP_NAME, SCENE, TRANSFORMS
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.shapes import RecordedScene, ShapeKind
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.writing.frames import SceneFrames, to_poses
 from nrp_core.recording.writing.recorder import McapRecorder
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals

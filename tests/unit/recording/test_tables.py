@@ -11,8 +11,8 @@ import pytest
 
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, spikes_topic
-from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.tables import number_values, numbers_in, units_in, values_in
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import seal
 from nrp_core.world.messages.geometry_msgs import WrenchStamped
 from nrp_core.world.messages.nav_msgs import Odometry

@@ -18,7 +18,7 @@ from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures.room import Bounds
 from nrp_core.recording.figures.story import Story, Track
 from nrp_core.recording.layout import Images, Role
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.recording.video import VideoOptions, ViewKind, check_target, video
 from nrp_core.recording.video.file import times_of
 from nrp_core.recording.video.views import (

@@ -19,7 +19,7 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.recording.folder.recording_folder import recorded_experiment
 from nrp_core.recording.layout import SCENE, WORLD_FRAME, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.recording import Recording
 from nrp_core.world.messages.foxglove_msgs import SceneEntity
 
 FIXED = "a recording cannot be changed; branch a run from it with nrp replay --from"

@@ -1,0 +1,96 @@
+"""A recording with its figures and videos, as users open it."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.paths import path_of
+from nrp_core.recording.reading.recording import RecordingReader
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Kind = TypeVar("Kind", bound=StrEnum)
+
+
+class Recording(RecordingReader):
+    """A recording on disk.
+
+    Args:
+        path: the folder of a recording, or an MCAP file by itself. A folder that lost its messages can be
+            checked, not read.
+
+    Raises:
+        ExperimentError: not a recording, or in another format.
+    """
+
+    @checks_arguments("path")
+    def plot(self, what: str = "run", path: Path | str | None = None, **options: Any) -> Figure:
+        """Draw the run, or one part of it, as ``nrp plot`` does.
+
+        Args:
+            what: ``run`` for the whole page, or ``raster``, ``trajectory``, ``devices`` or ``camera``.
+            path: a .png, .svg or .pdf file to write as well.
+            options: ``size_inches``, ``dpi``, ``begin_s``, ``end_s``, ``panels`` and ``style`` of
+                :class:`~nrp_core.recording.figures.style.PlotOptions`.
+
+        Returns:
+            A figure of Matplotlib. Notebooks show it.
+
+        Raises:
+            ExperimentError: there is no such part, the recording has no data to show, or the file cannot be
+                written.
+            TypeError: there is no such option.
+        """
+        from nrp_core.recording import figures
+
+        figures.require_matplotlib()
+        from nrp_core.recording.figures.style import PlotOptions
+
+        chosen, drawn = _one_of(figures.What, what), PlotOptions(**options)
+        if path is not None:
+            figures.check_target(path_of(path))
+        figure = figures.draw(self, chosen, drawn)
+        if path is not None:
+            figures.save(figure, path_of(path))
+        return figure
+
+    @checks_arguments("path")
+    def video(self, path: Path | str = "video.mp4", view: str = "follow", **options: Any) -> Path:
+        """Write a video of the run, as ``nrp video`` does.
+
+        Args:
+            path: a .mp4 or .webm file.
+            view: ``follow``, ``above`` or ``free``, the place of the camera of a drawn video.
+            options: the others of :class:`~nrp_core.recording.video.VideoOptions`, such as ``camera``,
+                ``speed``, ``begin_s``, ``end_s``, ``width`` and ``height``.
+
+        Returns:
+            The file.
+
+        Raises:
+            ExperimentError: there is no such view, the recording lacks the data to show, or the file cannot
+                be written.
+            TypeError: there is no such option.
+        """
+        from nrp_core.recording import video
+
+        target = path_of(path)
+        video.video(self, target, video.VideoOptions(view=_one_of(video.ViewKind, view), **options))
+        return target
+
+
+def _one_of(kinds: type[Kind], name: str) -> Kind:
+    """Return the member with a name.
+
+    Raises:
+        ExperimentError: there is none.
+    """
+    known = [kind.value for kind in kinds]
+    if name not in known:
+        raise ExperimentError(f"there is no '{name}' to draw{did_you_mean(str(name), known)}")
+    return kinds(name)
