@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.capabilities import Report as Report
     from nrp_core.brain.capabilities import Table as Table
     from nrp_core.brain.changes import PARAMETERS as PARAMETERS
+    from nrp_core.brain.changes import PLASTICITY as PLASTICITY
     from nrp_core.brain.changes import WEIGHTS as WEIGHTS
     from nrp_core.brain.changes import ParameterChange as ParameterChange
     from nrp_core.brain.changes import Synapses as Synapses
@@ -80,7 +81,7 @@ else:
             "nrp_core._support.diagnosis": "Diagnosis",
             "nrp_core._support.subnormals": "flushing_subnormals",
             "nrp_core.brain.capabilities": "BrainCapabilities Fact Quantity Report Table",
-            "nrp_core.brain.changes": "PARAMETERS ParameterChange Synapses WEIGHTS",
+            "nrp_core.brain.changes": "PARAMETERS PLASTICITY ParameterChange Synapses WEIGHTS",
             "nrp_core.brain.devices.ports": "SourcePort SourceSpec",
             "nrp_core.brain.devices.sinks": (
                 "ConductanceRecorder LeakyIntegratorAlpha LeakyIntegratorExp PopulationRate SinkPort "

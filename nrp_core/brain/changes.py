@@ -17,6 +17,7 @@ from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 PARAMETERS: Final = "parameters"
 WEIGHTS: Final = "weights"
+PLASTICITY: Final = "plasticity"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +77,20 @@ def lasting(projection: Projection) -> Projection:
         raise CapabilityError(
             f"projection '{projection.label}': its synapses form and vanish while the network runs, so a "
             "list of weights has no meaning; read_synapses returns those that there are"
+        )
+    return projection
+
+
+def learning(projection: Projection) -> Projection:
+    """Return a plastic projection.
+
+    Raises:
+        NetworkError: it is static.
+    """
+    if not projection.is_plastic:
+        raise NetworkError(
+            f"projection '{projection.label}' ({projection.synapse_type}) does not learn, so its learning "
+            "can neither stop nor continue; only a plastic projection such as one of STDP does"
         )
     return projection
 

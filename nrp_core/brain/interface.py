@@ -18,7 +18,7 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray, IntArray, unset
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
-from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange, Rewirings, Synapses
+from nrp_core.brain.changes import PARAMETERS, PLASTICITY, WEIGHTS, ParameterChange, Rewirings, Synapses
 from nrp_core.brain.devices.attached import AttachedDevices, drivable, global_ids, require_spec, source_among
 from nrp_core.brain.devices.sinks import (
     SinkPort,
@@ -70,6 +70,7 @@ class Brain(Simulation):
         step_ns = capabilities.resolution_ns
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
         self._currents = np.zeros(network.size)
+        self._frozen: frozenset[str] = frozenset()
         self._began_ns = 0  # the time of the run at which the time of the engine is 0
         self._attached = AttachedDevices(
             [
@@ -260,6 +261,43 @@ class Brain(Simulation):
         with guarded(self, "change weights"):
             self._do_set_weights(chosen, each)
 
+    @final
+    def is_plastic(self, projection: str) -> bool:
+        """Return whether the weights of a projection (by label) now change by themselves.
+
+        Raises:
+            NetworkError: there is no such projection.
+        """
+        return changes.projection_of(self.network, projection).is_plastic and projection not in self._frozen
+
+    @final
+    def set_plastic(self, projection: str, plastic: bool) -> None:
+        """Stop or continue the learning of a plastic projection.
+
+        While it is stopped, no spike that reaches a synapse changes its weight, but all spikes leave their
+        traces there. So a spike just before learning continues still pairs with one just after.
+
+        Args:
+            projection: the projection's label.
+            plastic: whether it learns from now on; at time 0 it does.
+
+        Raises:
+            CapabilityError: the backend cannot stop it while it runs.
+            NetworkError: there is no such projection, or it is static.
+        """
+        self.require_ready()
+        changes.learning(changes.projection_of(self.network, projection))
+        self._require_change(PLASTICITY)
+        if plastic is (projection in self._frozen):
+            with guarded(self, "change plasticity"):
+                self._freeze(self._frozen ^ {projection})
+
+    def _freeze(self, labels: frozenset[str]) -> None:
+        """Let these projections not learn, and all others learn."""
+        for label in sorted(labels ^ self._frozen):
+            self._do_set_plastic(changes.projection_of(self.network, label), label not in labels)
+        self._frozen = labels
+
     # -- the sequence of one advance, identical for every backend
 
     @property
@@ -339,6 +377,7 @@ class Brain(Simulation):
         self._attached.reset(self._seeds)
         self._currents = np.zeros(self.network.size)
         self._began_ns = 0
+        self._freeze(frozenset())
         self._do_reset(self._seed)
         for recorder in self._attached.recorders:
             self._sample(recorder, self._do_read_state(recorder.variable, recorder.neurons))
@@ -347,20 +386,22 @@ class Brain(Simulation):
         """Reset cells, weights and events in transit; source populations fire as they did from time 0."""
         self._attached.reset_trains(self._seeds)
         self._currents = np.zeros(self.network.size)
+        self._freeze(frozenset())
         self._do_reset(self._seed)
         self._began_ns = self.now_ns
 
     def _save(self) -> object:
         self._require_snapshot()
         names, devices = self._attached.save()
-        return self._seed, self._currents, names, devices, self._do_save(), self._began_ns
+        return self._seed, self._currents, names, devices, self._do_save(), self._began_ns, self._frozen
 
     def _load(self, saved: Any) -> None:
         self._require_snapshot()
-        seed, currents, names, devices, state, *began = saved  # version 0.1 did not store it
+        seed, currents, names, devices, state, *later = saved  # version 0.1 stored no more
         self._attached.restore(names, devices)
         self._seed, self._currents = seed, currents
-        self._began_ns = began[0] if began else 0
+        self._began_ns = later[0] if later else 0
+        self._freeze(later[1] if len(later) > 1 else frozenset())  # its effect on the state now is lost
         self._do_restore(state)
 
     def _require_change(self, what: str) -> None:
@@ -427,6 +468,10 @@ class Brain(Simulation):
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         """Change the weights, shape ``(n_synapses,)``."""
+        raise NotImplementedError(projection.label)
+
+    def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
+        """Stop or continue the learning of a plastic projection; a reset or restore is not to change this."""
         raise NotImplementedError(projection.label)
 
     def _do_save(self) -> object:

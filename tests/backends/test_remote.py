@@ -18,6 +18,7 @@ from nrp_brain_spinnaker import SpinnakerBackend
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, PoissonSource
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.pynn import builder
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
 from nrp_core.brain.remote.messages import SharedColumns
 from nrp_core.brain.remote.process import Watchdog, end_idle
@@ -362,3 +363,30 @@ def test_changes_of_parameters_and_weights_reach_the_other_process(remote):
     with pytest.raises(NetworkError, match=r"cell 1 has no refractory time"):
         brain.set_parameters([1], {"tau_refrac": 0.0, "v_reset": -40.0})
     brain.run_until(120 * NS_PER_MS)
+
+
+def plastic():
+    sim = builder()
+    pre = sim.Population(1, sim.SpikeSourceArray(spike_times=[10.0, 50.0, 90.0]), label="pre")
+    forced = sim.Population(1, sim.SpikeSourceArray(spike_times=[14.0, 54.0, 94.0]), label="forced")
+    cell = sim.Population(1, sim.IF_curr_exp(tau_m=5.0), label="cell")
+    sim.Projection(forced, cell, sim.AllToAllConnector(), sim.StaticSynapse(weight=100.0, delay=1.0))
+    timing, limits = sim.SpikePairRule(A_plus=0.01, A_minus=0.0), sim.AdditiveWeightDependence(w_max=2.0)
+    rule = sim.STDPMechanism(timing, limits, weight=0.1, delay=1.0)
+    sim.Projection(pre, cell, sim.AllToAllConnector(), rule, label="p")
+    return sim.network()
+
+
+def test_learning_stops_in_the_other_process(remote):
+    brain = remote(EventBackend(), plastic())
+    weights = []
+    for until_ms, learns in ((40, False), (80, True), (120, True)):
+        brain.run_until(until_ms * NS_PER_MS)
+        brain.set_plastic("p", learns)
+        weights.append(brain.read_weights("p")[0])
+    assert 0.1 < weights[0] == weights[1] < weights[2]
+
+
+def test_a_brain_that_cannot_stop_learning_refuses_it(remote):
+    with pytest.raises(CapabilityError, match="cannot change plasticity"):
+        remote(SpinnakerBackend(), plastic()).set_plastic("p", False)

@@ -17,6 +17,7 @@ from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import (
     change_parameters,
+    change_plasticity,
     change_weights,
     planned,
     require_slow,
@@ -140,6 +141,9 @@ class EventBrain(Brain):
         while not spread(self._places):
             self._take(enlarged(self._engine))
         change_weights(self._engine, projection, self._rows_of(projection), weights)
+
+    def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
+        change_plasticity(self._engine, self._rows_of(projection), plastic)
 
     def _rows_of(self, projection: Projection) -> Array:
         return (self._plastic if projection.is_plastic else self._static)[projection.label]

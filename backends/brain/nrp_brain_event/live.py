@@ -145,6 +145,17 @@ def change_weights(engine: EngineArrays, projection: Projection, rows: Array, we
     engine.plastic["weight"][rows] = weights * _signs(engine, rows)
 
 
+def change_plasticity(engine: EngineArrays, rows: Array, plastic: bool) -> None:
+    """Stop or continue the learning of synapses in these rows; it is complete up to now."""
+    _up_to_date(engine)
+    freeze(engine.rules, engine.plastic["rule"][rows], not plastic)
+
+
+def freeze(rules: Array, numbers: Array, frozen: bool) -> None:
+    """Set in place whether the weights of synapses with these rules stay; each rule is of one projection."""
+    rules["frozen"][np.unique(numbers)] = frozen
+
+
 def _up_to_date(engine: EngineArrays) -> None:
     """Update all plastic synapses to the present time."""
     now = float(engine.clock["now"][0])

@@ -295,6 +295,8 @@ class Rule(Record):
     """The kernel, as its place in the table of rules."""
     sign: int
     """The sign of the weights."""
+    frozen: int
+    """Whether weights do not change."""
 
     @classmethod
     def more_fields(cls) -> Fields:

@@ -293,19 +293,25 @@ def transmit(synapse: Plastic, slow: Slow, rule: Rule, cell: Cell, events: Array
     """Update the synapse for a spike that reaches the target at ``arrival``; return its weight there."""
     t = arrival - synapse.dendritic_delay
     catch_up(synapse, slow, rule, cell, events, t + SIMULTANEOUS)
+    weight = synapse.weight
     on_source(rule, synapse, slow, _last_of_target(synapse, events), t)
+    if rule.frozen:
+        synapse.weight = weight
     return float(synapse.weight * rule.sign)
 
 
 @jit
 def catch_up(synapse: Plastic, slow: Slow, rule: Rule, cell: Cell, events: Array, until: float) -> None:
     """Update the synapse for the spikes of the target up to a time."""
+    weight = synapse.weight
     index = events[synapse.last_seen].after if synapse.last_seen >= 0 else cell.first_stored
     while index >= 0 and events[index].time + synapse.dendritic_delay <= until:
         post_t = _last_of_target(synapse, events)
         on_target(rule, synapse, slow, post_t, events[index].time + synapse.dendritic_delay)
         synapse.last_seen = index
         index = events[index].after
+    if rule.frozen:
+        synapse.weight = weight
 
 
 @inlined

@@ -133,6 +133,9 @@ class RemoteBrain(Brain):
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         self._process.call("set_weights", projection.label, weights)
 
+    def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
+        self._process.call("set_plastic", projection.label, plastic)
+
     def _do_save(self) -> object:
         saved: object = self._process.call("save")
         return saved

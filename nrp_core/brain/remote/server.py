@@ -84,6 +84,10 @@ class BrainServer:
         """Change the weights of a projection."""
         self._brain._do_set_weights(projection_of(self._brain.network, label), weights)
 
+    def set_plastic(self, label: str, plastic: bool) -> None:
+        """Stop or continue the learning of a projection."""
+        self._brain._do_set_plastic(projection_of(self._brain.network, label), plastic)
+
     def save(self) -> object:
         """Return the state."""
         return self._brain._do_save()
@@ -110,6 +114,7 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
         "read_synapses",
         "read_rewirings",
         "set_weights",
+        "set_plastic",
         "save",
         "restore",
         "close",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from nrp_core.brain.changes import PARAMETERS, WEIGHTS
+from nrp_core.brain.changes import PARAMETERS, PLASTICITY, WEIGHTS
 from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain
@@ -267,16 +267,7 @@ class ChangeTests(BrainKit):
             assert brain.read_weights(name) == pytest.approx([weight], rel=PRECISION)
 
     def test_plastic_weights_can_be_read_or_are_refused(self) -> None:
-        if STDP not in self.capabilities.synapses:
-            skip_undeclared("stdp synapses")
-        sample = self.sample
-        limits = {"w_min": 0.0, "w_max": 2 * sample.weak, "A_plus": 0.5, "A_minus": 0.5}
-        plastic = connect("pre", "n", sample.weak, 1.0, kind=STDP, rule=RULE, **{**SYNAPSES[STDP], **limits})
-        force = connect("force", "n", sample.strong, 1.0)
-        brain = self.open(
-            spikes("pre", [20.0, 200.0]), spikes("force", [26.0]), self.cells("n"), plastic, force
-        )
-        name = "pre to n, excitatory"
+        sample, brain, name = self.sample, *self._with_plastic([20.0, 200.0], [26.0])
         if WEIGHTS not in self.capabilities.changes:
             with pytest.raises(CapabilityError):
                 brain.read_weights(name)
@@ -284,6 +275,39 @@ class ChangeTests(BrainKit):
         assert brain.read_weights(name) == pytest.approx([sample.weak], rel=PRECISION)
         self.run(brain, 220)
         assert brain.read_weights(name)[0] > 1.3 * sample.weak
+
+    def test_learning_stops_and_continues_or_is_refused(self) -> None:
+        """Pairs with a forced spike; the third spike of the source reports the weight, long after."""
+        sample, brain, name = self.sample, *self._with_plastic([20.0, 220.0, 420.0], [26.0, 226.0])
+        if PLASTICITY not in self.capabilities.changes:
+            with pytest.raises(CapabilityError):
+                brain.set_plastic(name, False)
+            return
+        with pytest.raises(NetworkError):
+            brain.set_plastic("force to n, excitatory", False)
+        brain.set_plastic(name, False)
+        self.run(brain, 100)
+        assert brain.read_weights(name) == pytest.approx([sample.weak], rel=PRECISION)
+        brain.set_plastic(name, True)
+        self.run(brain, 330)
+        learned = brain.read_weights(name)
+        assert learned[0] > 1.3 * sample.weak
+        brain.set_plastic(name, False)
+        brain.reset()
+        assert brain.is_plastic(name)
+        self.run(brain, 100)
+        assert brain.read_weights(name) == pytest.approx(learned, rel=0.05)
+
+    def _with_plastic(self, pre_ms: list[float], force_ms: list[float]) -> tuple[Brain, str]:
+        """Return a brain with a plastic synapse onto a cell that fires when it is forced to, and its name."""
+        if STDP not in self.capabilities.synapses:
+            skip_undeclared("stdp synapses")
+        sample = self.sample
+        limits = {"w_min": 0.0, "w_max": 2 * sample.weak, "A_plus": 0.5, "A_minus": 0.5}
+        plastic = connect("pre", "n", sample.weak, 1.0, kind=STDP, rule=RULE, **{**SYNAPSES[STDP], **limits})
+        force = connect("force", "n", sample.strong, 1.0)
+        brain = self.open(spikes("pre", pre_ms), spikes("force", force_ms), self.cells("n"), plastic, force)
+        return brain, "pre to n, excitatory"
 
     def test_the_rate_of_source_cells_changes_from_now_on(self) -> None:
         brain = self.open(poisson("noise", 4, 0.0), self.cells("n"))

@@ -76,8 +76,11 @@ class Pairing:
             plasticity or {},
         )  # fmt: skip
 
-    def expected(self, until_ms: float) -> float:
-        """Return the weight after all spikes that the synapse has seen, one by one."""
+    def expected(self, until_ms: float, gates_ms: list[float] = []) -> float:  # noqa: B006
+        """Return the weight after all spikes that the synapse has seen, one by one.
+
+        At the first gate learning stops, at the next one it continues, and so on.
+        """
         rule, weight, changed = self.rule, START, _CHANGES[self.plasticity["timing"]]
         mu_plus, mu_minus = _POWERS[self.plasticity["weight"]]
         back = self.dendritic * self.delay_ms
@@ -93,8 +96,9 @@ class Pairing:
             distance, mu = (
                 (rule["w_max"] - weight, mu_plus) if side == "post" else (weight - rule["w_min"], mu_minus)
             )
-            weight += change * rule["w_max"] * (distance / rule["w_max"]) ** mu
-            weight = min(max(weight, rule["w_min"]), rule["w_max"])
+            if sum(gate < t for gate in gates_ms) % 2 == 0:
+                weight += change * rule["w_max"] * (distance / rule["w_max"]) ** mu
+                weight = min(max(weight, rule["w_min"]), rule["w_max"])
             past[side].append(t)
         return weight
 
@@ -176,6 +180,58 @@ def test_weights_are_those_of_all_spikes_whatever_the_delay_and_whenever_one_loo
         assert brain.read_weights("pre")[0] == pytest.approx(
             pairing.expected(milliseconds(stop_ns)), abs=1e-9
         )
+
+
+@given(
+    pre_ms=times, post_ms=times, delay_ms=st.sampled_from([0.25, 7.5]),
+    dendritic=st.sampled_from([0.0, 0.25, 1.0]), plasticity=st.sampled_from(COMPOSED),
+    gates=st.lists(st.integers(1, 500), max_size=4, unique=True).map(sorted),
+    step_ms=st.sampled_from([0.0, 0.25]),
+)  # fmt: skip
+@settings(max_examples=60)
+def test_learning_that_is_stopped_leaves_traces_and_no_change(
+    pre_ms: list[float], post_ms: list[float], delay_ms: float, dendritic: float,
+    plasticity: dict[str, str], gates: list[int], step_ms: float,
+) -> None:  # fmt: skip
+    pairing = Pairing(pre_ms, post_ms, delay_ms, dendritic, RULE, plasticity, step_ms=step_ms)
+    gates_ms = [gate / 4 + (0.0 if step_ms else 0.1) for gate in gates]
+    brain = pairing.open()
+    for k, gate_ms in enumerate(gates_ms):
+        brain.run_until(from_milliseconds(gate_ms))
+        brain.set_plastic("pre", k % 2 == 1)
+        assert brain.read_weights("pre")[0] == pytest.approx(pairing.expected(gate_ms, gates_ms), abs=1e-9)
+    brain.run_until(from_milliseconds(150.0))
+    assert brain.read_weights("pre")[0] == pytest.approx(pairing.expected(150.0, gates_ms), abs=1e-9)
+
+
+@BOTH
+def test_a_reset_and_a_snapshot_restore_whether_synapses_learn(step_ms: float) -> None:
+    pairing = Pairing([20.0, 40.0, 60.0], [25.0, 45.0, 65.0], 4.0, 0.5, step_ms=step_ms)
+    brain = pairing.open()
+    brain.run_until(from_milliseconds(30.0))
+    brain.set_plastic("pre", False)
+    brain.run_until(from_milliseconds(46.0))
+    frozen = brain.snapshot()
+    brain.set_plastic("pre", True)
+    brain.run_until(from_milliseconds(100.0))
+    assert brain.read_weights("pre")[0] == pytest.approx(pairing.expected(100.0, [30.0, 46.0]))
+    brain.restore(frozen)
+    assert not brain.is_plastic("pre")
+    brain.run_until(from_milliseconds(100.0))
+    assert brain.read_weights("pre")[0] == pytest.approx(pairing.expected(100.0, [30.0]))
+    brain.reset()
+    assert brain.is_plastic("pre")
+    brain.run_until(from_milliseconds(100.0))
+    assert brain.read_weights("pre")[0] == pytest.approx(pairing.expected(100.0))
+
+
+@BOTH
+def test_only_projections_that_learn_can_stop_learning(step_ms: float) -> None:
+    brain = Pairing([20.0], [25.0], step_ms=step_ms).open()
+    with pytest.raises(NetworkError, match=r"'force' \(static\) does not learn"):
+        brain.set_plastic("force", False)
+    assert brain.is_plastic("pre")
+    assert not brain.is_plastic("force")
 
 
 @BOTH
@@ -279,10 +335,10 @@ def test_two_neurons_can_be_plastic_on_each_other(
 def test_a_snapshot_of_a_version_with_longer_records_is_refused() -> None:
     with Pairing([20.0], [25.0]).open() as brain:
         saved = brain.snapshot()
-        *rest, state, began = pickle.loads(saved.payload)
+        *rest, state, began, frozen = pickle.loads(saved.payload)
         del state["slow"]
         with pytest.raises(SnapshotError):
-            brain.restore(replace(saved, payload=pickle.dumps((*rest, state, began))))
+            brain.restore(replace(saved, payload=pickle.dumps((*rest, state, began, frozen))))
 
 
 @BOTH

@@ -6,6 +6,8 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+from nrp_brain_event import EventBackend
+from nrp_brain_event.brain import EventBrain
 from registry import Found, register
 from small_brain import CELL, SmallBackend, SmallBrain
 
@@ -330,6 +332,19 @@ class TakesEverySynapseForStatic(SmallBackend):
 class PromisesPlasticity(SmallBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
         return dataclasses.replace(super().capabilities(options), synapses=frozenset({STATIC, STDP}))
+
+
+class _NeverStops(EventBrain):
+    def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
+        pass
+
+
+@register(FOUND_BY, EventBackend, "brain")(
+    "learning_stops_and_continues_or_is_refused",
+)
+class PromisesToStopLearning(EventBackend):
+    def open(self, network: Network, *, seed: int, options: Any) -> Brain:
+        return _NeverStops(network, seed, self.capabilities(options), options)
 
 
 class _Junctions(SmallBrain):

@@ -34,7 +34,7 @@ from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, TAKE_SAMPLES, WITH
 from nrp_brain_event.grid.synapses import send_all, transmitted
 from nrp_brain_event.grid.tables import load_tables
 from nrp_brain_event.handles import handle
-from nrp_brain_event.live import require_slow
+from nrp_brain_event.live import freeze, require_slow
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import DIVERGED, Array
@@ -355,6 +355,12 @@ class GridBrain(Brain):
             self._grid.plastic["weight"][rows] = weights * signs
         else:
             self._give({**self._given, projection.label: weights})
+
+    def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
+        self._take(handle(unfolded(self._grid)))
+        hear_all(self._grid)
+        numbers = self._grid.plastic["rule"][self._plastic_places[projection.label]]
+        freeze(self._grid.rules, numbers, not plastic)
 
     @cached_property
     def _plastic_places(self) -> dict[str, Array]:
