@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr
@@ -9,7 +10,7 @@ from functools import partial
 from io import StringIO
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeGuard
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.scene.reading.context import (
@@ -26,6 +27,7 @@ _PACKAGE = "package://"
 _SUBSTITUTION = ("$(", "${")
 _ARGUMENT = re.compile(r"\$\(arg (\w+)\)")
 _WITHOUT_VALUE = re.compile(r"Undefined substitution argument (\w+)")
+_MAX_POWER_BITS = 10_000
 _CLASS = re.compile(r"<class '[\w.]+'>: ")
 """How xacro writes the class of an error that a substitution raises."""
 
@@ -77,6 +79,7 @@ def expand_xacro(
             _finding(substitution_args, partial(_folder_of, package)),
             _checking(xacro, declared),
             _without_missing(xacro, leave_out),
+            _bounding_powers(xacro),
             redirect_stderr(StringIO()),
         ):
             given = {**_early(path), **{name: _as_text(value) for name, value in args.items()}}
@@ -194,6 +197,38 @@ def _checking(xacro: Any, declared: set[str]) -> Iterator[None]:
         yield
     finally:
         xacro.parse = own
+
+
+@contextmanager
+def _bounding_powers(xacro: Any) -> Iterator[None]:
+    """Refuse powers of whole numbers that would take minutes or all memory."""
+    own = xacro.safe_eval
+
+    def evaluate(expression: str, names: Any, more: Any = None) -> Any:
+        powers = [node for node in ast.walk(_tree(expression)) if _is_power(node)]
+        for power in reversed(powers):  # the inner ones come last
+            base, exponent = (own(ast.unparse(side), names, more) for side in (power.left, power.right))
+            are_whole = isinstance(base, int) and isinstance(exponent, int)
+            if are_whole and base.bit_length() * exponent > _MAX_POWER_BITS:
+                raise SceneError(f"the power '{ast.unparse(power)}' has more than {_MAX_POWER_BITS} bits")
+        return own(expression, names, more)
+
+    xacro.safe_eval = evaluate
+    try:
+        yield
+    finally:
+        xacro.safe_eval = own
+
+
+def _tree(expression: str) -> ast.AST:
+    try:
+        return ast.parse(expression.strip(), mode="eval")
+    except SyntaxError:
+        return ast.Pass()  # xacro reports it
+
+
+def _is_power(node: ast.AST) -> TypeGuard[ast.BinOp]:
+    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
 
 
 @contextmanager

@@ -475,6 +475,8 @@ def test_a_link_without_mass_at_a_force_sensor_gets_a_little_because_it_moves_al
         ('<link name="$(env NRP_NOWHERE)"/>', "environment variable 'NRP_NOWHERE' is not set"),
         ('<link name="$(fnd x)"/>', "Unknown substitution command [fnd x]"),
         ('<link name="${half}"/>', "name 'half' is not defined"),
+        ('<link name="${2 + 9**9**9}"/>', "9 ** 9 ** 9"),
+        ('<xacro:property name="n" value="999999"/><link name="${n**(n*n)}"/>', "n ** (n * n)"),
     ],
 )
 def test_a_xacro_file_that_cannot_be_expanded_is_an_error_in_plain_words(
