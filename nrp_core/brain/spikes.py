@@ -58,8 +58,14 @@ class Spikes:
             return whole
         if (later | ((times[1:] == times[:-1]) & (neurons[1:] >= neurons[:-1]))).all():
             return whole
-        order = np.lexsort((neurons, times))
-        return cls(neurons[order], times[order])
+        order = times.argsort(kind="stable")  # a merge if the parts are ascending; then only ties are sorted
+        neurons, times = neurons[order], times[order]
+        tied = np.zeros(len(times), np.bool_)
+        tied[1:] = times[1:] == times[:-1]
+        tied[:-1] |= tied[1:]
+        if tied.any():
+            neurons[tied] = neurons[tied][np.lexsort((neurons[tied], times[tied]))]
+        return cls(neurons, times)
 
     def among(self, chosen: npt.NDArray[np.bool_]) -> Spikes:
         """Return the spikes of selected neurons, given as a mask over global ids."""

@@ -19,7 +19,7 @@ from nrp_core.brain.devices.ports import NO_EVENTS
 from nrp_core.brain.devices.trains import PoissonPort, PoissonSource
 from nrp_core.brain.network.data import Population
 from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import MS_PER_S
 from nrp_core.errors import CapabilityError
 from nrp_core.seeds import Seeds
@@ -188,11 +188,10 @@ class PopulationTrains:
         last = int(self._times_ms.searchsorted(until_ms, "right"))
         if first == last and not self._ports:
             return self._ids[:0], self._times_ms[:0]
-        parts = [port.events(since_ms, until_ms) for port in self._ports]
-        ids = np.concatenate([self._ids[first:last], *(part.neurons for part in parts)])
-        times = np.concatenate([self._times_ms[first:last], *(part.times_ms for part in parts)])
-        order = np.lexsort((ids, times))
-        return ids[order], times[order]
+        drawn = [port.events(since_ms, until_ms) for port in self._ports]
+        parts = [Spikes(part.neurons, part.times_ms) for part in drawn]
+        merged = Spikes.merged([Spikes(self._ids[first:last], self._times_ms[first:last]), *parts])
+        return merged.neurons, merged.times_ms
 
     def set_parameters(self, index: IntArray, values: Mapping[str, FloatArray]) -> None:
         """Change parameters of the population's cells from now on; trains of intervals begin anew."""

@@ -290,10 +290,19 @@ class PoissonPort(TrainPort):
         if first == last:
             return NO_EVENTS.times_ms, NO_EVENTS.neurons
         if self._chosen is None:
-            shares = self._shares.searchsorted(self._v, "right")
-            self._chosen = self.neurons.take(shares, mode="clip")
+            self._chosen = self.neurons.take(self._assigned(self._v), mode="clip")
         self._next = last
         return real_ms(u[first:last]), self._chosen[first:last]
+
+    def _assigned(self, v: FloatArray) -> IntArray:
+        """Return the places of random shares among the cumulative shares of the neurons."""
+        shares = self._shares
+        if shares is not self._equal_shares:
+            return shares.searchsorted(v, "right")
+        found: IntArray = np.minimum((v * len(shares)).astype(np.int64), len(shares) - 1)
+        found += shares[found] <= v  # the product has rounding errors; the shares decide
+        found -= (found > 0) & (shares[found - 1] > v)
+        return found
 
     def _draw_beyond(self, u: float) -> None:
         times, shares = [self._u[self._next :]], [self._v[self._next :]]

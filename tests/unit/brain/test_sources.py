@@ -19,6 +19,7 @@ from nrp_core.brain.devices.sources import (
 )  # fmt: skip
 from nrp_core.brain.network.data import Population
 from nrp_core.brain.pynn import builder
+from nrp_core.brain.spikes import Spikes
 from nrp_core.errors import CapabilityError
 from nrp_core.seeds import Seeds
 
@@ -306,6 +307,31 @@ def test_poisson_cells_keep_to_their_own_times_and_rates() -> None:
     assert (trains.emitted(0.0, 10_000.0)[1] == times_ms).all()
     trains.reset(SEEDS)
     assert (trains.emitted(0.0, 10_000.0)[1] == times_ms).all()
+
+
+@given(
+    st.lists(
+        st.lists(st.tuples(st.sampled_from([0.0, 0.5, 0.75, 1.0, 2.0, 3.0]), st.integers(0, 3))), max_size=4
+    )
+)
+def test_merged_spikes_ascend_in_time_and_by_neuron_among_equal_times(
+    parts: list[list[tuple[float, int]]],
+) -> None:
+    whole = Spikes.merged(
+        [Spikes(np.array([i for _, i in part], int), np.array([t for t, _ in part])) for part in parts]
+    )
+    found = list(zip(whole.times_ms.tolist(), whole.neurons.tolist(), strict=True))
+    assert found == sorted(spike for part in parts for spike in part)
+
+
+@pytest.mark.parametrize("n", [1, 3, 10, 1250, 49 * 3])
+def test_equal_neurons_have_equal_shares_of_all_arrivals(n: int) -> None:
+    """Also where the random number is the border between two neurons, or the next number to it."""
+    borders = np.arange(n) / n
+    below, above = np.nextafter(borders, -1.0)[1:], np.nextafter(borders, 1.0)
+    port = opened(PoissonSource(rate=1.0), *range(n))
+    for values, last in ((borders, 0), (above, 0), (below, 1)):
+        assert port._assigned(values).tolist() == list(range(n - last))
 
 
 def test_unknown_source_cells_are_refused() -> None:
