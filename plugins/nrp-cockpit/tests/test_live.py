@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from nrp_cockpit.command import open_run
+from nrp_cockpit.session import reports
 from nrp_cockpit.wire.hub import Hub
 from states import plain
 from visitors import SMALL, Cockpit, RefusedError, Visitor, cockpit
@@ -73,6 +74,24 @@ def test_it_takes_steps(opened: Cockpit, visitor: Visitor) -> None:
     assert now_s(opened) == 0.02
     visitor.call("step", n=3)
     visitor.status(state="paused", t_s=0.08)
+
+
+def test_it_is_not_said_to_be_running_while_it_takes_steps(
+    opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    states: list[tuple[float, str]] = []
+    send_json = opened.session.hub.send_json
+
+    def noting(topic: str, value: Any, t_ns: int = 0) -> None:
+        if topic == "/cockpit/status":
+            states.append((value["t_s"], value["state"]))
+        send_json(topic, value, t_ns)
+
+    monkeypatch.setattr(reports, "STATUS_S", 0.0)  # a report after each step
+    monkeypatch.setattr(opened.session.hub, "send_json", noting)
+    visitor.call("step", n=3)
+    assert {state for _, state in states} == {"paused"}
+    assert {0.02, 0.04, 0.06} <= {t_s for t_s, _ in states}
 
 
 def test_a_step_back_restores_the_state_before_bit_for_bit(opened: Cockpit, visitor: Visitor) -> None:

@@ -1,4 +1,4 @@
-import { playOrPause, type ResetWhat, reset, step, stepBack } from "../state/commands";
+import { pause, play, type ResetWhat, reset, step, stepBack } from "../state/commands";
 import { useBlocked, useMissing, useRun } from "../state/run";
 import { IconButton } from "../ui/Button";
 import { Icon, type IconName } from "../ui/Icon";
@@ -40,7 +40,7 @@ export function RunButtons() {
         kind={blocked || ended ? "plain" : "primary"}
         className="bar-play"
         disabled={blocked ?? ended}
-        onClick={() => void playOrPause()}
+        onClick={() => void (running ? pause() : play())}
       />
       <IconButton
         icon="step"

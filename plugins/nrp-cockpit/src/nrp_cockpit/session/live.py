@@ -110,10 +110,11 @@ class LiveSession(Session):
         self._require_going()
         self._go_from_here()
         self._is_halted = False
-        self.mode = Mode.RUNNING
-        self._until_ns = min(self.now_ns + n * self.timestep_ns, self.end_ns)
-        self._guarded(lambda: self._unpaced(lambda: self._run_through(self._until_ns)))
-        self._look_whether_there()
+        self.mode = Mode.PAUSED  # "running" would turn Play into Pause under the pointer for a moment
+        until_ns = min(self.now_ns + n * self.timestep_ns, self.end_ns)
+        self._guarded(lambda: self._unpaced(lambda: self._run_through(until_ns)))
+        if self.mode is Mode.PAUSED:
+            self._stop_here()
 
     def _go_from_here(self) -> None:
         """Forget the later past: the run may differ this time."""

@@ -173,8 +173,12 @@ class Session(ABC):
     def _look_whether_there(self) -> None:
         """Stop if the target time is reached."""
         if self.mode is Mode.RUNNING and self.now_ns >= min(self._until_ns, self.end_ns):
-            self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
-            self.reports.progress()
+            self._stop_here()
+
+    def _stop_here(self) -> None:
+        """Stop at the current time and report that."""
+        self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
+        self.reports.progress()
 
     # -- the thread
 
