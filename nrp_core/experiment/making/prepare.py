@@ -37,6 +37,7 @@ from nrp_core.world.domain_randomization import check_randomization
 from nrp_core.world.engine_kit.jointed import PhysicsBackend
 from nrp_core.world.engine_kit.planar_servo import planar_drives, servo_of
 from nrp_core.world.interface import WorldBackend
+from nrp_core.world.scene.clearance import with_clearance
 from nrp_core.world.scene.devices import Noise
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model, Scene
@@ -353,7 +354,7 @@ def _make_scene(
     if scene is None or (experiment.strict and len(models) < len(robots)):
         return None
     with collector.during(Code.NRP209, "world", "robots"):
-        scene = reduce(Scene.with_model, models, scene)
+        scene = with_clearance(reduce(Scene.with_model, models, scene))
         collector.findings += scene.warnings
         return _with_ranges(experiment, _with_imperfections(experiment, scene, collector), collector)
     return None

@@ -191,12 +191,19 @@ class Visual:
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A collision shape of a link; ``friction`` is Coulomb's coefficient."""
+    """A collision shape of a link; ``friction`` is Coulomb's coefficient.
+
+    Args:
+        estimated: whether the shape replaces a missing mesh, so that its size is only an estimate.
+    """
 
     name: str
     geometry: Geometry
     pose: Pose = Pose()
     friction: float = 1.0
+    estimated: bool = field(default=False, compare=False, repr=False)
+
+    __setstate__ = set_fields
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ The size of a moving link is estimated from its other shapes; else from its iner
 with that inertia is plausible; else from its joints and its mass. It begins where the file places its
 collision, and reaches no lower than the known shapes of the model. Of a static model only the place is
 known: the first one named like a ground becomes a plane, if the room has no other ground; the others become
-boxes that do not reach their neighbours.
+boxes that do not reach their neighbours. :mod:`.clearance` cuts what overlaps other models at the start.
 """
 
 from __future__ import annotations
@@ -207,7 +207,9 @@ def _fill_missing(link: Link, geometry: Geometry, pose: Pose) -> Link:
         for each in link.visuals
     )
     collisions = (
-        replace(each, geometry=geometry, pose=pose) if isinstance(each.geometry, Missing) else each
+        replace(each, geometry=geometry, pose=pose, estimated=True)
+        if isinstance(each.geometry, Missing)
+        else each
         for each in link.collisions
     )
     return replace(link, visuals=tuple(visuals), collisions=tuple(collisions))
