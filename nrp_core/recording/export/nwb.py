@@ -13,8 +13,11 @@ from typing import Any
 import numpy as np
 from pynwb import NWBHDF5IO, H5DataIO, NWBFile, TimeSeries
 from pynwb.behavior import Position, SpatialSeries
+from pynwb.file import Subject
 from pynwb.image import ImageSeries
+from pynwb.misc import Units
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.hdf5 import new_file
 from nrp_core.clock import seconds
 from nrp_core.recording.export.numbers import Numbers, Series, file_name, groups_of
@@ -24,6 +27,10 @@ from nrp_core.recording.reading.recording import RecordingReader
 
 _FRAME = "the world's: x, y and z in m, z up"
 _UNKNOWN = "n/a"
+_SPECIES = "http://purl.obolibrary.org/obo/NCBITaxon_32644"
+"""NCBI's taxon for what has no species; DANDI demands one."""
+_TOLERANCE_S = 1e-9
+"""Times of messages are whole nanoseconds."""
 
 
 def write_nwb(recording: RecordingReader, path: Path) -> list[Path]:
@@ -59,6 +66,13 @@ def _file(recording: RecordingReader, numbers: Numbers) -> Any:
         identifier=_last_hash(recording),
         session_start_time=datetime.fromisoformat(begun),
         notes=json.dumps(kept),
+        subject=Subject(
+            subject_id=str(run.get("experiment") or "simulation"),
+            species=_SPECIES,
+            sex="U",
+            age="P0D",
+            description="a simulated network of spiking neurons and a simulated body",
+        ),
         was_generated_by=[["nrp-core", version("nrp-core")]],
     )
 
@@ -77,6 +91,11 @@ def _add_units(file: Any, numbers: Numbers) -> None:
     neurons = [(label, i) for label in numbers.spikes for i in range(numbers.size_of(label))]
     if not neurons:
         return
+    capabilities = dict(dict(numbers.run.get("brain") or {}).get("capabilities") or {})
+    file.units = Units(
+        name="units", description="the neurons of the network",
+        resolution=seconds(capabilities.get("resolution_ns") or 1),
+    )  # fmt: skip
     file.add_unit_column("population", "the population that the neuron belongs to")
     file.add_unit_column("neuron", "its place in the population, from 0")
     file.add_unit_column("groups", "names of the groups that it belongs to, separated by spaces")
@@ -103,11 +122,20 @@ def _series(series: Series) -> Any:
     return TimeSeries(
         name=file_name(series.name),
         data=values[:, 0] if values.shape[1] == 1 else values,
-        timestamps=series.times_s,
         unit=series.unit or _UNKNOWN,
         description=f"{series.about.get('device', series.name)}: {columns}",
         continuity="step",
+        **_times(series.times_s),
     )
+
+
+def _times(times_s: FloatArray) -> dict[str, Any]:
+    """Return times of a series as NWB wants them: a start and a rate where they are regular."""
+    intervals = np.diff(times_s)
+    if not len(intervals) or np.ptp(intervals) > _TOLERANCE_S:
+        return {"timestamps": times_s}
+    rate_hz = len(intervals) / float(times_s[-1] - times_s[0])
+    return {"starting_time": float(times_s[0]), "rate": round(rate_hz, 6)}
 
 
 def _add_motion(file: Any, models: list[Series]) -> None:
@@ -120,7 +148,12 @@ def _add_motion(file: Any, models: list[Series]) -> None:
         values, times = series.values, series.times_s
         places.add_spatial_series(
             SpatialSeries(
-                name=name, data=values[:, :3], timestamps=times, reference_frame=_FRAME, unit="meters"
+                name=name,
+                data=values[:, :3],
+                reference_frame=_FRAME,
+                unit="meters",
+                description=f"position of {name}",
+                **_times(times),
             )
         )
         for what, columns, unit in (
@@ -130,8 +163,8 @@ def _add_motion(file: Any, models: list[Series]) -> None:
             described = f"{what} of {name} in the world's frame: {', '.join(series.columns[columns])}"
             module.add(
                 TimeSeries(
-                    name=f"{name}_{what}", data=values[:, columns], timestamps=times, unit=unit,
-                    description=described,
+                    name=f"{name}_{what}", data=values[:, columns], unit=unit, description=described,
+                    **_times(times),
                 )
             )  # fmt: skip
     module.add(places)
@@ -152,7 +185,8 @@ def _add_images(file: Any, recording: RecordingReader, topic: str) -> None:
     file.add_acquisition(
         ImageSeries(
             name=file_name(topic), data=H5DataIO(data, compression="gzip", chunks=(1, *first.shape)),
-            timestamps=times_s, unit=_UNKNOWN, format="raw", description="row, column, RGB or one value",
+            unit=_UNKNOWN, format="raw", description="row, column, RGB or one value",
+            **_times(np.array(times_s)),
         )
     )  # fmt: skip
 

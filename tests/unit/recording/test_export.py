@@ -89,9 +89,12 @@ def test_nwb_is_valid_and_read_by_neo(recording: Recording, tmp_path: Path) -> N
         assert units["population"].tolist() == ["eyes"] * 3 + ["wheels"] * 2
         assert units["groups"].tolist() == ["left seeing", "seeing", "", "left", ""]
         assert [len(times) for times in units["spike_times"]] == [STEPS, 0, 0, 0, STEPS]
+        assert nwb.units.resolution > 0
+        assert nwb.subject.species.endswith("NCBITaxon_32644")  # "unidentified"
         np.testing.assert_allclose(units["spike_times"][0][:2], [0.0145, 0.0345])
         place = nwb.processing["behavior"]["Position"]["husky"]
         assert place.data.shape == (STEPS + 1, 3)
+        assert (place.starting_time, place.rate, place.timestamps) == (0.0, 50.0, None)
         assert nwb.acquisition["husky.camera.compressed"].data.shape[1:] == (2, 2, 3)
         assert nwb.acquisition["brain.devices.steer.left.voltage"].unit == "mV"
         assert "husky.cmd_vel" in nwb.processing["commands"].data_interfaces
