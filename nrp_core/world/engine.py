@@ -88,6 +88,17 @@ class JointCommands(ABC):
         """Set the control of an actuator; implemented where ``own_actuators`` or ``muscles`` is declared."""
         raise self.lacks("has no actuators of its own")
 
+    def set_controls(self, model: str, actuators: Sequence[str], values: FloatArray) -> None:
+        """Set the controls of several actuators; an engine may override it with a faster one.
+
+        Args:
+            model: the model.
+            actuators: their names.
+            values: their controls, shape ``(n,)``.
+        """
+        for actuator, value in zip(actuators, values.tolist(), strict=True):
+            self.set_control(model, actuator, value)
+
     @final
     def actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
         """Return the states of actuators of a model at the present time, shape ``(4, n)``.

@@ -27,7 +27,7 @@ from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Decays, Drive, MujocoBatchEngine
 from nrp_world_mujoco.library import SAID, mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
-from nrp_world_mujoco.muscles import PresentState
+from nrp_world_mujoco.muscles import ActuatorGroup, PresentState
 from nrp_world_mujoco.options import MujocoOptions
 from nrp_world_mujoco.shapes import scalar_first
 
@@ -98,6 +98,7 @@ class MujocoEngine(JointedEngine):
         }
         self._control = Control(self._built, self._data, seconds(options.timestep))
         self._present = PresentState(self._model, self._data)
+        self._groups: dict[tuple[str, tuple[str, ...]], ActuatorGroup] = {}
         self._decays = Decays(self._built, self._data, seconds(options.timestep))
         self._survey(scene)
         self._refresh()
@@ -178,8 +179,18 @@ class MujocoEngine(JointedEngine):
     def set_control(self, model: str, actuator: str, value: float) -> None:
         self._data.ctrl[self._model.actuator_ctrladr[self._built.actuators[model, actuator]]] = value
 
+    def set_controls(self, model: str, actuators: Sequence[str], values: FloatArray) -> None:
+        self._data.ctrl[self._group(model, actuators).controls] = values
+
     def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
-        return self._present.actuators([self._built.actuators[model, name] for name in actuators])
+        return self._present.states(self._group(model, actuators))
+
+    def _group(self, model: str, actuators: Sequence[str]) -> ActuatorGroup:
+        path = model, tuple(actuators)
+        if path not in self._groups:
+            numbers = [self._built.actuators[model, name] for name in actuators]
+            self._groups[path] = self._present.group(numbers)
+        return self._groups[path]
 
     def _do_sensor_values(self, model: str, sensor: str) -> FloatArray:
         return self._present.sensor(self._built.sensors[model, sensor])

@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.drives.muscles import MUJOCO_RANGE, Muscle, muscles_of
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import WORLD
@@ -131,6 +131,46 @@ def _is_straight(m: Any, number: int) -> bool:
     )
 
 
+class ActuatorGroup:
+    """The states of some actuators in the arrays of MuJoCo.
+
+    Args:
+        model: the compiled model.
+        data: the data with their states.
+        actuators: their numbers.
+
+    Attributes:
+        controls: the places of their controls.
+    """
+
+    def __init__(self, model: Any, data: Any, actuators: Sequence[int]) -> None:
+        m, first = model, model.actuator_actadr[actuators]
+        self.controls = _places(m.actuator_ctrladr[actuators])
+        outputs = m.actuator_outadr[actuators]  # lengths, forces and gears are those of outputs
+        gears = m.actuator_gear[outputs, 0]
+        self._gears = np.where(gears != 0, gears, 1.0)
+        self._outputs, self._active = _places(outputs), _places(np.flatnonzero(first >= 0))
+        self._activations = _places((first + m.actuator_actnum[actuators] - 1)[self._active])
+        self._lengths, self._velocities = data.actuator_length, data.actuator_velocity
+        self._forces, self._all_activations = data.actuator_force, data.act
+
+    def states(self) -> FloatArray:
+        """Return lengths, velocities, tensions and activations, shape ``(4, n)``."""
+        found = np.zeros((4, len(self._gears)))
+        np.divide(self._lengths[self._outputs], self._gears, out=found[0])
+        np.divide(self._velocities[self._outputs], self._gears, out=found[1])
+        np.multiply(self._forces[self._outputs], -self._gears, out=found[2])
+        found[3, self._active] = self._all_activations[self._activations]
+        return found
+
+
+def _places(numbers: IntArray) -> IntArray | slice:
+    """Return numbers as a slice if they are consecutive, which is a faster index."""
+    first = int(numbers[0]) if len(numbers) else 0
+    after = first + len(numbers)
+    return slice(first, after) if np.array_equal(numbers, np.arange(first, after)) else numbers
+
+
 class PresentState:
     """Reads actuators and sensors at the present time.
 
@@ -145,30 +185,20 @@ class PresentState:
     def __init__(self, model: Any, data: Any) -> None:
         self._model, self._data = model, data
         self._now: Any = None
-        self._state, self._computed = np.empty((2, mujoco.mj_stateSize(model, _STATE)))
+        self._state = np.empty(mujoco.mj_stateSize(model, _STATE))
+        self._computed = b""
         self._complete = False
+        of_contacts = (model.actuator_trntype == mujoco.mjtTrn.mjTRN_BODY).any()
+        self._find_positions = mujoco.mj_fwdPosition if of_contacts else _find_lengths
 
-    def actuators(self, actuators: Sequence[int]) -> FloatArray:
-        """Return lengths, velocities, tensions and activations, shape ``(4, n)``.
+    def group(self, actuators: Sequence[int]) -> ActuatorGroup:
+        """Return the states of actuators, given by their numbers."""
+        return ActuatorGroup(self._model, self._present(), actuators)
 
-        Args:
-            actuators: their numbers.
-        """
-        m, now = self._model, self._compute(complete=False)
-        outputs = m.actuator_outadr[actuators]  # lengths, forces and gears are those of outputs
-        gears = np.where(m.actuator_gear[outputs, 0] != 0, m.actuator_gear[outputs, 0], 1.0)
-        last = m.actuator_actadr[actuators] + m.actuator_actnum[actuators] - 1
-        active = np.zeros(len(actuators))
-        has = m.actuator_actadr[actuators] >= 0
-        active[has] = now.act[last[has]]
-        return np.array(
-            [
-                now.actuator_length[outputs] / gears,
-                now.actuator_velocity[outputs] / gears,
-                -now.actuator_force[outputs] * gears,
-                active,
-            ]
-        )
+    def states(self, group: ActuatorGroup) -> FloatArray:
+        """Return lengths, velocities, tensions and activations, shape ``(4, n)``."""
+        self._compute(complete=False)
+        return group.states()
 
     def sensor(self, sensor: int) -> FloatArray:
         """Return the numbers of a sensor."""
@@ -179,22 +209,32 @@ class PresentState:
 
     def _compute(self, *, complete: bool) -> Any:
         """Return data of the present state, with accelerations and sensors if they are wanted."""
-        m, now = self._model, self._now
-        if now is None:
-            now = self._now = mujoco.MjData(m)
-            self._computed[:] = np.nan
+        m, now = self._model, self._present()
         mujoco.mj_getState(m, self._data, self._state, _STATE)
-        if (self._complete or not complete) and np.array_equal(self._state, self._computed):
+        state = self._state.tobytes()
+        if (self._complete or not complete) and state == self._computed:
             return now
         mujoco.mj_setState(m, now, self._state, _STATE)
         if complete:
             mujoco.mj_forward(m, now)
         else:
-            mujoco.mj_fwdPosition(m, now)
+            self._find_positions(m, now)
             mujoco.mj_fwdVelocity(m, now)
             mujoco.mj_fwdActuation(m, now)
-        self._computed[:], self._complete = self._state, complete
+        self._computed, self._complete = state, complete
         return now
+
+    def _present(self) -> Any:
+        """Return the separate data, which many runs do not need."""
+        if self._now is None:
+            self._now = mujoco.MjData(self._model)
+        return self._now
+
+
+def _find_lengths(model: Any, data: Any) -> None:
+    """Compute positions as far as lengths and velocities of actuators need them: no inertia, no contacts."""
+    mujoco.mj_fwdKinematics(model, data)
+    mujoco.mj_transmission(model, data)
 
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION

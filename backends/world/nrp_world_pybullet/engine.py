@@ -96,16 +96,19 @@ class PybulletEngine(JointedEngine):
         pushes = [*(drive.push for drive in self._drives.values()), *self._control.pushes()]
         if self._muscles:
             pushes.append(self._muscles.push)
+            if self._drives:  # they set velocities
+                self._muscles.forget()
         for _ in range(steps):
             for push in pushes:
                 push()
             step(client)
-        self._forget_joints()
+        self._forget_motions()
         for joints in self._anchored:
             if not joints.finite():
                 raise DivergedError("PyBullet diverged: a joint's position is not finite", t_ns=self.now_ns)
 
-    def _forget_joints(self) -> None:
+    def _forget_motions(self) -> None:
+        self._muscles.forget()
         for joints in self._joints.values():
             joints.forget()
 
@@ -131,6 +134,9 @@ class PybulletEngine(JointedEngine):
 
     def set_control(self, model: str, actuator: str, value: float) -> None:
         self._muscles.set_control(model, actuator, value)
+
+    def set_controls(self, model: str, actuators: Sequence[str], values: FloatArray) -> None:
+        self._muscles.set_controls(model, actuators, values)
 
     def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
         return self._muscles.states(model, actuators)
@@ -177,7 +183,7 @@ class PybulletEngine(JointedEngine):
     def _moved(self, model: str) -> None:
         self._control.forget(model)
         self._efforts = {}
-        self._forget_joints()
+        self._forget_motions()
         self._continue(model)
 
     def _do_save(self) -> object:
@@ -194,7 +200,7 @@ class PybulletEngine(JointedEngine):
             file = Path(folder) / "state.bullet"
             file.write_bytes(state)
             bullet.restoreState(fileName=str(file), physicsClientId=self._client)
-        self._forget_joints()
+        self._forget_motions()
         self._control.restore(control)
         self._muscles.restore(muscles)
         self._efforts = efforts  # PyBullet does not save them with a state

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.engine_kit.muscles import ViaPointMuscles
-from nrp_core.world.rigid import BodyPath
 from nrp_core.world.scene.model import Scene
 from nrp_world_pybullet.build import BASE, Built
 from nrp_world_pybullet.library import bullet
@@ -21,27 +20,33 @@ class Muscles(ViaPointMuscles):
     """
 
     def __init__(self, scene: Scene, built: Built, client: int, step_s: float) -> None:
-        self._built, self._client = built, client
+        self._client = client
         bodies = {model: [body for body, _ in each] for model, each in built.bodies.items()}
-        super().__init__(scene, bodies, self._read, step_s)
+        super().__init__(scene, bodies, step_s)
+        self._places = [built.bodies[model][index][1] for model, index in self.carriers]
+        self._bases = [(row, each.multibody) for row, each in enumerate(self._places) if each.link == BASE]
+        self._links: dict[int, tuple[list[int], list[int]]] = {}  # rows and links of each multi-body
+        for row, place in enumerate(self._places):
+            if place.link != BASE:
+                rows, links = self._links.setdefault(place.multibody, ([], []))
+                rows.append(row)
+                links.append(place.link)
 
     def push(self) -> None:
         """Apply the forces of the next step."""
         client, frame = self._client, bullet.WORLD_FRAME
-        motions = self._motions  # at which the wrenches were computed
-        for row, (body, wrench) in enumerate(zip(self.carriers, self.step().tolist(), strict=True)):
-            _, place = self._built.bodies[body[0]][body[1]]
-            where, at = (place.multibody, place.link), motions[row, :3].tolist()
+        wrenches, motions = self.step().tolist(), self._motions  # at which the wrenches were computed
+        for place, wrench, at in zip(self._places, wrenches, motions[:-1, :3].tolist(), strict=True):
+            where = place.multibody, place.link
             bullet.applyExternalForce(*where, wrench[:3], at, frame, physicsClientId=client)
             bullet.applyExternalTorque(*where, wrench[3:], frame, physicsClientId=client)
 
-    def _read(self, path: BodyPath, row: FloatArray) -> None:
-        _, place = self._built.bodies[path[0]][path[1]]
-        body, link, client = place.multibody, place.link, self._client
-        if link == BASE:
-            (x, y, z), turn = bullet.getBasePositionAndOrientation(body, client)
+    def _read(self, motions: FloatArray) -> None:
+        client = self._client
+        for row, body in self._bases:
+            place, turn = bullet.getBasePositionAndOrientation(body, client)
             linear, angular = bullet.getBaseVelocity(body, client)
-        else:
-            state = bullet.getLinkState(body, link, 1, 1, client)
-            (x, y, z), turn, linear, angular = state[0], state[1], state[6], state[7]
-        row[:] = (x, y, z, *turn, *linear, *angular)
+            motions[row] = (*place, *turn, *linear, *angular)
+        for body, (rows, links) in self._links.items():
+            states = bullet.getLinkStates(body, links, 1, 1, client)
+            motions[rows] = [(*each[0], *each[1], *each[6], *each[7]) for each in states]

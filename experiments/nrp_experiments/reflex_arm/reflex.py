@@ -7,11 +7,11 @@ from std_msgs.msg import Float64
 
 MUSCLES = "shoulder_flexor", "shoulder_extensor", "elbow_flexor", "elbow_extensor"
 FIBRES, MOTONEURONS, IB = 40, 60, 15
-STRETCHED = 1, 3  # the extensors
 FORCE_N, LENGTH_M, LOAD_S = 12.0, 0.3, 1.0  # on the hand, to the left
 WINDOW_S = 0.1  # in which a burst of the reflex comes
 SETTLED_S = 0.5  # after the load
 BIN_MS, SMOOTH = 4.0, 4
+BINS = round((LOAD_S + WINDOW_S) * 1e3 / BIN_MS)
 
 
 def of(cells, size):
@@ -43,9 +43,11 @@ def load(t, shoulder, elbow):
 @nrp.Neuron2Robot()
 def judge(t, pools, bins, latency, burst):
     """Publish when the pools of the stretched muscles begin to fire more (ms), and by how much (Hz)."""
+    if len(bins.value) >= BINS:
+        return  # measured
     muscles = pools.times[:, 0].astype(int) // MOTONEURONS
-    bins.value = (*bins.value, int(np.isin(muscles, STRETCHED).sum()))
-    if t < LOAD_S + WINDOW_S:
+    bins.value = (*bins.value, int((muscles % 2 == 1).sum()))  # extensors, which the load stretches
+    if len(bins.value) < BINS:
         return
     counts = np.convolve(bins.value, np.ones(SMOOTH) / SMOOTH, "valid")  # each ends with its bin
     start = round(LOAD_S * 1e3 / BIN_MS) - SMOOTH + 1

@@ -61,6 +61,8 @@ def judge(t, left, right, memory, hip, frequency, alternation, advance, reset):
     """Pull once, and publish the rhythm before (Hz, phase of the right leg) and its shift after (periods)."""
     legs = memory.value or {leg: {"flexes": False, "begins": [], "ends": []} for leg in LEGS}
     memory.value = legs
+    if legs.get("measured"):
+        return
     for leg, sink in zip(LEGS, (left, right), strict=True):
         follow(legs[leg], sink.rate / CELLS, t)
     ends = [each for each in legs["left"]["ends"] if each >= PULL_S]
@@ -78,5 +80,6 @@ def judge(t, left, right, memory, hip, frequency, alternation, advance, reset):
     shifts = (before[-1] - after) / period + np.arange(1, len(after) + 1)
     if len(after):
         advance.send_message(Float64(shifts[0]))
-    if len(after) > SHIFTED:
+    if len(after) > SHIFTED and t >= pull + DURATION_S:
         reset.send_message(Float64(shifts[SHIFTED]))
+        legs["measured"] = True

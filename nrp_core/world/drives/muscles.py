@@ -259,13 +259,12 @@ class MusclePart(Part):
         )
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        self._reported = command(
-            self._engine, self._model, [self._muscle.name], [message.data], topic, self._reported
-        )
+        names, control = (self._muscle.name,), np.array([message.data], float)
+        self._reported = command(self._engine, self._model, names, control, topic, self._reported)
 
     def read(self, topic: str, now_ns: int) -> MuscleState:
         muscle, header = self._muscle, Header(Time.from_ns(now_ns), self._model)
-        states = self._engine.actuator_states(self._model, [muscle.name])
+        states = self._engine.actuator_states(self._model, (muscle.name,))
         length, velocity, tension, activation = states[:, 0].tolist()
         normalised = (length - muscle.slack_length) / muscle.optimal_length
         share = tension / muscle.force
@@ -273,15 +272,23 @@ class MusclePart(Part):
 
 
 def command(
-    engine: Engine, model: str, muscles: Sequence[str], controls: Sequence[float], topic: str, reported: bool
+    engine: Engine, model: str, muscles: Sequence[str], controls: FloatArray, topic: str, reported: bool
 ) -> bool:
-    """Set the controls of muscles; return whether one outside 0 to 1, which is clipped, was reported."""
-    for name, value in zip(muscles, controls, strict=True):
-        if not (0.0 <= value <= 1.0 or reported):
-            reported = True
-            message = f"the muscle '{name}' of '{model}' is commanded {value:g}; it goes from 0 to 1"
+    """Set the controls of muscles; return whether one outside 0 to 1, which is clipped, was reported.
+
+    Raises:
+        TopicError: a control is not finite.
+    """
+    if not (controls.min() >= 0.0 and controls.max() <= 1.0):
+        require_finite(topic, controls.tolist())
+        if not reported:
+            n = int(np.argmax((controls < 0.0) | (controls > 1.0)))
+            message = (
+                f"the muscle '{muscles[n]}' of '{model}' is commanded {controls[n]:g}; it goes from 0 to 1"
+            )
             engine.warnings.add(Code.NRP299, message, subject=topic)
-        engine.set_control(model, name, value)
+        reported = True
+    engine.set_controls(model, muscles, controls)
     return reported
 
 
@@ -364,9 +371,8 @@ class MuscleGroupPart(Part):
         if controls.shape != (count,):
             name = self._group.name
             raise TopicError(f"{topic}: '{name}' has {count} muscles; {controls.size} numbers came")
-        require_finite(topic, controls.tolist())
         names = self._group.muscles
-        self._reported = command(self._engine, self._model, names, controls.tolist(), topic, self._reported)
+        self._reported = command(self._engine, self._model, names, controls, topic, self._reported)
 
     def read(self, topic: str, now_ns: int) -> MuscleStates:
         states: FloatArray = self._engine.actuator_states(self._model, self._group.muscles)

@@ -5,7 +5,8 @@ The equations are those of MuJoCo (``engine_util_misc.c``), so that a muscle is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from math import sqrt
 from typing import Any
 
@@ -178,30 +179,23 @@ def activate(controls: FloatArray, parameters: FloatArray, states: FloatArray, s
         states[ACTIVATION, n] += step_s * activation_rate(controls[n], now, p[_RISE], p[_FALL], p[_SMOOTH])
 
 
-class ViaPointMuscles:
+class ViaPointMuscles(ABC):
     """The muscles of a scene, for an engine that reads motions of bodies and applies wrenches to them.
 
-    Before each physics step the engine calls :meth:`step`, and applies the wrenches for one step.
+    Before each physics step the engine calls :meth:`step`, and applies the wrenches for one step. When bodies
+    have moved in another way, it calls :meth:`forget`.
 
     Args:
         scene: the scene; its muscles go along straight lines.
         bodies: the bodies of each model.
-        motion: writes the motion of a body's centre of mass along its principal axes, shape ``(13,)``; it is
-            not called for fixed bodies.
         step_s: the physics step, s.
 
     Attributes:
         carriers: the bodies that muscles pull at and that can move.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        bodies: Mapping[str, Sequence[Body]],
-        motion: Callable[[BodyPath, FloatArray], None],
-        step_s: float,
-    ) -> None:
-        self._motion, self._step_s = motion, step_s
+    def __init__(self, scene: Scene, bodies: Mapping[str, Sequence[Body]], step_s: float) -> None:
+        self._step_s, self._pulled = step_s, False
         muscles = [(model, muscle) for model in scene.models for muscle in muscles_of(model)]
         self._numbers = {(model.name, muscle.name): n for n, (model, muscle) in enumerate(muscles)}
         places = [
@@ -222,6 +216,7 @@ class ViaPointMuscles:
         self._motions[last, 6] = 1.0
         self._wrenches = np.zeros((last + 1, 6))
         self._controls, self._states = np.zeros(len(muscles)), np.zeros((4, len(muscles)))
+        self._groups: dict[tuple[str, tuple[str, ...]], IntArray] = {}
 
     def __bool__(self) -> bool:
         return bool(self._numbers)
@@ -234,22 +229,44 @@ class ViaPointMuscles:
         """
         self._pull()
         activate(self._controls, self._parameters, self._states, self._step_s)
+        self._pulled = False
         return self._wrenches[:-1]
 
+    def forget(self) -> None:
+        """Forget the motions of the bodies, because they were moved."""
+        self._pulled = False
+
     def _pull(self) -> None:
-        for body, row in zip(self.carriers, self._motions, strict=False):
-            self._motion(body, row)
+        if self._pulled:
+            return
+        self._read(self._motions[:-1])
         pull(self._motions, self._rows, self._points, self._ends, self._parameters, self._states,
              self._wrenches)  # fmt: skip
+        self._pulled = True
+
+    @abstractmethod
+    def _read(self, motions: FloatArray) -> None:
+        """Write the motions of :attr:`carriers`, of their centres of mass along principal axes."""
 
     def set_control(self, model: str, muscle: str, value: float) -> None:
         """Set the control of a muscle."""
         self._controls[self._numbers[model, muscle]] = value
 
+    def set_controls(self, model: str, muscles: Sequence[str], values: FloatArray) -> None:
+        """Set the controls of several muscles, shape ``(n,)``."""
+        self._controls[self._group(model, tuple(muscles))] = values
+
     def states(self, model: str, muscles: Sequence[str]) -> FloatArray:
         """Return lengths, velocities, tensions and activations now, shape ``(4, n)``."""
         self._pull()
-        return self._states[:, [self._numbers[model, muscle] for muscle in muscles]]
+        return self._states[:, self._group(model, tuple(muscles))]
+
+    def _group(self, model: str, muscles: tuple[str, ...]) -> IntArray:
+        """Return the numbers of muscles."""
+        path = model, muscles
+        if path not in self._groups:
+            self._groups[path] = np.array([self._numbers[model, muscle] for muscle in muscles], np.int64)
+        return self._groups[path]
 
     def save(self) -> object:
         """Return controls and activations."""
@@ -258,6 +275,7 @@ class ViaPointMuscles:
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
         self._controls[:], self._states[ACTIVATION] = saved
+        self.forget()
 
 
 def _place(

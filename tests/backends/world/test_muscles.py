@@ -102,6 +102,7 @@ def test_length_force_and_acceleration_are_those_of_the_formula(engine, q, tmp_p
     with opened(arm(tmp_path), engine) as world:
         world.advertise("/arm/m/cmd").publish(Float64(1.0))
         world.run_until(100_000_000)
+        state(world, "/arm/m/state")  # must not be remembered
         world.set_joints("arm", {"q": q})
         length, velocity, force, activation = state(world, "/arm/m/state")
         world.run_until(102_000_000)
@@ -234,6 +235,8 @@ def test_groups_take_as_many_finite_numbers_as_they_have_muscles(tmp_path):
         for wrong in ([], [0.1, 0.2]):
             with pytest.raises(TopicError, match="1 muscles"):
                 cmd.publish(Float64MultiArray(data=wrong))
+        with pytest.raises(TopicError, match="finite"):
+            cmd.publish(Float64MultiArray(data=[float("nan")]))
         cmd.publish(Float64MultiArray(data=[1.5]))
         assert [each.code for each in world.warnings] == [Code.NRP299]
     model = written(tmp_path).models[0]
