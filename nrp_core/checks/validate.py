@@ -8,11 +8,11 @@ from pathlib import Path
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.backends import brains
-from nrp_core.checks import checks as checks  # registers them
+from nrp_core.checks import subjects as subjects  # registers the checks
+from nrp_core.checks.check import CHECKS
 from nrp_core.checks.code.declarations import Declarations
 from nrp_core.checks.confined_network import ConfinedBuild
 from nrp_core.checks.network_summary import NetworkSummary, summary_of
-from nrp_core.checks.registry import CHECKS
 from nrp_core.checks.static_experiment import Checkable, at_most, read_experiment
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, TopicError, TransferFunctionError

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.checks.registry import CHECKS
+from nrp_core.checks.check import CHECKS
 from nrp_core.checks.validate import validate_file  # registers the checks
 from nrp_core.cli import app
 from nrp_core.cli.finding_formats import github, sarif

@@ -10,8 +10,8 @@ import nrp_experiments.braitenberg_husky
 import pytest
 
 from nrp_core import Model, Pose, read_model
-from nrp_core.checks.checks.drives import wrong_drives
-from nrp_core.checks.checks.lengths import unlikely_lengths
+from nrp_core.checks.subjects.drives import wrong_drives
+from nrp_core.checks.subjects.lengths import unlikely_lengths
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code
 from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import nrp_core
-from nrp_core.checks.checks.sensor_visibility import own_robot_views
+from nrp_core.checks.subjects.sensor_visibility import own_robot_views
 from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.findings import Code

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from nrp_legacy.reader import read_exc
 
-from nrp_core.checks.checks.start_poses import wrong_starts
+from nrp_core.checks.subjects.start_poses import wrong_starts
 from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.model.experiment import Experiment

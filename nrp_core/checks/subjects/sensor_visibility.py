@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.checks.checks.time_conditions import read_topics
-from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.check import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.checks.subjects.time_conditions import read_topics
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.raycast.beams import Beams

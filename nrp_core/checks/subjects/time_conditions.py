@@ -6,8 +6,8 @@ import ast
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.values import NUMBER
-from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.cle.latency import paths
 from nrp_core.clock import NS_PER_S, milliseconds, seconds

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import Final
 
+from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.syntax import CHANGING, own_nodes, root_of
 from nrp_core.checks.code.values import Known
-from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.mappings import MapCSVRecorder
 from nrp_core.findings import Code, Finding, Level

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.check import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.experiment.running.observation import bodies_fall
 from nrp_core.findings import Code, Finding, Level

@@ -1,6 +1,6 @@
 """The checks, one module for each subject; importing this registers them."""
 
-from nrp_core.checks.checks import (
+from nrp_core.checks.subjects import (
     bounds,
     capabilities,
     drives,

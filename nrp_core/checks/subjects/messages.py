@@ -6,10 +6,10 @@ import ast
 from collections.abc import Iterator
 from typing import Final
 
+from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.declarations import found_in
 from nrp_core.checks.code.syntax import SCOPES, excerpt, own_nodes, root_of
 from nrp_core.checks.code.values import Instance, adapter_of, class_of, is_message
-from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.monitors import MonitoringFunction
 from nrp_core.dsl.parameters import PublishedTopic

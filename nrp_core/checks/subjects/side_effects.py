@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
+from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.syntax import excerpt, full_names
 from nrp_core.checks.code.values import Known
-from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.findings import Code, Finding, Level
 

@@ -9,9 +9,9 @@ from typing import Final
 
 import numpy as np
 
+from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.syntax import root_of
 from nrp_core.checks.code.values import Known, names_of
-from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.dsl.devices import Device, DeviceGroup
 from nrp_core.dsl.functions import TransferFunction

@@ -8,7 +8,7 @@ from contextlib import suppress
 from math import acos, degrees, inf
 from typing import Final, Protocol, runtime_checkable
 
-from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.check import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.errors import SceneError
 from nrp_core.experiment.running.observation import bodies_fall

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
-from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.check import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.findings import Code, Finding, Level

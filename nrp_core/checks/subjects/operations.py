@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from nrp_core.checks.check import checks_function
 from nrp_core.checks.code.declarations import missing_name
 from nrp_core.checks.code.statements import Written
 from nrp_core.checks.code.values import (
@@ -29,7 +30,6 @@ from nrp_core.checks.code.values import (
     item_of,
     names_of,
 )
-from nrp_core.checks.registry import checks_function
 from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.devices import Device, DeviceGroup, attribute_hint
 from nrp_core.dsl.mappings import CSVRecorder, MapCSVRecorder, MapSpikeSink, MapSpikeSource, Variable

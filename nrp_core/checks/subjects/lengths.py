@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.check import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import SceneError

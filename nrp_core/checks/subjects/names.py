@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator
 from pyflakes import messages
 from pyflakes.checker import Checker
 
+from nrp_core.checks.check import checks_experiment
 from nrp_core.checks.code.declarations import Declared, found_in
 from nrp_core.checks.code.syntax import own_nodes
-from nrp_core.checks.registry import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment, at_most
 from nrp_core.dsl.functions import name_taken_message
 from nrp_core.dsl.loading import PythonSource

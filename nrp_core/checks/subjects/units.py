@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from nrp_core.brain.network.data import Network, Population
+from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.values import Known, adapter_of, is_message
 from nrp_core.checks.network_units import too_strong
-from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.checks.unreachable_thresholds import too_weak
 from nrp_core.clock import milliseconds

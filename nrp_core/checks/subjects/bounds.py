@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from math import isclose
 from typing import Final
 
-from nrp_core.checks.checks.sensor_visibility import read_sensors
+from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.values import Known
-from nrp_core.checks.registry import checks_experiment, checks_function
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
+from nrp_core.checks.subjects.sensor_visibility import read_sensors
 from nrp_core.clock import seconds
 from nrp_core.dsl.mappings import MapRobotSubscriber
 from nrp_core.dsl.parameters import SubscribedTopic
