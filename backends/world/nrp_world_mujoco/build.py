@@ -20,7 +20,7 @@ from nrp_core.world.render.cameras import CameraPath, Optics, looking
 from nrp_core.world.rigid import BodyPath, Pose
 from nrp_core.world.robot_setup import HELD
 from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Joint, Link, Model, Scene
+from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
@@ -241,12 +241,14 @@ class _Builder:
                 Pose(),
             )
         if body.inertial is not None:
-            element.explicitinertial = True
-            element.mass = body.inertial.mass
-            element.inertia = _not_too_flat(body.inertial.inertia[:3])
-            element.ipos = body.inertial.pose.position
-            element.iquat = scalar_first(body.inertial.pose.orientation)
-            element.gravcomp = body.weightless
+            pulled, weightless = body.pulled, body.weightless
+            element.gravcomp = float(pulled is None)
+            if pulled is not None and weightless is not None:  # each has a centre of its own
+                _set_inertial(element, pulled)
+                lifted = element.add_body(name=f"{model}/{body.name}/weightless", gravcomp=1)
+                _set_inertial(lifted, weightless)
+            else:
+                _set_inertial(element, body.inertial)
         if body.floats:
             element.add_freejoint()
         for link in body.links:
@@ -324,6 +326,14 @@ class _Builder:
             one, other = (elements[index] for index in pair)
             if self._spec.worldbody not in (one, other):
                 self._spec.add_exclude(bodyname1=one.name, bodyname2=other.name)
+
+
+def _set_inertial(element: Any, inertial: Inertial) -> None:
+    element.explicitinertial = True
+    element.mass = inertial.mass
+    element.inertia = _not_too_flat(inertial.inertia[:3])
+    element.ipos = inertial.pose.position
+    element.iquat = scalar_first(inertial.pose.orientation)
 
 
 def _not_too_flat(moments: Sequence[float]) -> list[float]:

@@ -183,7 +183,7 @@ class Mechanisms:
     def _wrap(self, of: str, tendon: Any, part: Native) -> None:
         match part.tag:
             case "joint":
-                tendon.wrap_joint(self._names.require(part, "joint", "joint", of), _number(part, "coef"))
+                tendon.wrap_joint(self._names.require(part, "joint", "joint", of), number_of(part, "coef"))
             case "site":
                 tendon.wrap_site(self._names.require(part, "site", "site", of))
             case "geom":
@@ -191,7 +191,7 @@ class Mechanisms:
                 beside = self._names.require(part, "sidesite", "site", of) if side else ""
                 tendon.wrap_geom(self._names.require(part, "geom", "wrap", of), beside)
             case "pulley":
-                tendon.wrap_pulley(_number(part, "divisor"))
+                tendon.wrap_pulley(number_of(part, "divisor"))
             case tag:
                 raise part.error(f"a tendon goes along a joint, site, geom or pulley, not a <{tag}>")
 
@@ -287,7 +287,7 @@ class Mechanisms:
     def _declare(self, of: str, element: Native) -> None:
         """Note that controllers with these gains are an actuator of the file, which is driven as it is."""
         self._names.require(element, "joint", "joint", of)
-        gains = _number(element, "kp"), _number(element, "kv")
+        gains = number_of(element, "kp"), number_of(element, "kv")
         self.declared[of, element.attribute("joint") or ""] = gains
 
     # -- sensors
@@ -375,7 +375,8 @@ def _children(section: Native, valid: Iterable[str] | None) -> Iterator[Native]:
         yield element
 
 
-def _number(element: Native, attribute: str) -> float:
+def number_of(element: Native, attribute: str) -> float:
+    """Return the number in an attribute."""
     try:
         return float(element.attribute(attribute) or "")
     except ValueError:

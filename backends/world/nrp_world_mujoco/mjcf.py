@@ -34,7 +34,7 @@ from nrp_core.world.scene.sdf.model import KEYFRAME
 from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
-from nrp_world_mujoco.mjcf_native import Names, NativeElements, is_ground, not_passed
+from nrp_world_mujoco.mjcf_native import Names, NativeElements, is_ground, not_passed, partly_lifted
 from nrp_world_mujoco.native import files_of
 from nrp_world_mujoco.schema import without_field
 
@@ -92,8 +92,10 @@ def _left_out(spec: Any, model: Any, touching: set[int]) -> list[str]:
         values = np.asarray(getattr(model, field))
         if having := int(values.any(axis=tuple(range(1, values.ndim))).sum()):
             left_out.append(f"{having} {what}")
-    if partly := int(((model.body_gravcomp != 0) & (model.body_gravcomp != 1)).sum()):
-        left_out.append(f"the gravcomp of {partly} bodies, which is neither 0 nor 1")
+    if merged := sum(not alone for alone in partly_lifted(model).values()):
+        left_out.append(
+            f"the gravcomp of {merged} bodies, which is neither 0 nor 1: they are fixed to others"
+        )
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
@@ -251,11 +253,11 @@ class _Writer:
         if self._m.body_gravcomp[body] == 1:
             yield "<gravity>false</gravity>"
         mass = float(self._m.body_mass[body])
-        if mass == 0 and body != _WORLD:
-            yield _inertial(_NOTHING)  # or its shapes would weigh something
-        if mass > 0:
+        if body != _WORLD:  # without one, its shapes would weigh something
             centre = Pose(_vector(self._m.body_ipos[body]), _quaternion(self._m.body_iquat[body]))
-            yield _inertial(Inertial(mass, centre, (*_vector(self._m.body_inertia[body]), 0.0, 0.0, 0.0)))
+            moments = _vector(self._m.body_inertia[body])
+            given = Inertial(mass or LEAST_MASS, centre, (*moments, 0.0, 0.0, 0.0))
+            yield _inertial(given if any(moments) else _NOTHING)
         first = int(self._m.body_geomadr[body])
         for geom in range(first, first + int(self._m.body_geomnum[body])):
             yield from self._geom(geom)
@@ -281,8 +283,8 @@ class _Writer:
         dynamics = f"<damping>{m.dof_damping[dof]}</damping>"
         dynamics += f"<friction>{m.dof_frictionloss[dof]}</friction>"
         spring = float(np.ravel(m.jnt_stiffness[joint])[0])
-        if spring:
-            rest = float((m.qpos_spring - m.qpos0)[m.jnt_qposadr[joint]]) if kind != "ball" else 0.0
+        if spring and kind != "ball":
+            rest = float((m.qpos_spring - m.qpos0)[m.jnt_qposadr[joint]])
             dynamics += (
                 f"<spring_stiffness>{spring}</spring_stiffness><spring_reference>{rest}</spring_reference>"
             )

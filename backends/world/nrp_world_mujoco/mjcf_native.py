@@ -108,7 +108,7 @@ class NativeElements:
         self.muscles: dict[str, dict[str, str]] = {}
         """The elements in the plugin of each muscle, by model and name."""
         self.sensors = SensorElements(model, self)
-        for part in (self._options, self._joints, self._geoms, self._tendons, self._equalities,
+        for part in (self._options, self._bodies, self._joints, self._geoms, self._tendons, self._equalities,
                      self._contacts, self._acting, self.sensors.lines):  # fmt: skip
             for owner, line in part():
                 self._lines.setdefault(owner, []).append(line)
@@ -155,6 +155,12 @@ class NativeElements:
             owner = self.names.model(moving[0]) if moving else self._ground
             yield owner, _element("option", differing, inner)
 
+    def _bodies(self) -> Iterator[tuple[str, str]]:
+        for body, alone in partly_lifted(self._m).items():
+            if alone:
+                lift = {"link": self.names.body(body), "gravcomp": _text(self._m.body_gravcomp[body])}
+                yield self.names.model(body), _element("body", lift)
+
     def _joints(self) -> Iterator[tuple[str, str]]:
         m = self._m
         for joint in range(m.njnt):
@@ -162,6 +168,9 @@ class NativeElements:
             if mujoco.mjtJoint(m.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_FREE:
                 yield from self._free(joint)
                 continue
+            stiffness = float(np.ravel(m.jnt_stiffness[joint])[0])
+            if stiffness and mujoco.mjtJoint(m.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_BALL:
+                values["stiffness"] = _text(stiffness)
             for numbers, at in ((_JOINT, joint), (_OF_DOF, dof)):
                 for name, (field, usual) in numbers.items():
                     stated = (name in _STOP and m.jnt_limited[joint]) or (
@@ -531,6 +540,14 @@ def is_ground(model: Any, geom: int) -> bool:
     """Return whether a geom is on the world body, or on a body that nothing in its tree moves."""
     root = model.body_rootid[model.geom_bodyid[geom]]
     return not root or not model.body_jntnum[model.body_rootid == root].any()
+
+
+def partly_lifted(model: Any) -> dict[int, bool]:
+    """Return the bodies whose gravcomp is neither 0 nor 1, and whether no other mass is fixed to them."""
+    m = model
+    masses = np.bincount(m.body_weldid[m.body_mass > 0], minlength=m.nbody)
+    partly = (m.body_gravcomp != 0) & (m.body_gravcomp != 1) & (m.body_mass > 0) & (m.body_weldid != 0)
+    return {body: bool(masses[m.body_weldid[body]] == 1) for body in np.flatnonzero(partly).tolist()}
 
 
 def not_passed(model: Any) -> Iterator[str]:

@@ -134,7 +134,7 @@ class SensorElements:
         if kind == _KINDS.mjOBJ_SITE:
             body = int(m.site_bodyid[part])
             owner = parts.names.model(body)
-            if tag in _HELD and m.body_weldid[body] != body:
+            if tag in _HELD and (not body or m.body_weldid[body] != body):
                 return None
             if tag == "touch":
                 self.touched_sites.add(part)
@@ -188,6 +188,8 @@ class SensorElements:
             key, shared = name, False
         if key not in self._messages:
             title = f"{self._place_name(number)}/{form}" if shared else name
+            if any((owner, title) == (each.owner, each.name) for each in self._messages.values()):
+                title = name  # of two frames of a body, which have one name
             topic = re.sub(r"[^\w/]+", "_", title)
             message = self._messages[key] = _Message(owner, title)
             message.inner += [("link", self._parts.names.body(body)), ("topic", topic), ("message", form)]

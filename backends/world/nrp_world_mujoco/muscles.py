@@ -88,7 +88,7 @@ def muscle_elements(m: Any, number: int, points: Sequence[Mapping[str, str]]) ->
     gear, prm = float(m.actuator_gear[output, 0]), m.actuator_gainprm[number]
     low, high, force, scale, lmin, lmax, vmax, fpmax, fvmax = prm[:9].tolist()
     short, long = (m.actuator_lengthrange[output] / gear).tolist() if gear else (0.0, 0.0)
-    force = gear * (force if force >= 0 else scale / float(m.actuator_acc0[output]))
+    force = gear * (force if force >= 0 else scale / max(float(m.actuator_acc0[output]), mujoco.mjMINVAL))
     kinds = m.actuator_dyntype[number], m.actuator_gaintype[number], m.actuator_biastype[number]
     if (
         kinds != (mujoco.mjtDyn.mjDYN_MUSCLE, mujoco.mjtGain.mjGAIN_MUSCLE, mujoco.mjtBias.mjBIAS_MUSCLE)

@@ -15,6 +15,7 @@ import numpy as np
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
+from nrp_core.world.scene.inertia import LEAST_MOMENT
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.origin import Native
 from nrp_core.world.scene.reading.repairs import LEAST_MASS
@@ -25,6 +26,7 @@ from nrp_world_mujoco.mechanisms import (
     BuiltParts,
     Mechanisms,
     copy_all,
+    number_of,
     parse_element,
     pose_of,
     write_element,
@@ -32,10 +34,13 @@ from nrp_world_mujoco.mechanisms import (
 from nrp_world_mujoco.schema import attributes_of, field_of
 from nrp_world_mujoco.shapes import pos_quat
 
+_HARDLY_ANY = 4 * LEAST_MOMENT
+
 
 def is_between(body: Body) -> bool:
     """Return whether a body may be a link between two joints of one body."""
-    return body.inertial is not None and body.inertial.mass <= LEAST_MASS
+    inertial = body.inertial
+    return inertial is not None and inertial.mass <= LEAST_MASS and max(inertial.inertia) < _HARDLY_ANY
 
 
 def holders(bodies: Sequence[Body]) -> Iterator[tuple[int, int]]:
@@ -168,6 +173,7 @@ OF_SCENE_JOINT = ("axis", "damping", "frictionloss", "group", "limited", "pos", 
                   "stiffness", "type", "user")  # fmt: skip
 """Attributes that the joint of a scene has, and those that do not act."""
 _OF_JOINT = tuple(name for name in attributes_of("joint") if name not in OF_SCENE_JOINT)
+_OF_BALL = (*_OF_JOINT, "stiffness")
 _OF_FREE_JOINT = ("armature", "damping", "frictionloss", "stiffness", *_SOLVER)
 OF_SCENE_GEOM = ("axisangle", "castshadow", "density", "euler", "fitscale", "fromto", "group", "hfield",
                  "mass", "material", "mesh", "pos", "quat", "rgba", "shellinertia", "size", "type", "user",
@@ -176,7 +182,7 @@ OF_SCENE_GEOM = ("axisangle", "castshadow", "density", "euler", "fitscale", "fro
 _OF_GEOM = tuple(name for name in attributes_of("geom") if name not in OF_SCENE_GEOM)
 _RUBS = ("condim", "friction", "priority")
 _KEPT = ("gravity", "integrator", "timestep")  # set by the experiment, and by servos that must stay stable
-_TAGS = ("compiler", "freejoint", "geom", "joint", "mesh", "option", "size", *SECTIONS)
+_TAGS = ("body", "compiler", "freejoint", "geom", "joint", "mesh", "option", "size", *SECTIONS)
 _WITHOUT_FRICTION = mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
 _ACTING = ("boundinertia", "boundmass", "settotalmass")  # attributes of the compiler
 
@@ -235,7 +241,8 @@ class NativeElements:
                 self._set_options(element)
             case "joint":
                 joint = _named(element, "name", parts.joints, "moving joint")
-                _copy(_values(element, _OF_JOINT, "name"), [joint])
+                ball = joint.type == mujoco.mjtJoint.mjJNT_BALL
+                _copy(_values(element, _OF_BALL if ball else _OF_JOINT, "name"), [joint])
             case "freejoint":
                 body, _ = _named(element, "link", parts.links, "link")
                 free = [each for each in body.joints if each.type == mujoco.mjtJoint.mjJNT_FREE]
@@ -244,6 +251,9 @@ class NativeElements:
                 self._set_geoms(element, parts)
             case "mesh":
                 self._meshes.add(parts.model.name, element)
+            case "body":
+                body, _ = _named(element, "link", parts.links, "link")
+                body.gravcomp = number_of(element, "gravcomp")
             case "compiler" | "size":
                 parse_element(element, write_element(element), compiles=True)
                 self._warn(element, _ACTING)

@@ -55,6 +55,7 @@ def iterations_for(inertia: FloatArray) -> int:
     return min(max(USUAL, 2 * ceil(log(_LEFT) / log(left) / 2)), _MOST)
 
 
+_CENTRE = Pose()
 STRONG = 0.1
 """The share of a joint's velocity removed in a step above which a damper is strong."""
 
@@ -179,12 +180,15 @@ class Control:
         decays = [(body, place, Decay.of(body, step_s)) for body, place in places]
         self._decays = [(body, place, decay) for body, place, decay in decays if decay is not None]
 
-    def _lifts_of(self, gravity: Vector) -> Iterator[tuple[Body, BodyHandle, Wrench]]:
-        """Yield the bodies that gravity does not pull, or not in full, with the forces that hold them."""
+    def _lifts_of(self, gravity: Vector) -> Iterator[tuple[BodyHandle, Wrench, Pose]]:
+        """Yield the bodies that gravity does not pull, or not in full, with the forces that hold them.
+
+        The last are the centres of the masses that it does not pull, relative to those of the bodies.
+        """
         for body, place in (each for bodies in self._built.bodies.values() for each in bodies):
-            if body.inertial is not None and body.weightless:
-                x, y, z = (-body.weightless * body.inertial.mass * part for part in gravity)
-                yield body, place, Wrench((x, y, z))
+            if body.inertial is not None and (lifted := body.weightless):
+                x, y, z = (-lifted.mass * part for part in gravity)
+                yield place, Wrench((x, y, z)), body.inertial.pose.inverse() @ Pose(lifted.pose.position)
 
     def _trees_of(self, model: Model) -> Iterator[Tree]:
         """Yield the trees of a model with servos, springs or strong dampers."""
@@ -291,12 +295,13 @@ class Control:
     def _pull_all(self) -> None:
         """Apply the wrenches on bodies."""
         for (model, index), wrench in self._wrenches.items():
-            self._pull(*self._built.bodies[model][index], wrench)
+            _, place = self._built.bodies[model][index]
+            self._pull(place, wrench)
         for lift in self._lifts:
             self._pull(*lift)
-        for body, place, decay in self._decays:
+        for _, place, decay in self._decays:
             motion = Moving(place, Pose(), self._client)()  # of its centre of mass and principal axes
-            self._pull(body, place, decay.wrench(motion.pose, motion.linear, motion.angular))
+            self._pull(place, decay.wrench(motion.pose, motion.linear, motion.angular))
 
     def _drive(self, efforts: Iterable[tuple[BodyHandle, float]]) -> None:
         """Apply efforts to joints, those of a multi-body in one call."""
@@ -314,9 +319,10 @@ class Control:
         for multibody, (links, forces) in trees.items():
             bullet.setJointMotorControlArray(multibody, links, mode, forces=forces, physicsClientId=client)
 
-    def _pull(self, body: Body, place: BodyHandle, wrench: Wrench) -> None:
+    def _pull(self, place: BodyHandle, wrench: Wrench, at: Pose = _CENTRE) -> None:
+        """Apply a wrench at a place relative to a body's centre of mass and principal axes."""
         where, client = (place.multibody, place.link), self._client
-        point, _ = Moving(place, Pose(), client).place()
+        point, _ = Moving(place, at, client).place()
         bullet.applyExternalForce(*where, wrench.force, point, bullet.WORLD_FRAME, physicsClientId=client)
         bullet.applyExternalTorque(*where, wrench.torque, bullet.WORLD_FRAME, physicsClientId=client)
 

@@ -127,6 +127,12 @@ def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str
             ", ..." if len(motors) > _NAMED else ""
         )
         yield "armature", f"the inertia of the motors (armature) of {of} at {joints}"
+    for tag, name, what in (
+        ("body", "gravcomp", "the partial gravcomp of {} bodies"),
+        ("joint", "stiffness", "the springs of {} ball joints"),
+    ):
+        if having := sum(each.tag == tag and _has(each, name) for each in foreign):
+            yield name, f"{what.format(having)} of {of}"
     for medium in _MEDIUM:
         if any(each.tag == "option" and _has(each, medium) for each in foreign):
             yield medium, f"the medium that brakes {of} ({medium})"

@@ -52,11 +52,14 @@ class Body:
         return self.parent is None and not self.fixed
 
     @property
-    def weightless(self) -> float:
-        """The share of its mass that gravity does not pull; engines lift it at its centre of mass."""
-        masses = [(link.inertial.mass, link.gravity) for link in self.links if link.inertial is not None]
-        without = sum(mass for mass, pulled in masses if not pulled)
-        return without / sum(mass for mass, _ in masses) if without else 0.0
+    def weightless(self) -> Inertial | None:
+        """The part of its mass that gravity does not pull, in its frame; None if gravity pulls all."""
+        return sum_inertials(_masses([link for link in self.links if not link.gravity]))
+
+    @property
+    def pulled(self) -> Inertial | None:
+        """The part of its mass that gravity pulls, in its frame; None if there is none."""
+        return sum_inertials(_masses([link for link in self.links if link.gravity]))
 
     @property
     def decay(self) -> tuple[float, float]:

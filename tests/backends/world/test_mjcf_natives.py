@@ -514,3 +514,49 @@ def test_flat_bodies_have_their_inertia_in_any_rotation(tmp_path):
         found, wanted = (np.sort(each, axis=1) for each in (
             model.body_inertia[heavy], theirs.body_inertia[theirs.body_mass > 0.5]))  # fmt: skip
     assert found == pytest.approx(wanted, rel=1e-9)
+
+
+ALONE = """<mujoco><compiler angle="radian" {compiler}/><worldbody>
+  <body name="arm" {arm}><joint name="elbow" axis="0 1 0"/>
+    <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" mass="0.3" contype="0" conaffinity="0"/>
+    <body name="wrist" pos="0.3 0 0"><body name="hand"><joint name="ball" type="ball" {ball}/>
+      <geom size="0.05" pos="0.1 0 0" mass="0.2" contype="0" conaffinity="0"/></body></body></body>
+  </worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("where", "attribute"),
+    [
+        ("arm", 'gravcomp="0.4"'),
+        ("ball", 'stiffness="0.5"'),
+        ("compiler", 'boundinertia="0.01"'),  # of the wrist, which has no mass
+    ],
+)
+def test_bodies_of_a_file_move_as_in_mujoco_alone(tmp_path, where, attribute):
+    usual = dict.fromkeys(("compiler", "arm", "ball"), "")
+    text = ALONE.format(**usual | {where: attribute})
+    (tmp_path / "arm.xml").write_text(text)
+    with opened(read_scene(tmp_path / "arm.xml")) as world:
+        assert not world.warnings
+        found = ours(world, {}, 0.3)["elbow"]
+    wanted, without = (alone(each, {}, 0.3)["elbow"] for each in (text, ALONE.format(**usual)))
+    assert abs(wanted - without) > 1e-3
+    assert found == pytest.approx(wanted, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("where", "attribute", "told"),
+    [("arm", 'gravcomp="0.4"', "gravcomp"), ("ball", 'stiffness="0.5"', "stiffness")],
+)
+def test_pybullet_reports_what_it_lacks_of_bodies(tmp_path, where, attribute, told):
+    usual = dict.fromkeys(("compiler", "arm", "ball"), "")
+    (tmp_path / "arm.xml").write_text(ALONE.format(**usual | {where: attribute}))
+    with opened(read_scene(tmp_path / "arm.xml"), "pybullet") as world:
+        assert told in [warning.subject for warning in world.warnings if warning.code is Code.NRP260]
+
+
+def test_a_muscle_that_moves_nothing_opens(tmp_path):
+    text = TEXTBOOK_ARM.format(path='<site site="anchor"/><site site="post"/>', ground="")
+    (tmp_path / "arm.xml").write_text(text.replace('force="30"', 'force="-1"'))
+    with opened(read_scene(tmp_path / "arm.xml")) as world:
+        assert ours(world, {}, 0.1)

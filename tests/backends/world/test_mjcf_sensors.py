@@ -127,3 +127,23 @@ def test_an_engine_without_them_says_so_and_has_no_topic(tmp_path: Path) -> None
         lacking = {each.subject for each in world.warnings if each.code is Code.NRP260}
         assert {"chip/imu", "landing", "clock"} <= lacking
         assert "/torso/clock" not in world.topics
+
+
+def test_frames_of_one_body_have_messages_of_their_own(tmp_path: Path) -> None:
+    """Its origin, its centre of mass, and the latter relative to a site, which has the name of the body."""
+    frames = {"heart": "body", "origin": "xbody"}
+    more = "".join(
+        f'<framepos name="{name}" objtype="{kind}" objname="leg"/>' for name, kind in frames.items()
+    )
+    text = BODY.replace("</sensor>", more + "</sensor>")
+    data = mujoco.MjData(mujoco.MjModel.from_xml_string(text))
+    mujoco.mj_forward(mujoco.MjModel.from_xml_string(text), data)
+    (tmp_path / "body.xml").write_text(text)
+    backend = worlds().load("mujoco")
+    with backend.open(read_scene(tmp_path / "body.xml"), seed=1, options=backend.options()) as world:
+        heard = {name: world.subscribe(f"/torso/{name}") for name in (*frames, "leg/pose")}
+        world.run_until(2_000_000)
+        for name in frames:
+            found = numbers(heard[name].latest.message, "pose.position")
+            np.testing.assert_allclose(found, data.sensor(name).data, atol=1e-3)
+        assert heard["leg/pose"].latest.message.header.frame_id == "torso/room"

@@ -30,6 +30,19 @@ def test_a_body_falls_by_the_share_of_its_mass_that_gravity_pulls(open_world, ad
     assert motion.angular == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
 
 
+@pytest.mark.parametrize("held", [False, True])
+def test_gravity_pulls_at_the_centre_of_the_links_that_it_pulls(open_world, advance, held):
+    """A dumbbell, one end of which is weightless: ``torque / inertia`` about its middle."""
+    ends = (body("heavy", 1.0, gravity=True), body("light", 1.0, gravity=False, at=Pose((-0.4, 0.0, 0.0))))
+    joints = [Joint("bar", "fixed", "heavy", "light")]
+    if held:
+        joints.append(Joint("j", "continuous", "world", "heavy", axis=(0.0, 1.0, 0.0)))
+    world = open_world(Model("dumbbell", ends, tuple(joints), pose=Pose((0.0, 0.0, 5.0))))
+    advance(world, 0.02)
+    rate = 1.0 * GRAVITY * 0.2 / (2 * 0.1 + 2 * 1.0 * 0.2**2)
+    assert world.link_motion("dumbbell", "heavy").angular[1] == pytest.approx(rate * 0.02, rel=1e-3)
+
+
 def test_a_weightless_arm_stays_where_it_is_and_another_one_falls(open_world, advance):
     def arm(name: str, y: float, *, gravity: bool) -> Model:
         joint = Joint("j", "continuous", "world", "rod", axis=(0.0, 1.0, 0.0))
