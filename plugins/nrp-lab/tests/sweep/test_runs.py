@@ -24,6 +24,7 @@ from nrp_lab.sweep.slurm import JOBS, emit
 from nrp_lab.sweep.table import VARYING, Row
 
 import nrp_core
+from nrp_core import Run, load_experiment
 
 BRAIN = """
 import nrp_core.pynn as sim
@@ -119,6 +120,28 @@ def test_runs_are_the_same_alone_in_one_process_and_on_workers_of_dask(plan: Pla
     assert digests(here) == alone
     assert all(row["complete"] and row["error"] is None for row in here)
     assert swept(plan, tmp_path / "dask", "dask", 2) == here
+
+
+RANDOMIZE = (
+    "{mass: {pioneer/base: {scale: 0.8..1.2}}, sensor_position: {pioneer/.*/.*: {add: -0.01..0.01}}}"
+)
+
+
+def test_the_table_has_what_was_drawn_for_each_run(plan: Plan, tmp_path: Path) -> None:
+    (tmp_path / "noisy.yaml").write_text(EXPERIMENT + f"world: {{randomize: {RANDOMIZE}}}")
+    rows = swept(planned(tmp_path, seeds=2), tmp_path / "here", "local", 1)
+    masses = {row["seed"]: row["world.randomize.mass.pioneer/base"] for row in rows}
+    assert len(set(masses.values())) == len(masses) == 2
+    assert all(0.8 <= mass <= 1.2 for mass in masses.values())
+    with Run(load_experiment(tmp_path / "noisy.yaml", ["seed=2"])) as run:
+        drawn = {(draw.quantity, draw.part): draw.values for draw in run.world.randomized}
+        nominal, link = (scene.model("pioneer").link("base") for scene in (
+            run.world.nominal, run.world.scene))  # fmt: skip
+    assert link.inertial.mass / nominal.inertial.mass == pytest.approx(masses[2], rel=1e-12)
+    row = next(row for row in rows if row["seed"] == 2)
+    part = next(part for quantity, part in drawn if quantity == "sensor_position")
+    moved = [row[f"world.randomize.sensor_position.{part}.{axis}"] for axis in "xyz"]
+    assert moved == list(drawn["sensor_position", part])
 
 
 @pytest.mark.parametrize("wrong", ["keeps the seed", "keeps variables of the file"])

@@ -136,7 +136,8 @@ def _perform_run(task: Task) -> Record:
         result = run.result()
         described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
         signals = RunSignals(to_jsonable(described) if folder is None else Recording(folder))
-        return _record(task, result, _measured(metrics, signals, result))
+        record = _record(task, result, _measured(metrics, signals, result))
+        return replace(record, drawn=_drawn(run))
 
 
 def _run(run: Run, task: Task, folder: Path | None) -> None:
@@ -203,6 +204,22 @@ def _record(task: Task, result: Result, measured: Mapping[str, Any]) -> Record:
         trajectory_digest=result.trajectory_digest,
         error=result.error,
     )
+
+
+_COMPONENTS = {"gains": "pid", "sensor_position": "xyz", "sensor_orientation": ("roll", "pitch", "yaw")}
+
+
+def _drawn(run: Run) -> dict[str, float]:
+    """Return what was drawn for the seed of a run, one number for each column of a table."""
+    found: dict[str, float] = {}
+    for draw in run.world.randomized:
+        name = f"world.randomize.{draw.quantity}.{draw.part}"
+        if draw.quantity in _COMPONENTS:
+            parts = zip(_COMPONENTS[draw.quantity], draw.values, strict=True)
+            found |= {f"{name}.{part}": value for part, value in parts}
+        else:
+            (found[name],) = draw.values
+    return found
 
 
 def _in_one_line(error: NrpError) -> str:

@@ -107,17 +107,21 @@ Row = dict[str, Any]
 def rows_of(runs: Iterable[PlannedRun], records: Mapping[str, Record]) -> list[Row]:
     """Return the rows of the finished runs in the order of the plan; all have the same columns."""
     done = [(run, records[run.task.id]) for run in runs if run.task.id in records]
-    measured = list(dict.fromkeys(name for _, record in done for name in record.measured))
-    return [_row(run, record, measured) for run, record in done]
+    measured, drawn = (
+        list(dict.fromkeys(name for _, record in done for name in getattr(record, kind)))
+        for kind in ("measured", "drawn")
+    )
+    return [_row(run, record, measured, drawn) for run, record in done]
 
 
-def _row(run: PlannedRun, record: Record, measured: Sequence[str]) -> Row:
+def _row(run: PlannedRun, record: Record, measured: Sequence[str], drawn: Sequence[str]) -> Row:
     varied = {key: _cell(key, value) for key, value in run.values.items()}
     own = {SEED: record.seed, "brain.backend": record.brain, "world.backend": record.world}
     return {
         "run": run.task.index,
         **varied,
         **{key: value for key, value in own.items() if key not in varied},
+        **{name: record.drawn.get(name) for name in drawn},
         "state": record.state,
         "complete": record.complete,
         "passed": record.passed,
