@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.devices.sources import PoissonSource as PoissonSource
     from nrp_core.brain.devices.sources import SpikeInjector as SpikeInjector
     from nrp_core.brain.interface import Brain as Brain
+    from nrp_core.brain.network.currents import InjectedCurrent as InjectedCurrent
     from nrp_core.brain.network.data import RECEPTORS as RECEPTORS
     from nrp_core.brain.network.data import Network as Network
     from nrp_core.brain.network.data import Origin as Origin
@@ -94,6 +95,7 @@ else:
             "nrp_core.brain.devices.source_cells": "TrainQueue",
             "nrp_core.brain.backend": "BRAIN_INTERFACE_VERSION BrainBackend BrainOptions",
             "nrp_core.brain.interface": "Brain",
+            "nrp_core.brain.network.currents": "InjectedCurrent",
             "nrp_core.brain.network.data": "Network Origin Population Projection RECEPTORS",
             "nrp_core.brain.network.grid": "Grid same_order",
             "nrp_core.brain.network.motoneurons": "MotoneuronPool",

@@ -77,7 +77,8 @@ class Brain(Simulation):
                 PopulationTrains(population, network.ids_of(label), self._seeds)
                 for label, population in network.populations.items()
                 if population.is_source and not self._emits(population)
-            ]
+            ],
+            network.currents,
         )
 
     @property
@@ -332,8 +333,8 @@ class Brain(Simulation):
     def _run_under_currents(self, t_ns: int) -> None:
         """Run to ``t_ns``, halting on the brain's grid where a current changes; record state on the way."""
         grid_ns = self.capabilities.resolution_ns or 1
-        at_ns = self.now_ns
-        if not self._attached.currents:
+        at_ns, began_ms = self.now_ns, milliseconds(self._began_ns)
+        if not (self._attached.currents or self._attached.injected):
             self._update_currents(milliseconds(at_ns))
             self._run_recording(at_ns, t_ns, grid_ns)
             return
@@ -341,6 +342,7 @@ class Brain(Simulation):
             now_ms = milliseconds(at_ns)
             self._update_currents(now_ms)
             halts_ms = [source.next_change_ms(now_ms) for source in self._attached.currents]
+            halts_ms += [one.next_change_ms(now_ms - began_ms) + began_ms for one in self._attached.injected]
             stop_ns = t_ns
             if min(halts_ms) < milliseconds(t_ns):
                 stop_ns = min(t_ns, -(-round(min(halts_ms) * NS_PER_MS) // grid_ns) * grid_ns)
@@ -364,9 +366,11 @@ class Brain(Simulation):
         recorder.take(np.array([self.now_ns]), values[np.newaxis])
 
     def _update_currents(self, now_ms: float) -> None:
-        if not self._attached.currents and not np.count_nonzero(self._currents):
+        if not (self._attached.currents or self._attached.injected or np.count_nonzero(self._currents)):
             return
         total = np.zeros(self.network.size)
+        for current in self._attached.injected:
+            np.add.at(total, current.neurons, current.current_na(now_ms - milliseconds(self._began_ns)))
         for source in self._attached.currents:
             np.add.at(total, source.neurons, source.current_na(now_ms))
         if (total != self._currents).any():

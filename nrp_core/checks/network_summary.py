@@ -41,10 +41,8 @@ def summary_of(network: Network) -> NetworkSummary:
     """Return the facts about a complete network."""
     findings = [*Findings(unlikely_units(network), general=Code.NRP297)]
     findings += Findings(network.remarks, general=Code.NRP308)
-    by_voltage = _acting_by_voltage(network)
-    unreached = {
-        label: why for label, why in unreached_thresholds(network).items() if label not in by_voltage
-    }
+    others = _acting_by_voltage(network) | _excited_by_currents(network)
+    unreached = {label: why for label, why in unreached_thresholds(network).items() if label not in others}
     return NetworkSummary(_joined(network), mute(network), unreached, findings)
 
 
@@ -97,6 +95,12 @@ def _acting_by_voltage(network: Network) -> set[str]:
     """Return the labels of the populations that act on others although no cell fires."""
     continuous = [one for one in network.projections if one.is_continuous]
     return {one.pre for one in continuous} | {one.post for one in continuous if one.is_electrical}
+
+
+def _excited_by_currents(network: Network) -> set[str]:
+    """Return the labels of the populations with cells into which currents flow at given times."""
+    exciting = [one.neurons for one in network.currents if (one.amplitudes_na > 0.0).any()]
+    return {network.label_of(int(cell))[0] for cells in exciting for cell in np.unique(cells)}
 
 
 def summary_from(described: dict[str, Any]) -> NetworkSummary:
@@ -177,7 +181,7 @@ def mute(network: Network) -> list[str]:
     constant current, ``v_rest + i_offset tau_m / cm``, is below the threshold, as their initial voltage is.
     """
     excited = {one.post for one in network.projections if _may_excite(one, network.populations[one.post])}
-    excited |= _acting_by_voltage(network)
+    excited |= _acting_by_voltage(network) | _excited_by_currents(network)
     return [label for label, one in network.populations.items() if label not in excited and _rests_below(one)]
 
 

@@ -13,6 +13,7 @@ from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import CurrentPort, SourcePort
+from nrp_core.brain.network.currents import InjectedCurrent
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import LifecycleError, NeuronSelectionError, SnapshotError
 from nrp_core.seeds import Seeds
@@ -76,16 +77,17 @@ class AttachedDevices:
 
     Args:
         trains: the source populations whose spikes the core emits.
+        injected: the currents of the network.
 
     Attributes:
-        trains: these populations.
+        trains, injected: as given.
         sources, sinks: the devices, in the order in which they were added.
         currents: the sources that are currents.
         recorders: the sinks that record state.
     """
 
-    def __init__(self, trains: Sequence[PopulationTrains]) -> None:
-        self.trains = trains
+    def __init__(self, trains: Sequence[PopulationTrains], injected: Sequence[InjectedCurrent]) -> None:
+        self.trains, self.injected = trains, injected
         self.sources: list[SourcePort] = []
         self.sinks: list[SinkPort] = []
         self._sort()

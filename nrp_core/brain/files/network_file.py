@@ -17,13 +17,15 @@ digest, so that the network read equals the network written. The layout::
         initial_values/*    the same, if any (version 5)
     views/0, 1, ...    attribute name
         neurons    global ids
+    currents/0, 1, ...    if any (version 7)
+        neurons, times_ms, amplitudes_na
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from hashlib import blake2b
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -34,6 +36,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
+from nrp_core.brain.network.currents import InjectedCurrent
 from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.synapse import SynapseEquations
@@ -45,9 +48,10 @@ from nrp_core.paths import path_of
 
 SUFFIX = ".nrpnet"
 FORMAT = "nrp-network"
-VERSION = 6
-_WITH_CELLS, _WITH_SYNAPSES, _WITH_STATE, _WITH_REWARDS = 3, 4, 5, 6
-"""The first versions that know cells and synapses as equations, how synapses begin and vanish, rewards."""
+VERSION = 7
+_WITH_CELLS, _WITH_SYNAPSES, _WITH_STATE, _WITH_REWARDS, _WITH_CURRENTS = 3, 4, 5, 6, 7
+"""The first versions that know cells and synapses as equations, how synapses begin and vanish, rewards,
+currents."""
 
 _CHECKED = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
 
@@ -126,7 +130,10 @@ def read_network(
         remarks = (
             tuple(map(str, json.loads(attribute(file, "remarks", str)))) if "remarks" in file.attrs else ()
         )
-        network = Network(cells, tuple(projections), views, timestep_ms, remarks=remarks)
+        currents = _parts(group(file, "currents"), _read_current) if "currents" in file else ()
+        network = Network(
+            cells, tuple(projections), views, timestep_ms, remarks=remarks, currents=tuple(currents)
+        )
         if attribute(file, "digest", str) != network.digest:
             raise NetworkError(
                 "the file is damaged: the digest of its network differs from the digest stored in it"
@@ -170,6 +177,11 @@ def _write(file: Any, network: Network) -> None:
         _write_array(part, "neurons", ids)
     for name in ("populations", "projections", "views"):
         file.require_group(name)
+    for index, current in enumerate(network.currents):
+        part = file.create_group(f"currents/{index}")
+        for field in fields(current):
+            _write_array(part, field.name, getattr(current, field.name))
+        file.attrs["version"] = _WITH_CURRENTS
 
 
 # -- populations
@@ -303,6 +315,12 @@ def _json(part: Any, name: str) -> dict[str, Any]:
 
 def _read_view(part: Any) -> tuple[str, Any]:
     return attribute(part, "name", str), array(part, "neurons", np.int64)
+
+
+def _read_current(part: Any) -> InjectedCurrent:
+    return InjectedCurrent(
+        array(part, "neurons", np.int64), array(part, "times_ms", float), array(part, "amplitudes_na", float)
+    )
 
 
 # -- arrays

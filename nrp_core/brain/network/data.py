@@ -37,6 +37,7 @@ from nrp_core.brain.network.checked import (
     require_timestep,
     require_values,
 )
+from nrp_core.brain.network.currents import InjectedCurrent, require_targets
 from nrp_core.brain.network.drawing import redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.model import INHIBITORY
@@ -295,6 +296,7 @@ class Network(Overview):
         timestep_ms: the time step that the model was written for, or None if it names none; a
             backend with a fixed time step may use it.
         remarks: sentences about differences between the script and the network; not part of its identity.
+        currents: currents that flow into cells at given times.
 
     Raises:
         NetworkError: the network is inconsistent.
@@ -305,6 +307,7 @@ class Network(Overview):
     views: Mapping[str, IntArray] = field(default_factory=dict)
     timestep_ms: float | None = None
     remarks: tuple[str, ...] = field(default=(), compare=False, kw_only=True)
+    currents: tuple[InjectedCurrent, ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         copy_mappings(self, "network", "populations", "views")
@@ -315,6 +318,9 @@ class Network(Overview):
         object.__setattr__(self, "projections", tuple(self.projections))  # an iterator would end here
         require_parts("populations", Population, self.populations.values())
         require_parts("projections", Projection, self.projections)
+        require_parts("currents", InjectedCurrent, self.currents)
+        for current in self.currents:
+            require_targets(current, self.populations)
         require_timestep(self.timestep_ms)
         for label, population in self.populations.items():
             if label != population.label:
@@ -461,6 +467,8 @@ class Network(Overview):
                 feed(state, dict(projection.initial_values))
             feed(state, *_changes_of(projection))
         feed(state, dict(self.views), self.timestep_ms)
+        for current in self.currents:
+            feed(state, current.neurons, current.times_ms, current.amplitudes_na)
         return state.hexdigest()
 
     def _check(self, projection: Projection) -> None:

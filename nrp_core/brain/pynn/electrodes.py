@@ -1,4 +1,4 @@
-"""PyNN's current sources. A network holds only constant currents, which add to the cells' offset current."""
+"""PyNN's current sources. A network holds steps, and constant currents, which add to the offset current."""
 
 # mypy: disable-error-code="misc"
 
@@ -26,7 +26,6 @@ from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError
 
 _FOREVER_MS = 1e12
-_HINT = "for currents that change, use a device in a transfer function"
 
 
 class CurrentSource(StandardCurrentSource):
@@ -97,15 +96,15 @@ class CurrentSource(StandardCurrentSource):
         times_ms, amplitudes_na = self._simulator.state.current_data(self)
         return times_ms, amplitudes_na
 
-    def constant_na(self) -> float:
-        """Return the current, nA, of a source that is always on.
+    def steps(self) -> tuple[FloatArray, FloatArray]:
+        """Return the times at which the current changes, ms, and the currents from then on, nA.
 
         Raises:
-            CapabilityError: the current changes with time.
+            CapabilityError: the current does not change in steps.
         """
         raise CapabilityError(
-            f"{type(self).__name__} cannot be part of a network; the nearest that can is a DCSource that "
-            f"is on from 0 ms for ever; {_HINT}"
+            f"{type(self).__name__} cannot be part of a network; the nearest that can is a "
+            "StepCurrentSource; for other currents, use a device in a transfer function"
         )
 
 
@@ -114,13 +113,12 @@ class DCSource(CurrentSource, electrodes.DCSource):
 
     translations = untranslated(electrodes.DCSource.default_parameters)
 
-    def constant_na(self) -> float:
-        if self.start > 0 or self.stop < _FOREVER_MS:
-            raise CapabilityError(
-                f"DCSource: in a network it is on from 0 ms for ever, not from {self.start:g} to "
-                f"{self.stop:g} ms; {_HINT}"
-            )
-        return float(self.amplitude)
+    def steps(self) -> tuple[FloatArray, FloatArray]:
+        times, amplitudes = np.array([self.start, self.stop]), np.array([float(self.amplitude), 0.0])
+        if self.stop == self.start:
+            return np.zeros(1), np.zeros(1)
+        kept = times < _FOREVER_MS
+        return np.maximum(times[kept], 0.0), amplitudes[kept]
 
 
 class ACSource(CurrentSource, electrodes.ACSource):
@@ -148,6 +146,9 @@ class StepCurrentSource(CurrentSource, electrodes.StepCurrentSource):
         last = np.diff(rounded, append=np.inf) > 0
         object.__setattr__(self, "times", rounded[last])
         object.__setattr__(self, "amplitudes", amplitudes[last])
+
+    def steps(self) -> tuple[FloatArray, FloatArray]:
+        return self.times, self.amplitudes
 
 
 class NoisyCurrentSource(CurrentSource, electrodes.NoisyCurrentSource):

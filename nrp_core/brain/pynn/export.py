@@ -15,6 +15,7 @@ from pyNN.random import RandomDistribution
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network import data as data
+from nrp_core.brain.network.currents import InjectedCurrent
 from nrp_core.brain.network.data import Network, Origin
 from nrp_core.brain.network.equations.model import INPUT, known_value
 from nrp_core.brain.network.indices import indices_of
@@ -122,8 +123,8 @@ def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Net
         NetworkError: the network is inconsistent.
     """
     labels = dict(zip(state.populations, unique(p.label for p in state.populations), strict=True))
-    currents = _injected(state)
-    populations = {label: _population(p, label, currents[ids_of(p)]) for p, label in labels.items()}
+    constant_na, currents = _injected(state)
+    populations = {label: _population(p, label, constant_na[ids_of(p)]) for p, label in labels.items()}
     names = unique(projection.label for projection in state.projections)
     rewirings = rewirings_of(state.projections, labels)
     parts = map(_parts, state.projections, names, repeat(labels), repeat(rewirings))
@@ -133,7 +134,9 @@ def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Net
         *_renamed_projections(state.projections, names),
     )
     remarks = (*state.remarks, *renamed)
-    return Network(populations, projections, dict(views or {}), timestep_ms=state.dt, remarks=remarks)
+    return Network(
+        populations, projections, dict(views or {}), timestep_ms=state.dt, remarks=remarks, currents=currents
+    )
 
 
 def _renamed_populations(populations: Iterable[Population], labels: Iterable[str]) -> Iterator[str]:
@@ -170,12 +173,16 @@ def unique(names: Iterable[str]) -> list[str]:
     return taken_names
 
 
-def _injected(state: State) -> FloatArray:
-    """Return the constant current from sources into each cell, nA."""
-    currents = np.zeros(state.n_cells)
+def _injected(state: State) -> tuple[FloatArray, tuple[InjectedCurrent, ...]]:
+    """Return the constant current from sources into each cell, nA, and the currents that change."""
+    constant_na, currents = np.zeros(state.n_cells), []
     for injection in state.injections:
-        np.add.at(currents, injection.cells, injection.source.constant_na())
-    return currents
+        times_ms, amplitudes_na = injection.source.steps()
+        if len(times_ms) == 1 and times_ms[0] == 0.0:
+            np.add.at(constant_na, injection.cells, amplitudes_na[0])
+        else:
+            currents.append(InjectedCurrent(injection.cells, times_ms, amplitudes_na))
+    return constant_na, tuple(currents)
 
 
 def _population(population: Population, label: str, current_na: FloatArray) -> data.Population:

@@ -105,8 +105,8 @@ class Recorder(recording.Recorder):
 class CurrentSource(Protocol):
     """A current source that a network can represent."""
 
-    def constant_na(self) -> Any:
-        """Return the current (nA), which must be constant."""
+    def steps(self) -> Any:
+        """Return the times at which the current changes, ms, and the currents from then on, nA."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +211,7 @@ class State(BaseState):
         Raises:
             CapabilityError: the network cannot represent the current.
         """
-        source.constant_na()
+        source.steps()
         self.injections.append(Injection(source, cells))
 
     def injected(self) -> list[CurrentSource]:

@@ -12,6 +12,7 @@ import pytest
 from nrp_core.brain.devices.sinks import VoltageRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource, SpikeInjector
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.currents import InjectedCurrent
 from nrp_core.clock import NS_PER_MS
 from nrp_core.conformance.brain.kit import BrainKit, Train, record, times, train
 from nrp_core.errors import CapabilityError
@@ -29,6 +30,26 @@ class DeviceTests(BrainKit):
         found = train(recorded)
         assert {neuron for neuron, _ in found} == {1}
         assert all(time > 20 for _, time in found)
+
+    def test_a_current_of_the_network_flows_at_its_times_again_after_a_reset(self) -> None:
+        on, off = self.grid_ns(20) / NS_PER_MS, self.grid_ns(50) / NS_PER_MS
+        strong = 3 * self.sample.current_na
+        current = InjectedCurrent(np.array([1]), np.array([on, off]), np.array([strong, 0.0]))
+        brain = self.open(self.cells("n", 3), currents=[current])
+        recorded = record(brain)
+        self.run(brain, 90)
+        found = train(recorded)
+        assert {neuron for neuron, _ in found} == {1}
+        times_ms = [time for _, time in found]
+        assert on < min(times_ms) <= max(times_ms) < off + 5.0
+        by_device = self.open(self.cells("n", 3))
+        again = record(by_device)
+        by_device.add_source(DCSource(amplitude=strong, start=on, stop=off), [1], name="current")
+        self.run(by_device, 90)
+        assert train(again) == found
+        brain.reset()
+        self.run(brain, 90)
+        assert train(recorded) == found
 
     def test_a_late_recorder_records_no_earlier_spikes(self) -> None:
         brain = self.open(*self.busy())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,7 @@ from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.cells import CELLS
+from nrp_core.brain.network.currents import InjectedCurrent
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.synapses import STATIC
 from nrp_core.clock import NS_PER_MS, milliseconds
@@ -171,9 +172,10 @@ class BrainKit(SimulatorTests[BrainBackend, BrainCapabilities]):
         """Return cells at rest, of a type that the backend supports."""
         return cells(self.sample, label, size, **parameters)
 
-    def open(self, *parts: Part, seed: int = 1) -> Brain:
+    def open(self, *parts: Part, seed: int = 1, currents: Sequence[InjectedCurrent] = ()) -> Brain:
         """Open a network; it is closed after the test."""
-        return self.opened.enter_context(self.backend.open(network(*parts), seed=seed, options=self.chosen))
+        whole = replace(network(*parts), currents=tuple(currents))
+        return self.opened.enter_context(self.backend.open(whole, seed=seed, options=self.chosen))
 
     def run(self, brain: Brain, until_ms: float) -> None:
         """Advance to the first possible time at or after ``until_ms``."""

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.currents import InjectedCurrent
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import NetworkError, NeuronSelectionError
@@ -102,6 +104,39 @@ def test_sources_with_equal_spikes_share_memory_and_room(tmp_path: Path) -> None
         read_network(path)
 
 
+def test_currents_are_kept_and_are_part_of_the_identity(network: Network, tmp_path: Path) -> None:
+    current = InjectedCurrent(np.array([3, 1]), np.array([0.5, 7.0]), np.array([0.25, -1.0]))
+    driven = replace(network, currents=(current,))
+    save_network(driven, tmp_path / "driven.nrpnet")
+    (again,) = read_network(tmp_path / "driven.nrpnet").currents
+    assert again.neurons.tolist() == [3, 1]
+    assert (again.times_ms.tolist(), again.amplitudes_na.tolist()) == ([0.5, 7.0], [0.25, -1.0])
+    assert driven.digest != network.digest
+    with h5py.File(tmp_path / "driven.nrpnet") as file:
+        assert file.attrs["version"] == 7
+
+
+@pytest.mark.parametrize(
+    ("neurons", "times_ms", "message"),
+    [
+        ([18], [0.0], "injected into 'trains', which only emits spikes"),
+        ([19], [0.0], "into neuron 19; the network has 19"),
+        ([1], [2.0, 1.0], "times ascend from 0 ms"),
+        ([1], [-1.0], "times ascend from 0 ms"),
+        ([1], [np.nan], "its times_ms are finite numbers"),
+    ],
+)
+def test_impossible_currents_are_refused(
+    network: Network, neurons: list[int], times_ms: list[float], message: str
+) -> None:
+    def driven() -> Network:
+        current = InjectedCurrent(np.array(neurons), np.array(times_ms), np.ones(len(times_ms)))
+        return replace(network, currents=(current,))
+
+    with pytest.raises(NetworkError, match=message):
+        driven()
+
+
 def test_only_a_file_with_shared_spikes_needs_a_version_that_knows_them(saved: Path, tmp_path: Path) -> None:
     save_network(alike(3, []), tmp_path / "shared.nrpnet")
     with h5py.File(saved) as plain, h5py.File(tmp_path / "shared.nrpnet") as shared:
@@ -168,7 +203,7 @@ def _replace(name: str, values: object) -> Callable[[h5py.File], None]:
     ("change", "message"),
     [
         (lambda file: file.attrs.__delitem__("format"), "is an HDF5 file, but not a network file"),
-        (lambda file: file.attrs.__setitem__("version", 7), "version 7; this nrp-core reads"),
+        (lambda file: file.attrs.__setitem__("version", 8), "version 8; this nrp-core reads"),
         (lambda file: file.attrs.__setitem__("version", "new"), "no attribute 'version' of kind int"),
         (lambda file: file.move("projections", "projection"),
          "has no group 'projections'; did you mean 'projection'?"),

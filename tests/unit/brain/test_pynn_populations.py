@@ -231,13 +231,23 @@ def test_a_constant_current_adds_to_the_offset_of_its_cells(sim: ModuleType) -> 
     assert cells.get("i_offset") == 0.1
 
 
-def test_a_current_that_changes_is_refused(sim: ModuleType) -> None:
+def test_a_current_that_changes_in_steps_is_one_of_the_network(sim: ModuleType) -> None:
+    sim.setup(timestep=0.1)
+    cells = sim.Population(3, sim.IF_cond_exp(i_offset=0.1), label="cells")
+    sim.DCSource(amplitude=0.2, start=5.0, stop=10.0).inject_into(cells[1:])
+    sim.DCSource(amplitude=0.5, start=4.0).inject_into(cells[:1])
+    cells[2].inject(sim.StepCurrentSource(times=[1.0, 2.0], amplitudes=[0.3, -0.1]))
+    network = sim.network()
+    assert network.populations["cells"].parameters["i_offset"] == pytest.approx([0.1] * 3)
+    found = [
+        (one.neurons.tolist(), one.times_ms.tolist(), one.amplitudes_na.tolist()) for one in network.currents
+    ]
+    assert found == [([1, 2], [5.0, 10.0], [0.2, 0.0]), ([0], [4.0], [0.5]), ([2], [1.0, 2.0], [0.3, -0.1])]
+
+
+def test_a_sinusoidal_current_is_refused(sim: ModuleType) -> None:
     cells = sim.Population(1, sim.IF_cond_exp(), label="cells")
-    with pytest.raises(CapabilityError, match="on from 0 ms for ever, not from 5 to 10 ms"):
-        sim.DCSource(amplitude=0.2, start=5.0, stop=10.0).inject_into(cells)
-    with pytest.raises(
-        CapabilityError, match=r"ACSource cannot be part of a network; the nearest .* DCSource"
-    ):
+    with pytest.raises(CapabilityError, match=r"ACSource cannot be part of a network; .* StepCurrentSource"):
         cells.inject(sim.ACSource(frequency=5.0))
     with pytest.raises(TypeError, match="into a spike source"):
         sim.DCSource().inject_into(sim.Population(1, sim.SpikeSourcePoisson()))

@@ -11,11 +11,13 @@ import h5py
 import libsonata
 import numpy as np
 import pytest
+from nrp_brain_event.backend import EventBackend
 from nrp_formats.sonata import read_sonata
 from pyNN.network import Network as Components
 from pyNN.serialization import export_to_sonata
 from sonata_circuits import ALPHA
 
+from nrp_core.brain import SpikeRecorder
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
@@ -95,6 +97,68 @@ def test_a_simulation_brings_the_spikes_of_virtual_nodes(circuit: Path) -> None:
     path.write_text(json.dumps({"network": "circuit_config.json", "inputs": inputs}))
     trains = read_sonata(path).populations["lgn"].spike_times_ms
     assert [train.tolist() for train in trains] == [[3.0], [], [5.0, 9.0]]
+
+
+def clamped(circuit: Path, **entries: Any) -> Network:
+    path = circuit.parent / "simulation_config.json"
+    inputs = {
+        name: {"input_type": "current_clamp", "module": "IClamp", **one} for name, one in entries.items()
+    }
+    path.write_text(json.dumps({"network": "circuit_config.json", "inputs": inputs}))
+    return read_sonata(path)
+
+
+def test_a_clamp_drives_its_nodes_in_the_unit_of_their_models(circuit: Path) -> None:
+    """V - E_L is R I_e (1 - exp(-t / tau)) + R I (1 - exp(-(t - delay) / tau)), and V_th - E_L is 18 mV."""
+    step = {"node_set": "Inh", "amp": 400.0, "delay": 5.0, "duration": 50.0}
+    network = clamped(circuit, step=step)
+    (current,) = network.currents
+    assert current.neurons.tolist() == network.views["Inh"].tolist()
+    assert (current.times_ms.tolist(), current.amplitudes_na.tolist()) == ([5.0, 55.0], [0.4, 0.0])
+    backend = EventBackend()
+    with backend.open(network, seed=0, options=backend.options()) as brain:
+        recorded = brain.add_sink(SpikeRecorder(), range(network.size), name="spikes")
+        brain.run_until(100_000_000)
+        spikes = recorded.spikes()  # type: ignore[attr-defined]
+    raised_mv, offset_mv = 12.0 / 200.0 * 400.0, 12.0 / 200.0 * np.array([3.0, 1.0])
+    begins_mv = raised_mv + offset_mv * np.exp(-5.0 / 12.0)
+    expected_ms = 5.0 + 12.0 * np.log(begins_mv / (raised_mv + offset_mv - 18.0))
+    found = [spikes.times_ms[spikes.neurons == one] for one in network.views["Inh"]]
+    assert [train[0] for train in found] == pytest.approx(expected_ms, abs=1e-6)
+    assert max(np.concatenate(found)) < 55.0
+
+
+def test_a_list_is_a_series_of_pulses_and_a_node_set_may_be_in_place(circuit: Path) -> None:
+    pulses = {"amp": [100.0, 200.0, 300.0], "delay": [1.0, 2.0, 9.0], "duration": [5.0, 3.0, 1.0]}
+    network = clamped(
+        circuit,
+        pulses={"node_set": {"population": "v1", "node_ids": [11, 13]}, **pulses},
+        always={"node_set": "all", "amp": 1.0, "duration": 1e9},
+        off={"node_set": "v1", "amp": 1.0, "duration": 1.0, "enabled": False},
+    )
+    series, always = network.currents
+    v1 = network.views["v1"].tolist()
+    assert series.neurons.tolist() == [v1[1], v1[3]]
+    assert series.times_ms.tolist() == [1.0, 2.0, 5.0, 9.0, 10.0]
+    assert series.amplitudes_na.tolist() == pytest.approx([0.1, 0.2, 0.0, 0.3, 0.0])
+    assert (sorted(always.neurons.tolist()), always.times_ms.tolist()) == (sorted(v1), [0.0, 1e9])
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"node_set": "v1", "duration": 1.0}, "'amp' is None; it must be a number"),
+        ({"node_set": "v1", "amp": 1.0}, "'duration' is None; it must be a number"),
+        ({"node_set": "v2", "amp": 1.0, "duration": 1.0}, "there is no node set 'v2'"),
+        ({"amp": 1.0, "duration": 1.0}, "'node_set' is None"),
+        ({"node_set": "lgn", "amp": 1.0, "duration": 1.0}, "contains no cell that a current can drive"),
+        ({"node_set": "v1", "amp": [1.0, 2.0], "duration": 1.0}, "must have the same number of values"),
+        ({"node_set": "v1", "amp": 1.0, "duration": 1.0, "delay": -1.0}, "must ascend from 0 ms"),
+    ],
+)
+def test_a_clamp_that_cannot_be_used_is_refused(entry: dict[str, Any], message: str, circuit: Path) -> None:
+    with pytest.raises(NetworkError, match=f"simulation_config.json: the input 'push': .*{message}"):
+        clamped(circuit, push=entry)
 
 
 def test_spikes_in_the_first_layout_are_those_of_the_node_set(circuit: Path) -> None:

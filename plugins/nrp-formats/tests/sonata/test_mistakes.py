@@ -258,9 +258,9 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
             _text(
                 "circuit_config.json",
                 '{"manifest"',
-                '{"inputs": {"push": {"input_type": "current_clamp"}}, "manifest"',
+                '{"inputs": {"push": {"input_type": "voltage_clamp"}}, "manifest"',
             ),
-            "the input 'push' has no effect: its input_type is 'current_clamp', and only 'spikes' are read",
+            "the input 'push' has no effect: its input_type 'voltage_clamp' is not read",
         ),
         (
             _text(

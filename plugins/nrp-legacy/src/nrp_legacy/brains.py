@@ -32,7 +32,7 @@ from nrp_core.brain.files.script import load_network
 from nrp_core.brain.network.picking import CIRCUIT, Selection, with_views
 from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.dsl import Selector
-from nrp_core.errors import CapabilityError, ExperimentError, NetworkError, UnreadableError
+from nrp_core.errors import ExperimentError, NetworkError, UnreadableError
 from nrp_core.findings import Code, Finding
 from nrp_core.scripts import last_name
 from nrp_core.xml import Element
@@ -173,9 +173,9 @@ def collect_injections(sim: ModuleType) -> list[Injection]:
     state, constant, injected = sim.state, sim.state.inject, sim.state.injected
 
     def inject(source: Any, cells: IntArray) -> None:
-        try:
+        if type(source).__name__ == "DCSource" and source.start <= 0.0 and source.stop >= _FOREVER_MS:
             constant(source, cells)
-        except CapabilityError:
+        else:
             sources.append(source)
             kept.extend(Injection(spec, cells) for spec in _specs(source))
 
@@ -420,7 +420,7 @@ def with_variables(network: Network, path: Path) -> Network:
     names = defined(Source.of_file(path).tree(ignore_note))
     built.variables = {name: Selector(partial(_raise_unreadable, name), f"brain.{name}") for name in names}
     parts = network.populations, network.projections, network.views, network.timestep_ms
-    return NotedNetwork(*parts, built=built, remarks=network.remarks)
+    return NotedNetwork(*parts, built=built, remarks=network.remarks, currents=network.currents)
 
 
 def _raise_unreadable(name: str, _root: object) -> NoReturn:

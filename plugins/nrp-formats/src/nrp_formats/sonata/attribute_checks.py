@@ -141,6 +141,11 @@ def require_places(items: SonataItems, node_ids: IntArray) -> None:
                 )
 
 
+def is_read_clamp(entry: Mapping[str, Any]) -> bool:
+    """Return whether an input is a current with values of its own, not one in a table of electrodes."""
+    return entry.get("input_type") == "current_clamp" and ("amp" in entry or "electrode_file" not in entry)
+
+
 def unused_settings(config: Mapping[str, Any]) -> Iterator[str]:
     """Yield a sentence for each part of a simulation's configuration that no network has."""
     for key, value in (config.get("conditions") or {}).items():
@@ -151,7 +156,8 @@ def unused_settings(config: Mapping[str, Any]) -> Iterator[str]:
             yield f"'run.{key}' is {value!r} ms and has no effect: {_RUN[key]} counts"
     for name, entry in (config.get("inputs") or {}).items():
         kind = entry.get("input_type")
-        if kind != "spikes":
-            yield f"the input '{name}' has no effect: its input_type is {kind!r}, and only 'spikes' are read"
+        if kind != "spikes" and not is_read_clamp(entry):
+            what = "electrode_file" if kind == "current_clamp" else f"input_type {kind!r}"
+            yield f"the input '{name}' has no effect: its {what} is not read"
     for name in config.get("reports") or {}:
         yield f"the report '{name}' has no effect: recordings of runs hold the brain's activity"

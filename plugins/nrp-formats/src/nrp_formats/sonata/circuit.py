@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,6 +23,7 @@ from nrp_formats.sonata.attribute_checks import (
     parameters_of_other_models,
     shared_places,
 )
+from nrp_formats.sonata.clamps import ALL, read_clamps
 from nrp_formats.sonata.config import Config, Files, read_config
 from nrp_formats.sonata.edges import DELAY_MS, EDGE_NAMES, read_edges
 from nrp_formats.sonata.items import SonataItems, read_items, read_types
@@ -30,9 +32,6 @@ from nrp_formats.sonata.nodes import Nodes, Trains, read_nodes, read_spikes
 from nrp_formats.sonata.synapses import MODEL_NAMES, unused_of_synapses
 
 _MAGIC = 0x0A7A
-_ALL = "all"
-"""The node set of all nodes, which no file defines."""
-
 T = TypeVar("T")
 
 
@@ -83,6 +82,8 @@ def read_sonata(
             _add_sets(views, path_of_sets, sets)
         remarks += _missing_targets(config, {*views, *nodes})
         network = Network(cells, network.projections, views, remarks=tuple(remarks))
+        currents = tuple(read_clamps(path, config.clamps, nodes, network))
+        network = replace(network, currents=currents) if currents else network
         return with_views(network, populations or {})
     except ExperimentError as error:
         error.path = error.path or path
@@ -179,7 +180,7 @@ def _unused_spikes(spikes: Mapping[str, Trains], nodes: Mapping[str, Nodes]) -> 
 def _missing_targets(config: Config, known: set[str]) -> Iterator[str]:
     """Yield a sentence for each input of spikes whose nodes do not exist."""
     for name, target in config.targets.items():
-        if target not in known and target != _ALL:
+        if target not in known and target != ALL:
             missing = f"which does not exist{did_you_mean(target, known)}"
             yield f"the input '{name}' is for the node set '{target}', {missing}"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from nrp_core.errors import NetworkError
-from nrp_formats.sonata.attribute_checks import unused_settings
+from nrp_formats.sonata.attribute_checks import is_read_clamp, unused_settings
 from nrp_formats.sonata.items import read_object
 
 _SECTIONS: Final = (
@@ -43,6 +43,7 @@ class Config:
         spikes: the spikes of virtual nodes, a file and the node set, or an empty text, for each input.
         node_sets: files of node sets; a later set overrides an earlier one of the same name.
         targets: the node set of each input of spikes that names one.
+        clamps: the inputs of currents.
         unused: sentences about settings of the simulation that no network has.
     """
 
@@ -53,6 +54,7 @@ class Config:
     spikes: tuple[tuple[Path, str], ...] = ()
     node_sets: tuple[Path, ...] = ()
     targets: Mapping[str, str] = field(default_factory=dict)
+    clamps: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     unused: tuple[str, ...] = ()
 
 
@@ -86,6 +88,7 @@ def read_config(path: Path) -> Config:
     inputs = _section(path, given, "inputs")
     if not all(isinstance(entry, Mapping) for entry in inputs.values()):
         raise NetworkError("an entry of 'inputs' is not a JSON object", path=path)
+    inputs = {name: entry for name, entry in inputs.items() if entry.get("enabled") is not False}
     return Config(
         nodes=tuple(_files(path, entry, "node") for entry in networks["nodes"]),
         edges=tuple(_files(path, entry, "edge") for entry in networks.get("edges") or ()),
@@ -98,7 +101,8 @@ def read_config(path: Path) -> Config:
             for name, entry in inputs.items()
             if entry.get("input_type") == "spikes" and isinstance(entry.get("node_set"), str)
         },
-        unused=tuple(unused_settings(given)),
+        clamps={name: entry for name, entry in inputs.items() if is_read_clamp(entry)},
+        unused=tuple(unused_settings({**given, "inputs": inputs})),
     )
 
 

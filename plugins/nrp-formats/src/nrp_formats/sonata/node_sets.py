@@ -52,6 +52,23 @@ def read_node_sets(
     }
 
 
+def nodes_matching(
+    name: str, rule: Mapping[str, Any], nodes: Mapping[str, Nodes], ids: Mapping[str, IntArray]
+) -> IntArray:
+    """Return the global ids of the nodes with the attributes of a rule, as in a node set.
+
+    Args:
+        name: what has the rule, for messages.
+        rule: the attributes.
+        nodes: all populations of nodes.
+        ids: the global ids of their nodes.
+
+    Raises:
+        NetworkError: the rule is wrong.
+    """
+    return np.concatenate([ids[label][_matching(name, rule, label, part)] for label, part in nodes.items()])
+
+
 def without_nodes(path: Path, sets: Mapping[str, IntArray]) -> list[str]:
     """Return a sentence about the sets of a file that contain no node, if there are any."""
     empty = [f"'{name}'" for name, ids in sets.items() if not len(ids)]
@@ -80,7 +97,8 @@ def _resolved(
 
 def _matching(name: str, rule: Mapping[str, Any], label: str, part: Nodes) -> Mask:
     mask = np.ones(len(part.items), bool)
-    for attribute, wanted in rule.items():
+    for key, wanted in rule.items():
+        attribute = "node_id" if key == "node_ids" else key  # BMTK's name
         choices = wanted if isinstance(wanted, list) else [wanted]
         if not isinstance(wanted, Mapping):
             _require_kind(name, attribute, choices)

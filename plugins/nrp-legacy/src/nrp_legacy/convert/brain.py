@@ -178,7 +178,8 @@ def _is_same(own: Network, meant: Network) -> bool:
 
 
 def _plain(network: Network) -> Network:
-    return Network(network.populations, network.projections, network.views, network.timestep_ms)
+    parts = network.populations, network.projections, network.views, network.timestep_ms
+    return Network(*parts, currents=network.currents)
 
 
 def _same(own: Mapping[str, IntArray], meant: Mapping[str, IntArray], name: str) -> bool:
