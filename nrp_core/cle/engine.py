@@ -183,7 +183,7 @@ class Failure:
 
     def __str__(self) -> str:
         return "\n".join([
-            f"{self.path}:{self.line}: transfer function '{self.function}' {self.reason}",
+            f"{self.path}:{self.line}: transfer function '{self.function}' {self.reason}{self.notes}",
             f"  in step {self.step}, at {seconds(self.t_ns):g} s{', with' if self.inputs else ''}",
             *(f"    {name}: {seen}" for name, seen in self.inputs.items()),
         ])  # fmt: skip
@@ -196,6 +196,11 @@ class Failure:
         if isinstance(error, TimeLimitExceeded):
             return message
         return f"raised {type(error).__name__}{': ' if message else ''}{message}"
+
+    @property
+    def notes(self) -> str:
+        """The notes of the exception as the rest of the sentence; empty if it has none."""
+        return "".join(f"; {note}" for note in getattr(self.error, "__notes__", ()))
 
     def to_error(self) -> TransferFunctionRaisedError:
         """Return the error that stops a run."""

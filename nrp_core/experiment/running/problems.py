@@ -208,7 +208,7 @@ def ends_of(failures: Iterable[Failure], error: BaseException | None, now_s: flo
 def _quarantine(failure: Failure) -> Finding:
     message = (
         f"the transfer function '{failure.function}' {failure.reason} at {seconds(failure.t_ns):g} s and was "
-        "not called any more"
+        f"not called any more{failure.notes}"
     )
     return Finding(
         Code.NRP272, message, Level.WARNING, Path(failure.path), failure.line, subject=failure.function
@@ -216,7 +216,7 @@ def _quarantine(failure: Failure) -> Finding:
 
 
 def _stop(failure: Failure) -> Finding:
-    message = f"transfer function '{failure.function}' {failure.reason}"
+    message = f"transfer function '{failure.function}' {failure.reason}{failure.notes}"
     return Finding(
         Code.NRP276, message, Level.WARNING, Path(failure.path), failure.line, subject=failure.function
     )
