@@ -45,6 +45,7 @@ from nrp_core.dsl.monitors import NeuronMonitor
 from nrp_core.dsl.parameters import PreprocessedTopic, Topic
 from nrp_core.dsl.proprioception import map_afferents, map_motoneurons
 from nrp_core.dsl.selection import Box, Sphere, brain, chain_neurons, map_neurons, nrange, resolve
+from nrp_core.dsl.weights import MapWeights
 from nrp_core.parameters import GivenParameters
 
 parameter = GivenParameters().parameter
@@ -61,6 +62,7 @@ __all__ = [
     "MapSpikeSink",
     "MapSpikeSource",
     "MapVariable",
+    "MapWeights",
     "Neuron2Robot",
     "NeuronMonitor",
     "PreprocessedTopic",

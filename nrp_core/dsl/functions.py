@@ -242,8 +242,9 @@ class TransferFunction:
             self._adapters[parameter] = self.mappings[parameter].bind(binding)
         self._publisher = self._publisher_of(binding)
         self._triggering = [self._trigger(name) for name in self.triggers if name != TIME]
-        still = Adapter.refresh
+        still, plain = Adapter.refresh, Adapter.commit
         self._refreshed = [a for a in self._adapters.values() if type(a).refresh is not still]
+        self._committed = {n: a for n, a in self._adapters.items() if type(a).commit is not plain}
         self._arguments = tuple(self._adapters.values())
         self.active = self._active
 
@@ -305,18 +306,27 @@ class TransferFunction:
         Raises:
             LifecycleError: it is not bound.
             TopicError: its topic cannot carry the return value.
+            NetworkError: it has set an impossible weight.
         """
         if self._arguments is None:
             raise LifecycleError(f"'{self.name}' is not bound; call bind(brain, world) first")
         for adapter in self._refreshed:
             adapter.refresh(now_ns)
         result = self.function(seconds(now_ns) if t is None else t, *self._arguments)
+        for name, changed in self._committed.items():
+            self._commit(name, changed)
         if result is not None and self._publisher is not None:
             try:
                 self._publisher.send_message(result)
             except TopicError as error:
                 raise self.place.located(error, f"return value of '{self.name}'") from None
         return result
+
+    def _commit(self, parameter: str, changed: Adapter) -> None:
+        try:
+            changed.commit()
+        except ExperimentError as error:
+            raise self.place.located(error, f"parameter '{parameter}' of '{self.name}'") from None
 
     def reset(self) -> None:
         """Return to the state at time 0."""

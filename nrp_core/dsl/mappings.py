@@ -172,7 +172,7 @@ def inside(filename: str) -> str:
     return "/".join(parts) or "records.csv"
 
 
-class _MappingDecorator(ParameterMapping):
+class MappingDecorator(ParameterMapping):
     """A mapping used as a decorator; without another decorator it creates the transfer function."""
 
     flow: ClassVar[Flow]
@@ -186,7 +186,7 @@ class _MappingDecorator(ParameterMapping):
         return function
 
 
-class _DeviceMapping(_MappingDecorator):
+class _DeviceMapping(MappingDecorator):
     """Binds a parameter to a device, or to a device group if the selector gives a list.
 
     Args:
@@ -260,7 +260,7 @@ class MapSpikeSource(_DeviceMapping):
     flow = Flow.ROBOT_TO_NEURON
 
 
-class MapRobotSubscriber(_MappingDecorator):
+class MapRobotSubscriber(MappingDecorator):
     """Binds a parameter to the messages of a topic.
 
     Args:
@@ -292,7 +292,7 @@ class MapRobotSubscriber(_MappingDecorator):
         return f"reads {self.reads}"
 
 
-class MapRobotPublisher(_MappingDecorator):
+class MapRobotPublisher(MappingDecorator):
     """Binds a parameter to a topic that the function publishes on with ``send_message``.
 
     Args:
@@ -314,7 +314,7 @@ class MapRobotPublisher(_MappingDecorator):
         return f"publishes on {self.writes}"
 
 
-class MapVariable(_MappingDecorator):
+class MapVariable(MappingDecorator):
     """Binds a parameter to a variable that keeps its value between runs of the function.
 
     Args:
@@ -356,7 +356,7 @@ class MapVariable(_MappingDecorator):
         return "variable" if self.global_key is None else f"shared variable '{self.global_key}'"
 
 
-class MapCSVRecorder(_MappingDecorator):
+class MapCSVRecorder(MappingDecorator):
     """Binds a parameter to a recorder of rows of a CSV file.
 
     Args:

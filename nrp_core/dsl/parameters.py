@@ -36,6 +36,9 @@ class Adapter:
     def refresh(self, now_ns: int) -> None:
         """Update it just before the function runs."""
 
+    def commit(self) -> None:
+        """Apply what the function has changed in it; called when the function has returned."""
+
     def has_news(self) -> bool | None:
         """Return whether something came that the function has not seen; None: it triggers no function."""
         return None

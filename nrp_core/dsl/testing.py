@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.changes import PLASTICITY, WEIGHTS
 from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.synapses import STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, from_seconds, milliseconds
 from nrp_core.dsl.devices import Device, DeviceGroup
@@ -20,7 +22,8 @@ from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, Variable
 from nrp_core.dsl.monitors import MonitoringFunction
 from nrp_core.dsl.parameters import SubscribedTopic
-from nrp_core.dsl.selection import GROUP, Groups, Selection, select
+from nrp_core.dsl.selection import GROUP, Groups, Selection, select, select_projection
+from nrp_core.dsl.weights import MapWeights, Weights
 from nrp_core.errors import TransferFunctionError, did_you_mean
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
@@ -79,11 +82,13 @@ class MockBrain(Brain):
             synapses=frozenset(projection.synapse_type for projection in network.projections),
             resolution_ns=step_ns,
             state_variables=frozenset(_REST),
+            changes=frozenset({WEIGHTS, PLASTICITY}),
             releases_gil=releases_gil,
         )
         self.values = {name: np.full(network.size, value) for name, value in _REST.items()}
         super().__init__(network, seed=0, capabilities=capabilities or needed, identity="mock")
         self._planned: list[Spikes] = []
+        self._weights: dict[str, FloatArray] = {}
 
     def fire(self, neurons: npt.ArrayLike, times_ms: npt.ArrayLike) -> None:
         """Make neurons (global ids) spike at ascending times of the next step."""
@@ -105,8 +110,16 @@ class MockBrain(Brain):
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         return self.values[variable][neurons]
 
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        return self._weights.get(projection.label, projection.weight).copy()
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        self._weights[projection.label] = weights
+
+    def _do_set_plastic(self, projection: Projection, plastic: bool) -> None: ...
+
     def _do_reset(self, seed: int) -> None:
-        self._planned = []
+        self._planned, self._weights = [], {}
 
     def _do_close(self) -> None: ...
 
@@ -237,7 +250,8 @@ class Rig:
 
     Args:
         function: the transfer function; it is bound to the mocks.
-        brain: by default one with every population that the function names, of 1000 neurons each.
+        brain: by default one with every population and plastic projection that the function names, of 1000
+            neurons and synapses each.
         world: by default one with every topic of the function; the topics must then state their type.
     """
 
@@ -245,7 +259,7 @@ class Rig:
         self, function: TransferFunction, brain: MockBrain | None = None, world: MockWorld | None = None
     ) -> None:
         self.function = function
-        self.brain = MockBrain(_populations_of(function)) if brain is None else brain
+        self.brain = MockBrain(_network_of(function)) if brain is None else brain
         self.world = MockWorld(_topics_of(function)) if world is None else world
         self._t_ns = 0
         function.unbind()
@@ -257,7 +271,8 @@ class Rig:
 
         Args:
             inputs: by parameter: the message of a topic, the value of a variable, the voltage or
-                rate of a device (a list for a device group), the spike times in ms of a recorder.
+                rate of a device (a list for a device group), the spike times in ms of a recorder, the
+                weights of a projection (one for all synapses, or one for each).
 
         Raises:
             TransferFunctionError: the function has no such input.
@@ -270,6 +285,9 @@ class Rig:
             self.world.put(adapter.name, value)
         elif isinstance(adapter, Variable):
             adapter.value = value
+        elif isinstance(adapter, Weights):
+            adapter.values = value
+            adapter.commit()
         elif isinstance(adapter, Device) and _is_read(adapter):
             _set_input(adapter, value)
         elif isinstance(adapter, DeviceGroup) and all(map(_is_read, adapter)):
@@ -322,6 +340,7 @@ class _AnyBrain:
 
     def __init__(self) -> None:
         self.sizes: dict[str, int] = {}
+        self.projections: dict[str, Projection] = {}
 
     def __getattr__(self, name: str) -> Any:
         return Groups(self._named) if name == GROUP else self._named(name)
@@ -330,14 +349,24 @@ class _AnyBrain:
         self.sizes[name] = _POPULATION_SIZE
         return Selection(np.arange(_POPULATION_SIZE), name)
 
+    def _projection(self, label: str) -> Projection:
+        self._named(label)
+        ends = np.arange(_POPULATION_SIZE, dtype=np.int32)
+        each = np.ones(_POPULATION_SIZE)
+        made = Projection(label, label, label, "excitatory", ends, ends, each, each, STDP)
+        return self.projections.setdefault(label, made)
 
-def _populations_of(function: TransferFunction) -> dict[str, int]:
+
+def _network_of(function: TransferFunction) -> Network:
     root = _AnyBrain()
     shown = [function.sink] if isinstance(function, MonitoringFunction) else []
     for mapping in (*function.mappings.values(), *shown):
         if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
             select(mapping.selector, root)
-    return root.sizes
+        elif isinstance(mapping, MapWeights):
+            select_projection(mapping.selector, root)
+    populations = {name: Population(name, n, _CELL, {}) for name, n in root.sizes.items()}
+    return Network(populations, tuple(root.projections.values()))
 
 
 def _topics_of(function: TransferFunction) -> dict[str, type]:

@@ -34,6 +34,7 @@ from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.dsl.devices import Device, DeviceGroup, attribute_hint
 from nrp_core.dsl.mappings import CSVRecorder, MapCSVRecorder, MapSpikeSink, MapSpikeSource, Variable
 from nrp_core.dsl.parameters import PublishedTopic, SubscribedTopic
+from nrp_core.dsl.weights import Weights
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
@@ -43,7 +44,11 @@ _FUNCTIONS: Final = (FunctionType, MethodType, BuiltinFunctionType, Written, np.
 _NUMERIC: Final[tuple[Any, ...]] = (min, max, abs, float, int, round, sum, len)
 _MAIN_ATTRIBUTES: Final = ("value", "voltage", "rate", "times", "amplitude", "mean")
 """The main attribute of a device, topic or variable."""
-_KINDS: Final = {SubscribedTopic: "subscribed topic", PublishedTopic: "published topic", Variable: "variable"}
+_KINDS: Final = {
+    SubscribedTopic: "subscribed topic",
+    PublishedTopic: "published topic",
+    Variable: "variable",
+}
 _ARITHMETIC: Final = ("__add__", "__radd__", "__mul__", "__rmul__", "__float__")
 _ORDERS: Final = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 _FIELD_TYPES: Final[dict[Any, tuple[str, tuple[type, ...]]]] = {
@@ -174,6 +179,27 @@ def _refused_setting(
         is_plain = isinstance(shape.value, int | float | list | tuple)
         return str(error) if is_plain else f"'{name}' takes a number, not {shape.value!r:.40}"
     return ""
+
+
+# -- weights of projections
+
+
+@checks_function(Code.NRP240)
+def check_weights(function: CheckedFunction) -> Iterator[Finding]:
+    """Look for weights that are set or frozen and cannot be."""
+    for node in function.body.nodes:
+        match node:
+            case ast.Subscript(ast.Attribute(owner, "values"), _, ast.Store()):
+                name = "values"
+            case ast.Attribute(owner, "values" | "plastic" as name, ast.Store()):
+                pass
+            case _:
+                continue
+        adapter, backend = adapter_of(function.body.shape(owner)), function.experiment.brain.backend
+        if isinstance(adapter, Weights) and (why := adapter.refusal(name, backend)):
+            yield function.declared.finding(
+                Code.NRP240, node, f"{_described(function, Known(adapter))}: {why}"
+            )
 
 
 # -- calls

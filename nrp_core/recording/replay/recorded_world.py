@@ -10,9 +10,10 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainBackend, BrainOptions
+from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import from_seconds
 from nrp_core.errors import CapabilityError, ExperimentError, TopicError
@@ -64,6 +65,7 @@ class RecordedBrain(Brain):
         super().__init__(network, seed=seed, capabilities=capabilities, identity="recorded")
         self._playback = Playback(recording, {spikes_topic(label) for label in network.populations})
         self._until_ns = 0
+        self._weights: dict[str, FloatArray] = {}
         self._playback.until(0)
 
     def _emits(self, population: Population) -> bool:
@@ -85,8 +87,22 @@ class RecordedBrain(Brain):
 
     def _do_set_current(self, currents_na: FloatArray) -> None: ...
 
+    def _do_set_parameters(self, change: ParameterChange) -> None: ...
+
+    def _do_set_plastic(self, projection: Projection, plastic: bool) -> None: ...
+
+    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        self._weights[projection.label] = weights
+
+    def _do_read_weights(self, projection: Projection) -> FloatArray:
+        if projection.is_plastic:
+            raise CapabilityError(
+                f"the brain is replayed, and the weights that '{projection.label}' learned were not recorded"
+            )
+        return self._weights.get(projection.label, projection.weight).copy()
+
     def _do_reset(self, seed: int) -> None:
-        self._until_ns = 0
+        self._until_ns, self._weights = 0, {}
         self._playback.reset()
         self._playback.until(0)
 

@@ -19,7 +19,7 @@ from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.findings import Code, Finding, Findings, Level
+from nrp_core.findings import Code, Finding, Findings, InvalidExperimentError, Level
 from nrp_core.recording.folder.calls import LOST, changes_functions, lost_call, repeat
 from nrp_core.recording.folder.recording_folder import (
     FORMAT,
@@ -238,9 +238,7 @@ class Replay(Closing):
         """Open the engines, at time 0."""
         with ExitStack() as opened:
             self._scratch = Path(opened.enter_context(TemporaryDirectory(prefix="nrp-replay-")))
-            self.run: Run = opened.enter_context(
-                Run(self._experiment, self._progress, revise=self._revise, build=self._build())
-            )
+            self.run: Run = opened.enter_context(self._opened())
             self._collector = StepCollector(
                 self.run.brain, self.run.world, period_ns=self._experiment.timestep,
                 images=_images(self._recording), scope=self._experiment.recording,
@@ -251,6 +249,16 @@ class Replay(Closing):
         self.run.on_step(self._after_step)
         self._changes: list[Called] = []
         self._lost: list[Finding] = []
+
+    def _opened(self) -> Run:
+        """Return a run; one with a recorded brain has no projections, unless a function needs them."""
+        build = self._build()
+        try:
+            return Run(self._experiment, self._progress, revise=self._revise, build=build)
+        except InvalidExperimentError:
+            if build is None:
+                raise
+            return Run(self._experiment, self._progress, revise=self._revise)
 
     def close(self) -> None:
         """Release the engines."""

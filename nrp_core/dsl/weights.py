@@ -1,0 +1,151 @@
+"""The weights of a projection as transfer functions read, set and freeze them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core.brain.changes import PLASTICITY, WEIGHTS, lasting, learning
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import Projection
+from nrp_core.dsl.functions import Flow
+from nrp_core.dsl.mappings import MappingDecorator
+from nrp_core.dsl.parameters import Adapter, Binding
+from nrp_core.dsl.selection import select_projection
+from nrp_core.errors import NetworkError
+
+
+class Weights(Adapter):
+    """The weights of a projection.
+
+    Args:
+        parameter: the parameter that it is bound to, for messages.
+        brain: the brain.
+        projection: the projection.
+    """
+
+    def __init__(self, parameter: str, brain: Brain, projection: Projection) -> None:
+        self._parameter, self._brain, self._projection = parameter, brain, projection
+        self._values: FloatArray | None = None
+        self._read: FloatArray | None = None
+
+    @property
+    def values(self) -> FloatArray:
+        """The weights in PyNN's units, one for each synapse, shape ``(n,)``.
+
+        It is an ordinary array. When the function has returned, the weights that it has changed in the array
+        are those of the synapses; if it raises an error, no weight changes. Spikes in transit keep the
+        weights with which they were sent.
+        """
+        if self._values is None:
+            self._values = self._brain.read_weights(self._projection.label)
+            self._read = self._values.copy()
+        return self._values
+
+    @values.setter
+    def values(self, values: npt.ArrayLike) -> None:
+        n = self._projection.size
+        try:
+            given = np.asarray(values, dtype=float)
+        except (TypeError, ValueError):
+            given = np.empty((0, 0))
+        if given.shape not in ((), (n,)):
+            raise ValueError(
+                f"{self._parameter}.values: projection '{self._projection.label}' takes one weight for all, "
+                f"or {n}, one for each synapse, not {_described(values)}"
+            )
+        self._values, self._read = np.broadcast_to(given, (n,)).copy(), None
+
+    @property
+    def plastic(self) -> bool:
+        """Whether the weights change by themselves; setting it stops or continues learning from now on.
+
+        See :meth:`nrp_core.brain.Brain.set_plastic`.
+        """
+        return self._brain.is_plastic(self._projection.label)
+
+    @plastic.setter
+    def plastic(self, plastic: bool) -> None:
+        self._brain.set_plastic(self._projection.label, bool(plastic))
+
+    @cached_property
+    def pre_index(self) -> IndexArray:
+        """The cell in the source population that each synapse begins at, shape ``(n,)``."""
+        return _read_only(self._projection.pre_index)
+
+    @cached_property
+    def post_index(self) -> IndexArray:
+        """The cell in the target population that each synapse ends on, shape ``(n,)``."""
+        return _read_only(self._projection.post_index)
+
+    def refusal(self, attribute: str, backend: str) -> str:
+        """Return why ``values`` or ``plastic`` cannot be set on a backend of this name; empty if it can."""
+        if attribute == "plastic":
+            try:
+                learning(self._projection)
+            except NetworkError as error:
+                return error.message
+        needed = {"plastic": PLASTICITY, "values": WEIGHTS}[attribute]
+        if needed in self._brain.capabilities.changes:
+            return ""
+        return f"the brain backend '{backend}' cannot change {needed} while it runs"
+
+    def refresh(self, now_ns: int) -> None:
+        self._values = self._read = None
+
+    def commit(self) -> None:
+        values, read = self._values, self._read
+        if values is not None and (read is None or not np.array_equal(values, read)):
+            self._brain.set_weights(self._projection.label, values)
+        self._values = self._read = None
+
+    def reset(self) -> None:
+        self._values = self._read = None
+
+    def value_text(self) -> str:
+        return "" if self._values is None else f"{len(self._values)} weights"
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_") and name not in ("values", "plastic", "pre_index", "post_index"):
+            raise AttributeError(f"the weights '{self._parameter}' have no attribute '{name}'")
+        super().__setattr__(name, value)
+
+    def __repr__(self) -> str:
+        return f"<weights {self._parameter} of {self._projection.label}>"
+
+
+def _read_only(index: IndexArray) -> IndexArray:
+    index = np.array(index)
+    index.flags.writeable = False
+    return index
+
+
+def _described(values: object) -> str:
+    shape = np.shape(values) if isinstance(values, (np.ndarray, list, tuple)) else ()
+    return f"an array of shape {shape}" if shape else repr(values)[:60]
+
+
+class MapWeights(MappingDecorator):
+    """Binds a parameter to the weights of a projection.
+
+    Args:
+        key: name of the parameter.
+        value: the projection, e.g. ``nrp.brain.projection("eyes -> motors")``.
+    """
+
+    flow = Flow.ROBOT_TO_NEURON
+
+    def __init__(self, key: str, value: Any) -> None:
+        super().__init__(key)
+        self.selector = value
+
+    def _do_bind(self, binding: Binding) -> Weights:
+        projection = lasting(select_projection(self.selector, binding.root))
+        return Weights(self.parameter, binding.brain, projection)
+
+    def __str__(self) -> str:
+        return f"weights of {self.selector!r}"
