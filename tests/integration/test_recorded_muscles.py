@@ -33,7 +33,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, 
     """The folder of 100 ms of the reflex arm, and the last message of the states of its muscles."""
     folder = tmp_path_factory.mktemp("muscles") / "recording"
     with FilesRead() as files, Run(load_experiment("reflex_arm", ["duration=100 ms"])) as run:
-        recording_folder = RecordingFolder(run, folder, files=files)
+        recording_folder = RecordingFolder(run, folder, files=files, snapshots_ns=50_000_000)
         states = run.world.subscribe("/arm/muscles/state")
         run.run()
         recording_folder.close("finished")
@@ -65,6 +65,16 @@ def test_a_recording_of_muscles_is_the_same_again(recorded: tuple[Path, dict[str
         outcome = again.verify()
     assert outcome.verdict is ReplayVerdict.IDENTICAL
     assert outcome.until_ns == 100_000_000
+
+
+def test_a_replay_begins_at_the_last_snapshot_though_steps_do_not_divide_their_interval(
+    recorded: tuple[Path, dict[str, Any]],
+) -> None:
+    """Snapshots every 50 ms of a run with steps of 4 ms are those of 52 and 100 ms."""
+    for from_ns, began_ns in ((48_000_000, 0), (52_000_000, 52_000_000), (60_000_000, 52_000_000)):
+        request = ReplayRequest(from_ns=from_ns)
+        with FilesRead() as files, Replay(Recording(recorded[0]), request, files=files) as again:
+            assert again.verify().from_ns == began_ns
 
 
 @pytest.mark.parametrize("world", ["mujoco", "pybullet"])

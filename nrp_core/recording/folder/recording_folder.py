@@ -328,9 +328,10 @@ class RecordingFolder(RunObserver[Run]):
             raise failure from error
 
     def after_step(self, run: Run) -> None:
-        """Record the step, and at intervals a snapshot."""
+        """Record the step, and a snapshot in the first step at or after each multiple of their interval."""
         self._recorder.step()
-        if self._snapshots_ns is not None and run.loop.now_ns % self._snapshots_ns == 0:
+        every_ns = self._snapshots_ns
+        if every_ns is not None and run.loop.now_ns % every_ns < run.experiment.timestep:
             self._snapshot()
 
     def _snapshot(self) -> None:
