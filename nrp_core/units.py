@@ -54,12 +54,14 @@ _OTHERS: Final[dict[str, tuple[Fraction, tuple[int, ...]]]] = {
     "h": (Fraction(3600), (0, 0, 1)),
     "deg": (Fraction(pi) / 180, _ANGLE),
     "%": (Fraction(1, 100), ()),
+    "Nm": (Fraction(1), (1, 2, -2)),
 }
 """Units that equations do not have, without prefixes."""
-_SPELLINGS: Final = {"\u00b5": "u", "\u03bc": "u", "°": "deg", "Ω": "Ohm", "ohm": "Ohm"}
-"""The micro sign and the Greek letter look alike."""
+_SPELLINGS: Final = {"\u00b5": "u", "\u03bc": "u", "°": "deg", "Ω": "Ohm", "ohm": "Ohm", "\u00b7": "*"}
+"""The micro sign and the Greek letter look alike; the middle dot is a product."""
 NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?"
 """The pattern of a number; an exponent of four digits is beyond any float."""
+_JUXTAPOSED: Final = re.compile(r"(?<=\w)\s+(?=[^\W\d])")
 _QUANTITY: Final = re.compile(rf"\s*({NUMBER})\s*(?:\*(?!\*))?\s*(.*?)\s*\Z")
 
 
@@ -164,8 +166,12 @@ def plain(unit: str) -> str:
 
 @cache
 def _exact_size(unit: str) -> tuple[Fraction, Dimension] | None:
-    """Return the size in SI units and the dimension of a unit; None if it is unknown."""
-    written = plain(unit).replace("^", "**")
+    """Return the size in SI units and the dimension of a unit; None if it is unknown.
+
+    A space is a product, as in ``N m``, but not below a slash, where it is ambiguous.
+    """
+    above, slash, below = unit.partition("/")
+    written = plain(_JUXTAPOSED.sub("*", above.strip()) + slash + below).replace("^", "**")
     if written in ("", *_OTHERS):
         return _exact(written) if written else (Fraction(1), NONE)
     try:

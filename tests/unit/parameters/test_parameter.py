@@ -93,6 +93,13 @@ def test_units_of_different_dimension_are_not_converted():
     assert factor("nA", "pA") == 1000
 
 
+@pytest.mark.parametrize("unit", ["N m", "N*m", "Nm", "N\u00b7m", "J", "kg m^2/s^2"])
+def test_products_of_units_have_a_space_a_dot_or_a_star(unit):
+    assert Parameter("p", 1.0, unit).value("500 mN m") == 0.5
+    with pytest.raises(ValueError, match="not a unit that can be converted"):
+        factor(f"{unit}/kg K", "J/kg/K")  # ambiguous
+
+
 def declared(tmp_path: Path, text: str, dialect=BRAIN):
     file = tmp_path / "script.py"
     file.write_text(text)

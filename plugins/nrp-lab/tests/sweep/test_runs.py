@@ -122,9 +122,7 @@ def test_runs_are_the_same_alone_in_one_process_and_on_workers_of_dask(plan: Pla
     assert swept(plan, tmp_path / "dask", "dask", 2) == here
 
 
-RANDOMIZE = (
-    "{mass: {pioneer/base: {scale: 0.8..1.2}}, sensor_position: {pioneer/.*/.*: {add: -0.01..0.01}}}"
-)
+RANDOMIZE = "{mass: {pioneer/base: {scale: 0.8..1.2}}, sensor_position: {pioneer/.*/.*: {add: -0.01..0.01}}}"
 
 
 def test_the_table_has_what_was_drawn_for_each_run(plan: Plan, tmp_path: Path) -> None:
