@@ -37,12 +37,13 @@ class TopicInfo:
         direction: the direction of messages.
         rate_hz: messages per second; None: the current value, at any time.
         what: a description in one line.
-        limits: limits of every field of a message, all of them numbers; None: unlimited.
+        limits: limits of every number of a message; None: unlimited. Others are refused.
         delay: from a sample to the arrival of its message, s.
         drop_out: share of lost samples.
         response: the message class of the answer, where the topic takes the requests of a service.
         unit: of a message that is one number.
         elements: names of the items of the arrays of a message, in their order.
+        clips: whether numbers beyond the limits are clipped instead.
     """
 
     name: str
@@ -56,6 +57,7 @@ class TopicInfo:
     response: builtins.type | None = None
     unit: str = ""
     elements: tuple[str, ...] = ()
+    clips: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +197,7 @@ def check_message(topic: TopicInfo, message: Any) -> None:
             raise TopicError(f"{topic.name} carries {type_name(topic.type)}, not {given}")
         if wrong := invalid_field(message):
             raise TopicError(f"{topic.name}: in {type_name(topic.type)}, {wrong}")
-    if topic.limits is not None:
+    if topic.limits is not None and not topic.clips:
         low, high = topic.limits
         for field in dataclasses.fields(topic.type):
             value = getattr(message, field.name)

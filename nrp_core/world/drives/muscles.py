@@ -254,7 +254,7 @@ class MusclePart(Part):
         self._muscle, self._model, self._engine, self._reported = muscle, model, engine, False
         name = f"the muscle {muscle.name} of {model}"
         self.topics = (
-            TopicInfo(muscle.command_topic, Float64, Direction.IN, what=f"control of {name}, 0 to 1"),
+            _command_topic(muscle.command_topic, Float64, f"control of {name}, 0 to 1"),
             TopicInfo(muscle.state_topic, MuscleState, Direction.OUT, what=f"state of {name}"),
         )
 
@@ -269,6 +269,11 @@ class MusclePart(Part):
         normalised = (length - muscle.slack_length) / muscle.optimal_length
         share = tension / muscle.force
         return MuscleState(header, length, velocity, tension, activation, normalised, share)
+
+
+def _command_topic(name: str, kind: type, what: str, elements: tuple[str, ...] = ()) -> TopicInfo:
+    limits = 0.0, 1.0
+    return TopicInfo(name, kind, Direction.IN, what=what, limits=limits, elements=elements, clips=True)
 
 
 def command(
@@ -349,11 +354,10 @@ class MuscleGroupPart(Part):
         self._slack = np.array([each.slack_length for each in muscles])
         names = ", ".join(group.muscles)
         self.topics = (
-            TopicInfo(
+            _command_topic(
                 group.command_topic,
                 Float64MultiArray,
-                Direction.IN,
-                what=f"controls, 0 to 1, of {names} of {model.name}",
+                f"controls, 0 to 1, of {names} of {model.name}",
                 elements=group.muscles,
             ),
             TopicInfo(

@@ -64,6 +64,22 @@ def test_the_states_of_a_group_of_muscles_are_observed_as_one_array() -> None:
         assert state.activation.max() > 0.01
 
 
+def test_the_controls_of_a_group_of_muscles_are_one_action_within_0_and_1() -> None:
+    topic, seen = "/arm/muscles/cmd", ["/arm/muscles/state"]
+    with closing(make_env("reflex_arm", act=[topic], observe=seen)) as made:
+        space = made.action_space[topic]
+        assert (space.low.tolist(), space.high.tolist()) == ([0.0] * 4, [1.0] * 4)
+        made.reset(seed=1)
+        for _ in range(20):
+            made.step({topic: np.array([0.2, 0.0, 1.0, 0.5])})
+        state = made.run.world.subscribe(seen[0]).latest.message
+        np.testing.assert_allclose(state.activation, [0.2, 0.0, 1.0, 0.5], atol=0.02)  # after 80 ms
+    with closing(make_env("reflex_arm", act={topic: {"elbow_flexor": (0.0, 0.5)}}, observe=seen)) as made:
+        assert made.action_space[topic].shape == (1,)
+    with pytest.raises(ExperimentError, match="no number 'elbow'"):
+        make_env("reflex_arm", act={topic: {"elbow": (0.0, 0.5)}}, observe=seen)
+
+
 @pytest.mark.parametrize(
     ("settings", "action", "words"),
     [

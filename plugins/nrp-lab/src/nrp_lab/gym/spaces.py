@@ -20,6 +20,7 @@ from nrp_core.world.batch import publish_rows
 from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.base import find_layout
+from nrp_core.world.messages.std_msgs import Float64MultiArray
 
 _IMAGE = "sensor_msgs/msg/Image"
 _LONGEST_WAIT_STEPS = 500
@@ -297,8 +298,8 @@ class ActedTopic(Acted):
     Args:
         run: the run.
         name: the topic.
-        bounds: numbers of the message to set; the others are 0. By default all that a drive uses, with the
-            limits of the topic.
+        bounds: numbers of the message to set, by their names, or those of the muscles or joints of a group;
+            the others are 0. By default all that a drive or group uses, with the limits of the topic.
     """
 
     def __init__(self, run: Run, name: str, bounds: Bounds | None) -> None:
@@ -307,11 +308,11 @@ class ActedTopic(Acted):
             raise ExperimentError(f"there is no topic '{name}' to act on{did_you_mean(name, known)}")
         self._publication = run.world.advertise(name)
         info = self._publication.topic
-        layout, example = find_layout(info.type), info.type()
-        if layout is None:
+        elements = info.elements if info.type is Float64MultiArray else ()
+        if find_layout(info.type) is None and not elements:
             raise ExperimentError(f"'{name}' carries not only numbers, so it cannot be an action")
-        self._count = len(layout.paths)
-        fields = [path for path, _ in numbers_in(example)]
+        fields = [*elements] or [path for path, _ in numbers_in(info.type())]
+        self._count, self._has_elements = len(fields), bool(elements)
         if bounds is not None and not isinstance(bounds, Mapping):
             raise ExperimentError(f"the bounds of '{name}' are {{'field': (low, high)}}, not {bounds!r:.60}")
         model, used = commanded_components(run.world.scene).get(info.name, ("", fields))
@@ -333,10 +334,16 @@ class ActedTopic(Acted):
         for place, value, (low, high) in zip(self._places, values, self._bounds, strict=True):
             within = low <= value <= high
             numbers[place] = value if within else self._clipped(self._places.index(place), value)
-        self._publication.publish_numbers(numbers)
+        if self._has_elements:
+            self._publication.publish(Float64MultiArray(data=np.array(numbers)))
+        else:
+            self._publication.publish_numbers(numbers)
 
     @staticmethod
     def apply_all(copies: Sequence[ActedTopic], rows: FloatArray) -> None:
+        if copies[0]._has_elements:
+            Acted.apply_all(copies, rows)
+            return
         numbers = np.zeros((len(copies), copies[0]._count))
         numbers[:, copies[0]._places] = copies[0]._rows_clipped(rows)
         publish_rows([acted._publication for acted in copies], numbers)
