@@ -83,7 +83,19 @@ def gather(clock: Clock, slots: Array, events: Array, sorting: Array, end: float
             events[one].after = slots[slot]
             slots[slot] = one
             continue
-        events[one].after = -1
+        tail = one
+        while index >= 0 and events[index].time < end:  # the spikes of sources come in order, or in reverse
+            following = events[index].after
+            if _earlier(events[index], events[one]):
+                events[index].after = one
+                one = index
+            elif _earlier(events[index], events[tail]):
+                break
+            else:
+                events[tail].after = index
+                tail = index
+            index = following
+        events[tail].after = -1
         k = 0
         while sorting[k] >= 0:
             one = _merged(events, sorting[k], one)
@@ -259,7 +271,7 @@ def _arrive(engine: EngineArrays, clock: Clock, event: Event) -> int:
             event.target = target
         if modes.kind >= 0:
             kind = engine.kinds[modes.kind]
-            _add(clock, slots, engine.links, modes, kind, row, target & 1, weight, t)
+            _add(clock, slots, engine.links, modes, kind, cell, row, target & 1, weight, t)
         else:
             _deliver(clock, slots, engine.links, cell, engine.work[0], row, target & 1, weight, t)
     return DONE
@@ -267,13 +279,13 @@ def _arrive(engine: EngineArrays, clock: Clock, event: Event) -> int:
 
 @inlined
 def _add(
-    clock: Clock, slots: Array, links: Array, modes: Modes, kind: Kind, row: int, inhibitory: int,
-    weight: float, t: float,
+    clock: Clock, slots: Array, links: Array, modes: Modes, kind: Kind, cell: Cell, row: int,
+    inhibitory: int, weight: float, t: float,
 ) -> None:  # fmt: skip
     """Deliver a spike to a neuron that is a sum of exponentials, and plan its next update."""
     if kind.t != t:
         set_time(kind, t)
-    deliver(modes, kind, inhibitory, weight)
+    deliver(modes, kind, cell, inhibitory, weight)
     if modes.wake < modes.listed:  # else an earlier entry stays
         modes.listed = schedule(clock, slots, links, modes.wake, row)
 

@@ -6,12 +6,13 @@ A neuron is advanced from event to event. After each event a cheap bound gives a
 fire; only if nothing arrives until then is its next spike computed. Both depend only on the state at the
 event, not on the division of the run.
 
-Integrate-and-fire neurons with exponential currents as sums of exponentials.
+Integrate-and-fire neurons with exponential currents, or with jumps of the voltage, as sums of exponentials.
 
 Between two events the voltage is ``settled + m exp(-u/tau_m) + sum of x_k reach_k exp(-u/tau_k)``, where u
 is the time since a fixed moment, the beginning of an epoch. Waiting changes none of the coefficients, and an
 arriving spike only adds to them. So the exponentials of an arrival are computed once for all neurons of a
-kind that it reaches. Epochs are short, so that the coefficients neither overflow nor lose digits.
+kind that it reaches. Epochs are short, so that the coefficients neither overflow nor lose digits. A jump
+changes only the coefficient of the membrane; the currents of such a neuron stay zero.
 
 The state of such a neuron is its coefficients. For all that is rarer than an arrival, :func:`thaw` brings its
 :class:`~nrp_brain_event.records.Cell` up to date, and :func:`freeze` takes the coefficients from it again.
@@ -29,6 +30,7 @@ from nrp_brain_event.records import (
     CONDUCTANCE,
     EXPONENTIAL,
     FIRE,
+    JUMP,
     LINEAR,
     SEARCH,
     Array,
@@ -38,6 +40,7 @@ from nrp_brain_event.records import (
     Work,
 )
 from nrp_brain_event.rise import charge, left_of, silent
+from nrp_brain_event.synapse_kernels import SIMULTANEOUS
 from nrp_core._support.jit import inlined, jit
 
 NEAR: Final = 0.01
@@ -152,6 +155,8 @@ _EPOCH: Final = 16.0
 """Maximum length of an epoch, in time constants."""
 _DISTINCT: Final = 0.1
 """Relative difference of time constants below which the coefficients would cancel each other."""
+_ROUNDING_MV: Final = 1e-12
+"""Distance from the threshold at which a jump reaches it: weights often add up to it, but for rounding."""
 
 
 def modes_of(cells: Array) -> tuple[Array, Array]:
@@ -189,8 +194,10 @@ def _parameters(cells: Array) -> tuple[Array, Array]:
     """Return which neurons can be represented, and their time constants, capacitances and thresholds."""
     taus = np.column_stack([cells["tau_m"], cells["tau_syn"]])
     gaps = abs(taus[:, 1:] - taus[:, :1])
-    fits = (cells["membrane"] == LINEAR) & (cells["synapse"] == EXPONENTIAL)
-    fits &= (gaps > _DISTINCT * np.maximum(taus[:, 1:], taus[:, :1])).all(axis=1)
+    distinct = (gaps > _DISTINCT * np.maximum(taus[:, 1:], taus[:, :1])).all(axis=1)
+    jumps = cells["synapse"] == JUMP
+    taus[jumps, 1:] = inf
+    fits = (cells["membrane"] == LINEAR) & (jumps | ((cells["synapse"] == EXPONENTIAL) & distinct))
     return fits, np.column_stack([taus, cells["cm"], cells["threshold"]])[fits]
 
 
@@ -200,10 +207,17 @@ def _kinds(parameters: Array) -> Array:
     kinds["tau_m"], kinds["threshold"], kinds["resistance"] = taus[:, 0], parameters[:, 4], taus[:, 0] / cm
     kinds["rate_m"], kinds["rate_e"], kinds["rate_i"] = 1.0 / taus.T
     for k in "ei":
-        kinds[f"reach_{k}"] = 1.0 / (cm * (kinds["rate_m"] - kinds[f"rate_{k}"]))
+        reach = 1.0 / (cm * (kinds["rate_m"] - kinds[f"rate_{k}"]))
+        kinds[f"reach_{k}"] = np.where(np.isinf(taus[:, 1]), 0.0, reach)
     kinds["epoch"] = np.exp2(np.floor(np.log2(_EPOCH * taus.min(axis=1, initial=np.inf))))
     kinds["t"] = -1.0
     return kinds
+
+
+@inlined
+def jumps(kind: Kind) -> bool:
+    """Return whether a spike changes the voltage at once, by its weight in mV; the currents stay zero."""
+    return kind.reach_e == 0.0
 
 
 @jit
@@ -211,14 +225,18 @@ def set_time(kind: Kind, t: float) -> None:
     """Compute the factors of a kind at t."""
     kind.t, kind.begin = t, _begin(kind, t)
     since = kind.begin - t
-    kind.left_m, kind.left_e = exp(since * kind.rate_m), exp(since * kind.rate_e)
-    kind.left_i = exp(since * kind.rate_i)
+    kind.left_m = exp(since * kind.rate_m)
+    if jumps(kind):
+        kind.left_e = kind.left_i = 1.0
+        kind.step_e = kind.step_i = -1.0 / kind.left_m
+        return
+    kind.left_e, kind.left_i = exp(since * kind.rate_e), exp(since * kind.rate_i)
     kind.step_e, kind.step_i = kind.reach_e / kind.left_m, kind.reach_i / kind.left_m
     kind.grown_e, kind.grown_i = 1.0 / kind.left_e, 1.0 / kind.left_i
 
 
 @inlined
-def deliver(modes: Modes, kind: Kind, inhibitory: int, weight: float) -> None:
+def deliver(modes: Modes, kind: Kind, cell: Cell, inhibitory: int, weight: float) -> None:
     """Deliver a spike at the time of the kind to a neuron that has no event before it, and plan the next."""
     if modes.t < kind.begin:  # a new epoch
         since = _begin(kind, modes.t) - kind.begin
@@ -233,7 +251,10 @@ def deliver(modes: Modes, kind: Kind, inhibitory: int, weight: float) -> None:
         modes.x_e += weight * kind.grown_e
         modes.membrane -= weight * kind.step_e
     if modes.membrane == modes.membrane:  # not in its refractory period
-        _wait_modes(modes, kind, kind.t, kind.left_m, kind.left_e, kind.left_i)
+        slack = _ROUNDING_MV if jumps(kind) else 0.0
+        _wait_modes(modes, kind, kind.t, kind.left_m, kind.left_e, kind.left_i, slack)
+    elif jumps(kind) and cell.free_at - kind.t <= SIMULTANEOUS:
+        cell.path[0, 0] += weight
 
 
 @jit
@@ -247,7 +268,7 @@ def postpone(modes: Modes, kind: Kind, cell: Cell) -> bool:
         t = modes.wake
         since = _begin(kind, modes.t) - t
         _wait_modes(
-            modes, kind, t, exp(since * kind.rate_m), exp(since * kind.rate_e), exp(since * kind.rate_i)
+            modes, kind, t, exp(since * kind.rate_m), exp(since * kind.rate_e), exp(since * kind.rate_i), 0.0
         )
         if modes.wake > t + NEAR * kind.tau_m:
             return True
@@ -257,13 +278,15 @@ def postpone(modes: Modes, kind: Kind, cell: Cell) -> bool:
 
 
 @inlined
-def _wait_modes(modes: Modes, kind: Kind, t: float, left_m: float, left_e: float, left_i: float) -> None:
+def _wait_modes(
+    modes: Modes, kind: Kind, t: float, left_m: float, left_e: float, left_i: float, slack: float
+) -> None:
     """Schedule the search for a spike of a neuron: as :func:`nrp_brain_event.linear.plan_search`."""
     x_e, x_i = modes.x_e * left_e, modes.x_i * left_i
     voltage = modes.settled + modes.membrane * left_m + x_e * kind.reach_e + x_i * kind.reach_i
     ceiling = modes.settled + (max(0.0, x_e) + max(0.0, x_i)) * kind.resistance
     modes.on_wake, modes.wake = SEARCH, inf
-    if voltage >= kind.threshold:
+    if voltage >= kind.threshold - slack:
         modes.on_wake, modes.wake = FIRE, t
     elif ceiling > kind.threshold:
         modes.wake = t + kind.tau_m * (kind.threshold - voltage) / (ceiling - voltage)

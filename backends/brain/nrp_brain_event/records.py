@@ -195,7 +195,7 @@ class Kind(Record):
     """Inverse time constants."""
     reach_e: float
     reach_i: float
-    """Voltage that belongs to a current which decays, mV per nA."""
+    """Voltage that belongs to a current which decays, mV per nA; 0 if spikes change the voltage itself."""
     t: float
     begin: float
     """Beginning of the epoch at ``t``."""
@@ -208,7 +208,7 @@ class Kind(Record):
     """Their inverses."""
     step_e: float
     step_i: float
-    """Change of the coefficient of the membrane by a weight of 1 nA, mV."""
+    """Decrease of the coefficient of the membrane by a weight of 1 nA (or of 1 mV for jumps), mV."""
 
 
 HOT: Final = int(Cell.dtype().fields["membrane"][1])  # type: ignore[index]

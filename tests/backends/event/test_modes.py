@@ -95,3 +95,48 @@ def test_many_spikes_within_a_window_do_not_depend_on_the_division_of_the_run(
         found.append((spikes.neurons.tolist(), spikes.times_ms.tolist()))
     assert len(found[0][0]) > 300
     assert found[0] == found[1]
+
+
+def test_jumps_decay_with_the_membrane_through_changes_of_its_time_constant(
+    cells: Cells, open_brain: Open
+) -> None:
+    rng = np.random.default_rng(5)
+    times_ms, weights = rng.uniform(0.0, 400.0, 300), rng.uniform(-2.0, 3.0, 300)
+    brain = open_brain(cells("a", "IF_curr_delta", 3, v_thresh=np.inf, tau_m=20.0))
+    brain._do_inject(SynapticEvents(np.full(300, 1), times_ms, weights))
+
+    def voltage(until_ms: float, tau_ms: float, since_ms: float, begin_mv: float) -> float:
+        due = (times_ms > since_ms) & (times_ms <= until_ms)
+        decayed = weights[due] * np.exp((times_ms[due] - until_ms) / tau_ms)
+        return float(begin_mv * np.exp((since_ms - until_ms) / tau_ms) + decayed.sum())
+
+    brain.run_until(from_milliseconds(200.0))
+    half_mv = voltage(200.0, 20.0, 0.0, 0.0)
+    assert brain.read_state("v", [1])[0] + 65.0 == pytest.approx(half_mv, abs=1e-11)
+    brain.set_parameters([0, 1, 2], {"tau_m": 7.0})
+    brain.run_until(from_milliseconds(400.0))
+    end_mv = voltage(400.0, 7.0, 200.0, half_mv)
+    assert brain.read_state("v", [1])[0] + 65.0 == pytest.approx(end_mv, abs=1e-11)
+    assert brain.read_state("v", [0, 2]).tolist() == [-65.0, -65.0]
+
+
+@pytest.mark.parametrize("again_ms", [2.0, 2.0 - 0.9e-9, 2.1, 31.7])
+def test_a_jump_to_the_threshold_itself_fires(again_ms: float, cells: Cells, open_brain: Open) -> None:
+    """Also at the end of the refractory period, and at times where the coefficients have rounding errors."""
+    begin_ms = 143.3
+    brain = open_brain(
+        cells("a", "IF_curr_delta", 1, {"v": 0.0}, v_rest=0.0, v_reset=0.0, v_thresh=20.0, tau_refrac=2.0)
+    )
+    recorder = brain.add_sink(SpikeRecorder(), np.arange(1), name="all")
+    times_ms = np.array([begin_ms, begin_ms + again_ms])
+    brain._do_inject(SynapticEvents(np.array([0, 0]), times_ms, np.array([20.0, 20.0])))
+    brain.run_until(from_milliseconds(200.0))
+    fired_ms = recorder.spikes().times_ms  # type: ignore[attr-defined]
+    np.testing.assert_allclose(fired_ms, [begin_ms, begin_ms + max(again_ms, 2.0)], rtol=0, atol=1e-12)
+
+
+def test_a_jump_in_the_refractory_period_is_lost(cells: Cells, open_brain: Open) -> None:
+    brain = open_brain(cells("a", "IF_curr_delta", 1, v_thresh=-50.0, v_reset=-65.0, tau_refrac=2.0))
+    brain._do_inject(SynapticEvents(np.array([0, 0]), np.array([1.0, 2.9]), np.array([16.0, 5.0])))
+    brain.run_until(from_milliseconds(3.5))
+    assert brain.read_state("v", [0])[0] == -65.0
