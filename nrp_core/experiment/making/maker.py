@@ -28,7 +28,7 @@ from nrp_core.parameters import FUNCTIONS, Declared, Parameter, Value, fitting, 
 from nrp_core.registry import Registry
 from nrp_core.world.robot_setup import set_up_robot
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.reading.context import read_without
+from nrp_core.world.scene.reading.context import FindElsewhere, read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 READERS: Registry[Callable[..., Network]] = Registry("nrp_core.networks", "reader of networks")
@@ -78,7 +78,13 @@ def build_here(make: Callable[[], Network]) -> Network:
 
 
 class Maker(PartMaker):
-    """Makes each part from the file that the experiment names; subclasses replace methods for others."""
+    """Makes each part from the file that the experiment names; subclasses replace methods for others.
+
+    Attributes:
+        find_elsewhere: finds the meshes and images that are not where the files say; None: nothing does.
+    """
+
+    find_elsewhere: FindElsewhere | None = None
 
     def room(self, experiment: Experiment) -> Scene:
         """Return the scene without robots, empty without a file; if not strict, without what cannot be used.
@@ -89,9 +95,10 @@ class Maker(PartMaker):
         path, models = experiment.world.scene, experiment.models
         if path is None:
             return Scene(())
+        read = partial(read_scene, path, search_path=models, find_elsewhere=self.find_elsewhere)
         if experiment.strict:
-            return read_scene(path, search_path=models)
-        read = partial(read_scene, path, search_path=models, lenient=True)
+            return read()
+        read = partial(read, lenient=True)
         scene, left_out = read_without(lambda without: read(without=without))
         return replace(scene, warnings=(*scene.warnings, *left_out))
 
@@ -103,7 +110,13 @@ class Maker(PartMaker):
         """
         section, models = experiment.world.robots[name], experiment.models
         read = partial(
-            read_model, section.model, name=name, pose=section.start, search_path=models, args=section.args
+            read_model,
+            section.model,
+            name=name,
+            pose=section.start,
+            search_path=models,
+            args=section.args,
+            find_elsewhere=self.find_elsewhere,
         )
         if experiment.strict:
             return self._fit(experiment, name, read())

@@ -6,6 +6,7 @@ import shutil
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from nrp_legacy.documents import FileNamed
 from nrp_legacy.files import Library
@@ -14,6 +15,7 @@ from nrp_legacy.reader import read_exc
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
+from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.xml import parse_xml
 
 EXPERIMENT = '<ExD><environmentModel src="room"/><bibiConf src="x.bibi"/></ExD>'
@@ -134,6 +136,63 @@ def test_the_models_of_a_repository_are_found_without_a_setting(
     assert run.experiment.world.robots["robot"].model == models / "husky_model" / "model.sdf"
     reported = {problem.subject for problem in judgement.problems if problem.code is Code.NRP204}
     assert reported == {"kitchen/kitchen.sdf", "brains/two_cells.py"}
+
+
+_MESH = "model://husky_model/meshes/base.stl"
+
+
+@pytest.mark.parametrize(
+    ("uri", "files", "found"),
+    [
+        (_MESH, ["parts/husky_model/meshes/base.stl", "parts/other/meshes/base.stl"], "husky_model/meshes"),
+        (_MESH, ["robots/rover/meshes/Base.STL"], "robots/rover/meshes"),
+        (_MESH, ["a/base.stl", "b/base.stl"], "a"),  # copies
+        (_MESH, ["a/base.stl", "b/base.stl", "other/base.stl"], None),
+        ("package://rover/meshes/base.stl", ["a/rover/meshes/base.stl", "other/base.stl"], "rover/meshes"),
+        ("file:///home/user/rover/meshes/base.stl", ["a/rover/meshes/base.stl"], "rover/meshes"),
+        (_MESH, ["../outside/husky_model/meshes/base.stl"], None),
+    ],
+)
+def test_a_mesh_elsewhere_in_the_repository_is_used_if_there_is_no_other_and_its_folder_is_reported(
+    tmp_path: Path, uri: str, files: list[str], found: str | None
+) -> None:
+    experiment = tmp_path / "repository" / "experiments" / "course"
+    for folder in (experiment, tmp_path / "repository" / ".git"):
+        folder.mkdir(parents=True)
+    for file in files:
+        path = tmp_path / "repository" / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("other" if "other" in file else "")
+    library = Library(experiment)
+    mesh = library.find_mesh(uri)
+    assert mesh is None if found is None else str(mesh and mesh.parent).endswith(found)
+    assert library.elsewhere == ({uri.rpartition("/")[0]: mesh.parent} if mesh else {})
+
+
+def test_a_robot_has_the_meshes_that_are_elsewhere_in_its_repository(tmp_path: Path) -> None:
+    """The mesh is a tetrahedron with edges of 1 m along the axes, whose volume is 1/6 m^3."""
+    folder = tmp_path / "experiments" / "course"
+    for each in (folder, tmp_path / ".git", tmp_path / "meshes"):
+        each.mkdir(parents=True)
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    write_stl(tmp_path / "meshes" / "base.stl", corners[[(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]])
+    shape = f"<geometry><mesh><uri>{_MESH}</uri></mesh></geometry>"
+    (folder / "rover.sdf").write_text(
+        f"<sdf version='1.6'><model name='m'><link name='l'><collision name='c'>{shape}</collision></link>"
+        "</model></sdf>"
+    )
+    (folder / "x.exc").write_text(
+        '<ExD><environmentModel src="empty_world.sdf"/><bibiConf src="x.bibi"/></ExD>'
+    )
+    (folder / "x.bibi").write_text("<bibi><bodyModel>rover.sdf</bodyModel></bibi>")
+    with Run(read_exc(folder / "x.exc")) as run:
+        (link,) = run.world.scene.model("robot").links
+        found = [one.message for one in run.problems if one.code is Code.NRP204]
+        assert run.result().complete
+    assert link.inertial is not None
+    assert link.inertial.mass == pytest.approx(1000 / 6)
+    assert "there is no 'model://husky_model/meshes': '../../meshes' is used" in found
+    assert "room 'empty_world.sdf' not found: a plain floor is used" in found  # which is all of that room
 
 
 @pytest.mark.parametrize(

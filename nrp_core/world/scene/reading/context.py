@@ -190,15 +190,21 @@ _FUEL = re.compile(r"(fuel\.[^/]+)/[^/]+/([^/]+)/models/([^/]+)(?:/(\d+|tip))?(?
 _FUEL_CACHES = Path("~/.gz/fuel"), Path("~/.ignition/fuel")
 _MAIN_FILES = (".sdf", ".world", ".urdf", ".xacro")
 
+FindElsewhere = Callable[[str], Path | None]
+
 
 class Resources:
     """The places where files are searched.
 
     Args:
         search_path: folders given by the user, in order.
+        find_elsewhere: called with the name of a file that is in none of the places, returns it or None.
     """
 
-    def __init__(self, search_path: Iterable[Path | str] = ()) -> None:
+    def __init__(
+        self, search_path: Iterable[Path | str] = (), find_elsewhere: FindElsewhere | None = None
+    ) -> None:
+        self._find_elsewhere = find_elsewhere
         variables = [folder for name in ENVIRONMENT for folder in _folders_in(name)]
         installed = [folder / "share" for folder in _folders_in(INSTALLED)]
         self._of_user = [Path(folder).absolute() for folder in search_path]
@@ -208,7 +214,8 @@ class Resources:
         """Return the file that a ``<uri>`` refers to, None if it does not exist."""
         found = next((path for path in self._candidates(uri.text, uri.path) if path.is_file()), None)
         found = found or next(filter(None, map(in_sources, self._candidates(uri.text, uri.path))), None)
-        return found or next((path for path in _beside(uri) if path.is_file()), None)
+        found = found or next((path for path in _beside(uri) if path.is_file()), None)
+        return found or (self._find_elsewhere(uri.text) if self._find_elsewhere is not None else None)
 
     def media(self) -> list[Path]:
         """Return the folders of the user in which scripts of materials and their textures are looked for."""

@@ -22,7 +22,7 @@ from nrp_core.paths import path_of
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.reading.context import Element, Notes, Places, Reading, Resources
+from nrp_core.world.scene.reading.context import Element, FindElsewhere, Notes, Places, Reading, Resources
 from nrp_core.world.scene.sdf.frames import read_placed, without_surroundings
 from nrp_core.world.scene.sdf.model import build_model, read_parts
 from nrp_core.world.scene.sdf.source import SdfFile
@@ -46,6 +46,7 @@ def read_model(
     without: Places = MappingProxyType({}),
     lenient: bool = False,
     args: Mapping[str, object] = MappingProxyType({}),
+    find_elsewhere: FindElsewhere | None = None,
 ) -> Model:
     """Read a file that holds one model.
 
@@ -58,11 +59,13 @@ def read_model(
         without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.context`.
         lenient: whether missing included files are left out with a warning instead of an error.
         args: arguments of a xacro file; others have their defaults.
+        find_elsewhere: called with the name of a mesh or an image that is not found, returns it or None.
 
     Raises:
         SceneError: the file cannot be used; the message names file and line.
     """
-    reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient, args=args)
+    resources = Resources(search_path, find_elsewhere)
+    reading = Reading(resources, Notes(), without=without, lenient=lenient, args=args)
     source = SdfFile.open(path_of(path, SceneError), reading)
     holder = source.root.find("world") or source.root
     _warn_of_gravity(holder, reading)
@@ -98,6 +101,7 @@ def read_scene(
     without: Places = MappingProxyType({}),
     lenient: bool = False,
     args: Mapping[str, object] = MappingProxyType({}),
+    find_elsewhere: FindElsewhere | None = None,
 ) -> Scene:
     """Read a file that holds a world, or models without one.
 
@@ -107,11 +111,13 @@ def read_scene(
         without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.context`.
         lenient: whether missing included files are left out with a warning instead of an error.
         args: arguments of a xacro file; others have their defaults.
+        find_elsewhere: called with the name of a mesh or an image that is not found, returns it or None.
 
     Raises:
         SceneError: the file cannot be used; the message names file and line.
     """
-    reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient, args=args)
+    resources = Resources(search_path, find_elsewhere)
+    reading = Reading(resources, Notes(), without=without, lenient=lenient, args=args)
     source = SdfFile.open(path_of(path, SceneError), reading)
     worlds = source.root.all("world")
     if len(worlds) > 1:

@@ -27,7 +27,7 @@ _SHARED = ("model", "__init__")
 _LEVELS = 3
 """The number of folders above an experiment in which a library may stand."""
 _STORAGE = "storage://"
-_SCHEMES = (_STORAGE, "model://", "file://")
+_SCHEMES = (_STORAGE, "model://", "package://", "file://")
 
 
 def installed_models() -> list[Path]:
@@ -42,12 +42,16 @@ def models_beside(folder: Path) -> list[Path]:
     Args:
         folder: the folder of the experiment.
     """
-    places = [folder / "resources"]
+    places = [folder / "resources", *_folders_above(folder)]
+    return [found for place in places for found in sorted(place.glob("[Mm]odels")) if found.is_dir()]
+
+
+def _folders_above(folder: Path) -> Iterator[Path]:
+    """Yield a folder and those above it, up to that of its repository."""
     for above in (folder, *folder.parents[:_LEVELS]):
-        places.append(above)
+        yield above
         if any(above.glob(".git")):
             break
-    return [found for place in places for found in sorted(place.glob("[Mm]odels")) if found.is_dir()]
 
 
 class Library:
@@ -105,6 +109,23 @@ class Library:
         places = (*self._candidates(plain), *self._in_experiment(plain))
         found = next((place.resolve() for place in places if place.exists()), None)
         return found or self.find_code(plain)
+
+    def find_mesh(self, uri: str) -> Path | None:
+        """Return a mesh or an image of a model that is not where it should be, from the whole repository.
+
+        Its path must end with as many parts of the name as any; there must be only one, or copies of one.
+        """
+        parts = [part.lower() for part in _parts(uri)]
+        named = {path.resolve(): path for path in self._meshes.get(parts[-1], ())} if parts else {}
+        ends = (parts[i:] for i in range(len(parts)))
+        alike = (
+            [path for path in named.values() if path.is_file() and _ends_with(path, end)] for end in ends
+        )
+        copies = next(filter(None, alike), [])
+        if not copies or not _are_copies(copies):
+            return None
+        self._found_elsewhere(uri.rpartition("/")[0] or uri, copies[0].parent)
+        return copies[0]
 
     def find_sdf(self, named: FileNamed) -> Path | None:
         """Return the file of a robot or room; of an archive, the one that it unpacks to."""
@@ -193,7 +214,7 @@ class Library:
         for i in range(len(parts) - 1):
             end = parts[i:]
             for path in self._files_named(parts[-1]):
-                if [part.lower() for part in path.parts[-len(end) :]] == end:
+                if _ends_with(path, end):
                     return path
         return None
 
@@ -207,7 +228,7 @@ class Library:
             found = [] if not parts or _is_shared(parts[-1]) else self._files_named(parts[-1])
             own = [path for path in found if path.is_relative_to(self.folder)]
             copies = own or found
-            if copies and all(cmp(copies[0], copy, shallow=False) for copy in copies[1:]):
+            if copies and _are_copies(copies):
                 return copies[0] if own and len(parts) == 1 else self._found_elsewhere(name, copies[0])
         return None
 
@@ -223,13 +244,13 @@ class Library:
     @cached_property
     def _files(self) -> Mapping[str, list[Path]]:
         """All files of the experiment and the libraries by their lower-case names."""
-        found = defaultdict[str, list[Path]](list)
-        for place in (self.folder, *self._models):
-            for folder, folders, names in os.walk(place, followlinks=True):
-                _leave_out_circles(folder, folders)
-                for name in sorted(names):
-                    found[name.lower()].append(Path(folder, name))
-        return found
+        return _files_in((self.folder, *self._models))
+
+    @cached_property
+    def _meshes(self) -> Mapping[str, list[Path]]:
+        """All files of the libraries and of the repository of the experiment by their lower-case names."""
+        *_, top = _folders_above(self.folder)
+        return _files_in((top if any(top.glob(".git")) else self.folder, *self._models))
 
     @cached_property
     def _tops(self) -> set[Path]:
@@ -239,6 +260,26 @@ class Library:
             self.folder.parent.resolve(),
             *(root.resolve() for root in self.roots()),
         }
+
+
+def _files_in(places: Iterable[Path]) -> Mapping[str, list[Path]]:
+    """Return all files in folders by their lower-case names."""
+    found = defaultdict[str, list[Path]](list)
+    for place in places:
+        for folder, folders, names in os.walk(place, followlinks=True):
+            _leave_out_circles(folder, folders)
+            for name in sorted(names):
+                found[name.lower()].append(Path(folder, name))
+    return found
+
+
+def _ends_with(path: Path, parts: Sequence[str]) -> bool:
+    """Return whether a path ends with these parts, ignoring case; they are in lower case."""
+    return [part.lower() for part in path.parts[-len(parts) :]] == list(parts)
+
+
+def _are_copies(paths: Sequence[Path]) -> bool:
+    return all(cmp(paths[0], path, shallow=False) for path in paths[1:])
 
 
 def _main_script(folder: Path, name: str) -> Path | None:

@@ -74,6 +74,7 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
         notes: Sequence[Finding] = (),
     ) -> None:
         self._document, self.library = document, library
+        self.find_elsewhere = library.find_mesh
         self.machines, self._folders = list(machines), tuple(folders)
         self._nest_units, self._notes = nest_units, list(notes)
         self._network: Network | None = None

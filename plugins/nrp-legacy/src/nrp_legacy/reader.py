@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial, reduce
 from math import ceil
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 from nrp_core.clock import NS_PER_MS, NS_PER_S
@@ -31,6 +31,8 @@ TIMESTEP_MS = 20.0
 WORLD_STEP_NS = 2 * NS_PER_MS
 """Step of the worlds here, unless an experiment sets it."""
 
+_PLAIN_ROOM = "empty_world"
+"""A room of the platform that has only a floor and a sun."""
 _LIGHT = re.compile(r"<light\b|model://sun\b")
 _IMAGE = re.compile(r"\bsensor_msgs\b.*\bImage\b")
 """The type of a topic that a function reads."""
@@ -158,16 +160,7 @@ class _Reading:
         is_named = environment is not None and environment.name
         scene = self._read(partial(self._library.find_sdf, environment)) if environment and is_named else None
         if scene is None:
-            said = (
-                "the experiment does not name a room"
-                if environment is None or not is_named
-                else f"room '{environment.name}' not found"
-            )
-            self._note(
-                environment.element if environment else self._exc.element,
-                Code.NRP256,
-                f"{said}: a plain floor is used",
-            )
+            self._note_plain_floor(environment)
         bodies = self._bibi.bodies.items()
         robots = {_identifier(name): robot for name, body in bodies if (robot := self._robot(name, body))}
         robots = dict(self._launched()) | robots
@@ -176,6 +169,17 @@ class _Reading:
         content: dict[str, Any] = {"backend": "mujoco", "scene": str(scene or EMPTY_ROOM)}
         content |= {"options": options} if options else {}
         return self._tree({**content, "robots": self._tree(robots)}, element)
+
+    def _note_plain_floor(self, environment: documents.FileNamed | None) -> None:
+        """Report that a plain floor replaces the room, which is a part less unless the room is one itself."""
+        if environment is None or not environment.name:
+            code, said = Code.NRP256, "the experiment does not name a room"
+        else:
+            is_plain = PurePosixPath(environment.name).stem == _PLAIN_ROOM
+            code, said = (Code.NRP204 if is_plain else Code.NRP256), f"room '{environment.name}' not found"
+        self._note(
+            environment.element if environment else self._exc.element, code, f"{said}: a plain floor is used"
+        )
 
     def _light(self, room: Path) -> dict[str, str]:
         """Return the renderer with Gazebo's light if functions read images, for which they were tuned in it.
