@@ -147,6 +147,8 @@ class _Writer:
         self._images = Images(model)
         self.flat = 0
         """The number of shapes that have the mean colour of an image."""
+        bits = zip(model.geom_contype.tolist(), model.geom_conaffinity.tolist(), strict=True)
+        self._has_bits = not {(0, 0), (1, 1)}.issuperset(bits)
         self._children: dict[int, list[int]] = {}
         for body in range(1, model.nbody):
             self._children.setdefault(int(model.body_parentid[body]), []).append(body)
@@ -313,11 +315,21 @@ class _Writer:
             seen = f"<transparency>{1 - float(rgba[3])}</transparency>{color}<geometry>{drawn}</geometry>"
             yield f"<visual name={name}>{place}{seen}</visual>"
         if geom in self.touching:
-            mu = f"<surface><friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction></surface>"
+            mu = f"<friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction>"
+            surface = f"<surface>{mu}{self._bits(geom)}</surface>"
             touched = shape
             if m.geom_type[geom] != _HFIELD:
                 touched = shape.replace("<mesh>", '<mesh optimization="convex_hull">')  # as MuJoCo does
-            yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{mu}</collision>"
+            yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{surface}</collision>"
+
+    def _bits(self, geom: int) -> str:
+        """Return the element about what touches a shape; empty if shapes of the file touch all or none."""
+        m = self._m
+        category, touched = int(m.geom_contype[geom]), int(m.geom_conaffinity[geom])
+        if not self._has_bits or not (category or touched):  # a pair lets the latter touch something
+            return ""
+        bits = f"<collide_bitmask>{touched}</collide_bitmask><category_bitmask>{category}</category_bitmask>"
+        return f"<contact>{bits}</contact>"
 
     def _shape(self, geom: int) -> str | None:
         kinds = mujoco.mjtGeom

@@ -23,6 +23,7 @@ from nrp_world_mujoco.schema import attributes_of, stated
 _SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
 _RUBS = ("condim", "friction", "priority")
 """A scene has another rule for contacts of different friction, so that those of a file are always stated."""
+_BITS = ("contype", "conaffinity")
 _JOINT: dict[str, tuple[str, Any]] = {
     "solreflimit": ("jnt_solref", _SOLREF),
     "solimplimit": ("jnt_solimp", _SOLIMP),
@@ -94,7 +95,7 @@ class NativeElements:
         self._given = {
             "joint": (spec.joints, fresh.worldbody.add_joint(), _OF_JOINT),
             "tendon": (spec.tendons, fresh.add_tendon(), _OF_TENDON),
-            "geom": (spec.geoms, fresh.worldbody.add_geom(), (*OF_SCENE_GEOM, *_RUBS)),
+            "geom": (spec.geoms, fresh.worldbody.add_geom(), (*OF_SCENE_GEOM, *_RUBS, *_BITS)),
             "general": (spec.actuators, fresh.add_actuator(), _OF_ACTUATOR),
         }
         self._lines: dict[str, list[str]] = {}
@@ -197,6 +198,8 @@ class NativeElements:
         for geom in sorted(self.touching):
             values = self._others("geom", geom)
             values |= {name: _text(getattr(m, f"geom_{name}")[geom]) for name in _RUBS}
+            if not (m.geom_contype[geom] or m.geom_conaffinity[geom]):
+                values |= dict.fromkeys(_BITS, "0")
             if mujoco.mjtGeom(m.geom_type[geom]) == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
                 values |= {"type": "ellipsoid", "size": _text(m.geom_size[geom])}
             body = int(m.geom_bodyid[geom])

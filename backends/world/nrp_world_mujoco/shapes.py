@@ -134,6 +134,8 @@ class Shapes:
         touching = {
             "mass": 0,
             "group": COLLISIONS,
+            "contype": collision.category,
+            "conaffinity": collision.touched,
             "condim": 3 if collision.friction else 1,
             "friction": [collision.friction, 0, 0],
             # in a contact the geom with the higher priority decides: the more slippery one; those of MJCF

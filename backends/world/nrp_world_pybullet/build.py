@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, product
+from itertools import combinations, combinations_with_replacement, product
 from math import isfinite
 
 from nrp_core._support.quiet import quiet
@@ -15,7 +15,7 @@ from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, s
 from nrp_core.world.engine_kit.simulated import report_mechanisms, simulated_bodies
 from nrp_core.world.rigid import BodyPath, Pose
 from nrp_core.world.scene.merged_bodies import Body, tree_of
-from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
+from nrp_core.world.scene.model import Collision, Inertial, Joint, Model, Scene
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
@@ -128,6 +128,7 @@ class _Builder:
         self._drives: dict[tuple[str, str], PlanarServo] = {}
         self._visuals: dict[str, tuple[BodyHandle, int]] = {}
         self._owners: dict[tuple[int, int], BodyPath] = {}
+        self._kinds: dict[tuple[int, int], list[tuple[BodyHandle, Collision]]] = {}
         self._warnings = Findings()
         self._simulated = {each.name: simulated_bodies(each, step_s, physical) for each in scene.models}
         self._frictions = friction_factors(scene, self._simulated, self._warnings)
@@ -140,6 +141,7 @@ class _Builder:
             for name, bodies in self._bodies.items()
         }
         tie_models(self._scene, placed, self._client, self._warnings)
+        self._filter()
         parts = self._bodies, self._joints, self._drives, self._visuals, self._owners
         return Built(*parts, self._warnings)
 
@@ -204,6 +206,8 @@ class _Builder:
         for number, (link, owner) in enumerate(zip(links, owners, strict=True), start=BASE):
             place = BodyHandle(multibody, number)
             self._owners[multibody, number] = owner
+            for collision in link.shapes.collisions[:1]:  # the others have the same bits
+                self._kinds.setdefault((collision.category, collision.touched), []).append((place, collision))
             self._set_dynamics(place, link)
             for shape, (path, _) in enumerate(link.shapes.visuals):
                 self._visuals[path] = place, shape
@@ -303,6 +307,19 @@ class _Builder:
             if body.joint is not None and body.joint.name in felt:
                 where = places[index].multibody, places[index].link
                 bullet.enableJointForceTorqueSensor(*where, physicsClientId=self._client)
+
+    def _filter(self) -> None:
+        """Exclude contacts between shapes whose bits do not let them collide.
+
+        PyBullet's own groups and masks let two shapes collide only if both ask for it.
+        """
+        for ones, others in combinations_with_replacement(self._kinds.values(), 2):
+            if ones[0][1].touches(others[0][1]):
+                continue
+            for (one, _), (other, _) in product(ones, others):
+                if one.multibody != other.multibody:
+                    places = one.multibody, other.multibody, one.link, other.link
+                    bullet.setCollisionFilterPair(*places, 0, physicsClientId=self._client)
 
     def _separate(self, multibodies: Sequence[int]) -> None:
         """Exclude contacts between the parts of one model."""

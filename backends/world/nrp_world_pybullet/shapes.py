@@ -266,12 +266,13 @@ def shapes_of(model: str, body: Body, with_visuals: bool) -> list[Shapes]:
         for link in body.links
         for visual in (link.visuals if with_visuals else ())
     ]
-    by_friction: dict[float, list[Collision]] = {}
+    alike: dict[tuple[float, int, int], list[Collision]] = {}
     for link in body.links:
         for collision in link.collisions:
             placed = replace(collision, pose=link.pose @ collision.pose)
-            by_friction.setdefault(collision.friction, []).append(placed)
-    collisions = (chunk for alike in by_friction.values() for chunk in _chunks(alike))
+            kind = collision.friction, collision.category, collision.touched
+            alike.setdefault(kind, []).append(placed)
+    collisions = (chunk for each in alike.values() for chunk in _chunks(each))
     pairs = zip_longest(collisions, _chunks(visuals), fillvalue=())
     return [Shapes(touching, seen) for touching, seen in pairs] or [Shapes()]
 

@@ -14,6 +14,7 @@ from itertools import chain, count
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.devices import MountedSensor
 from nrp_core.world.scene.model import (
+    ALL_BITS,
     DEFAULT_RGBA,
     Collision,
     Finish,
@@ -93,10 +94,17 @@ class Touched:
     shapes: Sequence[Shape]
     friction: float
     place: Pose = Pose()
+    bits: tuple[int, int] = (ALL_BITS, ALL_BITS)
 
     def collisions(self) -> Iterator[Collision]:
         """Yield a collision for each shape, all with the same name."""
-        return (Collision(self.name, shape.geometry, shape.pose, self.friction) for shape in self.shapes)
+        return (self.collision(self.name, shape) for shape in self.shapes)
+
+    def collision(self, name: str, shape: Shape) -> Collision:
+        """Return one of its shapes with a name."""
+        category, touched = self.bits
+        geometry, pose = shape.geometry, shape.pose
+        return Collision(name, geometry, pose, self.friction, category=category, touched=touched)
 
 
 def build_link(
@@ -118,7 +126,7 @@ def build_link(
         for unique, shape in _number_shapes(part.name, part.shapes or spare, seen)
     ]
     collisions = [
-        Collision(unique, shape.geometry, shape.pose, part.friction)
+        part.collision(unique, shape)
         for part in touched
         for unique, shape in _number_shapes(part.name, part.shapes, felt)
     ]

@@ -189,12 +189,17 @@ class Visual:
     label: int = field(default=0, metadata=LATER)
 
 
+ALL_BITS = 0xFFFF
+"""The category, and what it touches, of a shape whose file does not limit its collisions."""
+
+
 @dataclass(frozen=True, slots=True)
 class Collision:
     """A collision shape of a link; ``friction`` is Coulomb's coefficient.
 
     Args:
         estimated: whether the shape replaces a missing mesh, so that its size is only an estimate.
+        category, touched: bits of what it is, and of the categories that it touches.
     """
 
     name: str
@@ -202,8 +207,19 @@ class Collision:
     pose: Pose = Pose()
     friction: float = 1.0
     estimated: bool = field(default=False, compare=False, repr=False)
+    category: int = field(default=ALL_BITS, metadata=LATER)
+    touched: int = field(default=ALL_BITS, metadata=LATER)
 
     __setstate__ = set_fields
+
+    @property
+    def is_selective(self) -> bool:
+        """Whether its file limits what it touches."""
+        return (self.category, self.touched) != (ALL_BITS, ALL_BITS)
+
+    def touches(self, other: Collision) -> bool:
+        """Return whether their bits let them collide, as in SDF, ODE and MuJoCo."""
+        return bool(self.category & other.touched or other.category & self.touched)
 
 
 @dataclass(frozen=True, slots=True)

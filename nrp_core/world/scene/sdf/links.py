@@ -12,7 +12,7 @@ from nrp_core.findings import Code
 from nrp_core.world.scene.bodies import Shape, Touched, VisualInFile, build_link, free_name
 from nrp_core.world.scene.inertia import WATER, collision_inertia
 from nrp_core.world.scene.meshes.convert import Form
-from nrp_core.world.scene.model import Inertial, Link
+from nrp_core.world.scene.model import ALL_BITS, Inertial, Link
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.geometry import is_empty, is_point, read_geometry
 from nrp_core.world.scene.reading.plugins import label_of
@@ -27,9 +27,8 @@ from nrp_core.world.scene.reading.sensors import Mount, link_sensors
 from nrp_core.world.scene.sdf.appearance import read_appearance
 from nrp_core.world.scene.sdf.frames import Frames
 
-_ALL: Final = 0xFFFF
-"""The bits of a collision that touches everything."""
-_MASKS: Final = ("collide_bitmask", "category_bitmask")
+_MOST_BITS: Final = 0x7FFFFFFF
+"""Of a positive number that engines hold."""
 
 
 def read_friction(collision: Element, reading: Reading, *, static: bool = False) -> float:
@@ -50,8 +49,10 @@ def read_friction(collision: Element, reading: Reading, *, static: bool = False)
     return mu
 
 
-def touches(collision: Element, reading: Reading) -> bool:
-    """Return whether anything touches a collision; other limits of its contacts cause a warning.
+def read_bits(collision: Element, reading: Reading) -> tuple[int, int]:
+    """Return the category of a collision, and those that it touches; other limits cause a warning.
+
+    The rule is that of sdformat: a missing ``<category_bitmask>`` is the ``<collide_bitmask>``.
 
     Raises:
         SceneError: the bits are not a whole number.
@@ -65,22 +66,16 @@ def touches(collision: Element, reading: Reading) -> bool:
     if contact.flag("collide_without_contact", False):
         message = "<collide_without_contact> is not simulated: whatever touches the collision is stopped"
         reading.notes.warn(contact, Code.NRP264, message, subject="collide_without_contact")
-    masks = {tag: _bits(contact, tag) for tag in _MASKS}
-    if masks["collide_bitmask"] == 0:
-        return False
-    for tag, bits in masks.items():
-        if bits & _ALL != _ALL:
-            message = f"the <{tag}> {contact.word(tag)} is not simulated: everything touches the collision"
-            reading.notes.warn(contact, Code.NRP264, message, subject=tag)
-    return True
+    touched = _bits(contact, "collide_bitmask", ALL_BITS)
+    return _bits(contact, "category_bitmask", touched), touched
 
 
-def _bits(contact: Element, tag: str) -> int:
+def _bits(contact: Element, tag: str, default: int) -> int:
     element = contact.find(tag)
     if element is None or not element.text:
-        return _ALL
+        return default
     try:
-        return int(element.text, 0)
+        return int(element.text, 0) & _MOST_BITS
     except ValueError:
         message = f"<{tag}> must be a whole number, such as 1 or 0x01, not '{element.text}'"
         raise element.error(message) from None
@@ -120,6 +115,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
                 shapes(collision, "convex"),
                 read_friction(collision, reading, static=static),
                 place(collision),
+                read_bits(collision, reading),
             ),
             collision,
         )
@@ -128,7 +124,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, 
     inertial = None if static else _inertial(link, frames, solid, reading)
     sensors = link_sensors(link.all("sensor"), Mount(name, place), reading)
     pose = frames.pose(name, link)
-    touched = [part for part, collision in solid if touches(collision, reading)]
+    touched = [part for part, _ in solid if any(part.bits)]
     result = build_link(name, pose, inertial, shown, touched, sensors)
     return replace(result, gravity=link.flag("gravity", True), decay=_decay(link))
 

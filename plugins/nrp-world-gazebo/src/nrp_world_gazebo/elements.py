@@ -112,7 +112,11 @@ def _material(rgba: tuple[float, float, float, float]) -> Xml:
 
 def _surface(collision: Collision) -> Xml:
     friction = [numbers(name, collision.friction) for name in ("mu", "mu2")]
-    return element("surface", element("friction", element("ode", *friction)))
+    surface = element("surface", element("friction", element("ode", *friction)))
+    if collision.is_selective:
+        bits = {"collide_bitmask": collision.touched, "category_bitmask": collision.category}
+        surface.append(element("contact", *(element(tag, text=str(each)) for tag, each in bits.items())))
+    return surface
 
 
 def _shapes(geometry: Geometry, pose: Pose, name: str) -> Iterator[tuple[str, list[Xml]]]:

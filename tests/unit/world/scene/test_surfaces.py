@@ -37,8 +37,6 @@ def test_a_collision_without_bits_touches_nothing_but_has_its_mass(model: ModelR
             CONTACT.format("<collide_without_contact>true</collide_without_contact>"),
             "<collide_without_contact> is not simulated",
         ),
-        (CONTACT.format("<collide_bitmask>0x02</collide_bitmask>"), "the <collide_bitmask> 0x02 is not"),
-        (CONTACT.format("<category_bitmask>1</category_bitmask>"), "the <category_bitmask> 1 is not"),
     ],
 )
 def test_contacts_that_are_not_simulated_are_told(model: ModelReader, surface: str, told: str) -> None:
@@ -63,6 +61,23 @@ def test_contacts_that_are_not_simulated_are_told(model: ModelReader, surface: s
 def test_the_contacts_of_a_saved_model_are_usual(model: ModelReader, surface: str) -> None:
     read = model(BALL.format(surface))
     assert (read.warnings, len(read.links[0].collisions)) == ((), 1)
+
+
+@pytest.mark.parametrize(
+    ("contact", "bits"),
+    [
+        ("<collide_bitmask>0x02</collide_bitmask>", (2, 2)),
+        ("<category_bitmask>1</category_bitmask>", (1, 0xFFFF)),
+        ("<collide_bitmask>0</collide_bitmask><category_bitmask>4</category_bitmask>", (4, 0)),
+    ],
+)
+def test_a_category_is_what_a_collision_touches_unless_the_file_says_more(
+    model: ModelReader, contact: str, bits: tuple[int, int]
+) -> None:
+    """As in sdformat's description of ``<category_bitmask>``."""
+    read = model(BALL.format(CONTACT.format(contact)))
+    ((shape,), warnings) = read.links[0].collisions, read.warnings
+    assert ((shape.category, shape.touched), warnings) == (bits, ())
 
 
 def test_bits_that_are_no_number_are_refused(model: ModelReader) -> None:
