@@ -30,6 +30,7 @@ from nrp_core.brain.devices.sinks import (
 )
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
+from nrp_core.brain.network.currents import Injections
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -78,7 +79,7 @@ class Brain(Simulation):
                 for label, population in network.populations.items()
                 if population.is_source and not self._emits(population)
             ],
-            network.currents,
+            Injections(network.currents, network.size),
         )
 
     @property
@@ -342,7 +343,7 @@ class Brain(Simulation):
             now_ms = milliseconds(at_ns)
             self._update_currents(now_ms)
             halts_ms = [source.next_change_ms(now_ms) for source in self._attached.currents]
-            halts_ms += [one.next_change_ms(now_ms - began_ms) + began_ms for one in self._attached.injected]
+            halts_ms.append(self._attached.injected.next_change_ms(now_ms - began_ms) + began_ms)
             stop_ns = t_ns
             if min(halts_ms) < milliseconds(t_ns):
                 stop_ns = min(t_ns, -(-round(min(halts_ms) * NS_PER_MS) // grid_ns) * grid_ns)
@@ -368,9 +369,7 @@ class Brain(Simulation):
     def _update_currents(self, now_ms: float) -> None:
         if not (self._attached.currents or self._attached.injected or np.count_nonzero(self._currents)):
             return
-        total = np.zeros(self.network.size)
-        for current in self._attached.injected:
-            np.add.at(total, current.neurons, current.current_na(now_ms - milliseconds(self._began_ns)))
+        total = self._attached.injected.total_na(now_ms - milliseconds(self._began_ns)).copy()
         for source in self._attached.currents:
             np.add.at(total, source.neurons, source.current_na(now_ms))
         if (total != self._currents).any():

@@ -13,7 +13,7 @@ from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import CurrentPort, SourcePort
-from nrp_core.brain.network.currents import InjectedCurrent
+from nrp_core.brain.network.currents import Injections
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import LifecycleError, NeuronSelectionError, SnapshotError
 from nrp_core.seeds import Seeds
@@ -86,7 +86,7 @@ class AttachedDevices:
         recorders: the sinks that record state.
     """
 
-    def __init__(self, trains: Sequence[PopulationTrains], injected: Sequence[InjectedCurrent]) -> None:
+    def __init__(self, trains: Sequence[PopulationTrains], injected: Injections) -> None:
         self.trains, self.injected = trains, injected
         self.sources: list[SourcePort] = []
         self.sinks: list[SinkPort] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any
@@ -54,6 +54,37 @@ class InjectedCurrent:
         """Return the first time after ``now_ms`` at which it changes."""
         step = int(np.searchsorted(self.times_ms, now_ms, side="right"))
         return float(self.times_ms[step]) if step < len(self.times_ms) else inf
+
+
+class Injections:
+    """The sum of all currents of a network, which is computed again only when one of them changes.
+
+    Args:
+        currents: the currents.
+        size: number of neurons of the network.
+    """
+
+    def __init__(self, currents: Sequence[InjectedCurrent], size: int) -> None:
+        self._currents, self._size = currents, size
+        self._since_ms, self._until_ms, self._total = inf, inf, np.zeros(size)
+
+    def __len__(self) -> int:
+        return len(self._currents)
+
+    def total_na(self, now_ms: float) -> FloatArray:
+        """Return the current into each neuron from a time on."""
+        if not self._since_ms <= now_ms < self._until_ms:
+            self._total = np.zeros(self._size)
+            for current in self._currents:
+                np.add.at(self._total, current.neurons, current.current_na(now_ms))
+            self._since_ms = now_ms
+            self._until_ms = min((one.next_change_ms(now_ms) for one in self._currents), default=inf)
+        return self._total
+
+    def next_change_ms(self, now_ms: float) -> float:
+        """Return the first time after ``now_ms`` at which one changes."""
+        self.total_na(now_ms)
+        return self._until_ms
 
 
 def require_targets(current: InjectedCurrent, populations: Mapping[str, Any]) -> None:

@@ -176,6 +176,55 @@ def test_feedback_through_a_current_takes_one_step(tmp_path: Path, reset: str, r
     assert found["a"].sum() > 100
 
 
+def deep(tmp_path: Path, kinds: list[str], n: int = 3) -> tuple[Path, list[tuple[Any, ...]]]:
+    """Write a chain of layers with biases of both signs, and return the parameters of each."""
+    rng, layers, nodes, edges, before = np.random.default_rng(8), [], {}, [], "input"
+    for k, kind in enumerate(kinds):
+        matrix, bias = rng.uniform(-0.6, 1.0, (n, n)), rng.uniform(-1.5, 1.5, n)
+        tau, tau_syn, w_in = (
+            rng.uniform(1.2, 9.0, n) * DT,
+            rng.uniform(1.2, 9.0, n) * DT,
+            rng.uniform(0.5, 2, n),
+        )
+        top, rest, floor = rng.uniform(0.4, 1.0, n), np.full(n, 0.1), np.full(n, -0.1)
+        nodes[f"w{k}"] = nir.Affine(matrix, bias)
+        nodes[f"{k}"] = {
+            "LIF": nir.LIF(tau, tau / DT, rest, top, floor),
+            "IF": nir.IF(np.full(n, 1 / DT), top, floor),
+            "CubaLIF": nir.CubaLIF(tau_syn, tau, tau / DT, rest, top, w_in=w_in, v_reset=floor),
+            "Threshold": nir.Threshold(top),
+        }[kind]
+        edges += [(before, f"w{k}"), (f"w{k}", f"{k}")]
+        before = f"{k}"
+        layers.append((kind, matrix, bias, DT / tau, DT / tau_syn, w_in, top, rest, floor))
+    return written(tmp_path, nodes, [*edges, (before, "output")], n), layers
+
+
+@pytest.mark.parametrize(
+    "kinds",
+    [["LIF"] * 5, ["CubaLIF"] * 4, ["IF", "CubaLIF", "LIF", "CubaLIF", "IF"], ["Threshold"] * 12],
+    ids=lambda kinds: "-".join(dict.fromkeys(kinds)),
+)
+def test_biases_of_later_layers_begin_in_the_step_of_the_file(tmp_path: Path, kinds: list[str]) -> None:
+    """A bias that holds a cell down would lift it above its threshold in the steps before its lag."""
+    path, layers = deep(tmp_path, kinds)
+    inputs = noise(3, 40)
+    found, _ = emitted(path, inputs, method="euler")
+    v, i = [np.full(3, 0.1 if "LIF" in kind else 0.0) for kind in kinds], np.zeros((len(kinds), 3))
+    for step, spikes in enumerate(inputs):
+        sent = spikes.astype(float)
+        for k, (kind, matrix, bias, leak, fade, w_in, top, rest, floor) in enumerate(layers):
+            given = matrix @ sent + bias
+            i[k] += fade * (w_in * given - i[k])
+            kept = {"Threshold": 0.0 * v[k], "IF": v[k]}.get(kind, v[k] + leak * (rest - v[k]))
+            v[k] = kept + (i[k] if kind == "CubaLIF" else given)
+            fired = v[k] > top
+            v[k] = np.where(fired, floor, v[k])
+            sent = fired.astype(float)
+            assert found[f"{k}"][step].tolist() == fired.tolist(), (k, step)
+    assert sum(found[f"{k}"].sum() for k in range(len(kinds))) > 50
+
+
 def test_pooling_and_one_dimension(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     kernel = rng.uniform(-1.0, 1.0, (4, 1, 2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
@@ -135,6 +136,21 @@ def read_nir(
     sim.setup(timestep=_STEP_MS)
     load_nir(sim, path, inputs="cells")
     return with_views(sim.network(), populations or {})
+
+
+def _without_early_biases(cells: Cells) -> Cells:
+    """Return cells; those that a bias would make fire before the lag of their node are at rest, without it.
+
+    A state that ends at rest after as many steps is above the threshold, or too far from it for a number.
+    """
+    if not cells.initial:
+        return cells
+    is_early = ~(cells.initial["v"] < cells.parameters["v_thresh"]) | ~np.isfinite(cells.initial["v"])
+    initial = {**cells.initial, "v": np.where(is_early, cells.parameters["v_rest"], cells.initial["v"])}
+    if "isyn_exc" in initial:
+        initial["isyn_exc"] = np.where(is_early, 0.0, initial["isyn_exc"])
+    offset = np.where(is_early, 0.0, cells.parameters["i_offset"])
+    return replace(cells, initial=initial, parameters={**cells.parameters, "i_offset": offset})
 
 
 Inputs = Literal["sources", "cells"]
@@ -331,9 +347,11 @@ class _Loader:
         if self._kinds[name] == "Input" and self._inputs == "sources":
             population = sim.Population(n, sim.SpikeSourceArray(), label=name)
         else:
-            population = sim.Population(n, self._cell_type(name, cells), label=name)
-            if cells.initial:
-                population.initialize(**self._started(name, cells))
+            started = _without_early_biases(cells)
+            population = sim.Population(n, self._cell_type(name, started), label=name)
+            if started.initial:
+                population.initialize(**started.initial)
+            self._begin_biases(population, cells, started)
         population.annotate(lag=self._lags[name], kind=self._kinds[name])
         return population
 
@@ -348,17 +366,31 @@ class _Loader:
         values = {key: value.tolist() for key, value in cells.parameters.items()}
         return getattr(self._sim, cells.cell_type)(**values)
 
-    def _started(self, name: str, cells: Cells) -> dict[str, Any]:
-        """Return the initial state; where a cell would fire at once, that without the time before its lag."""
-        early = cells.initial["v"] >= cells.parameters["v_thresh"]
-        if not early.any():
-            return cells.initial
-        self._sim.state.remark(
-            f"{early.sum()} cells of '{name}' have biases from the start, {self._lags[name]} steps earlier "
-            "than in the file"
-        )
-        rest = np.where(early, cells.parameters["v_rest"], cells.initial["v"])
-        return {**cells.initial, "v": rest}
+    def _begin_biases(self, population: Any, cells: Cells, started: Cells) -> None:
+        """Let the biases begin, at the lag of the node, that do not act from the start."""
+        sim, h_ms, lag = self._sim, self._step.h_ms, self._lags[population.label]
+        missing = cells.parameters["i_offset"] - started.parameters["i_offset"]
+        for amplitude in np.unique(missing[missing != 0.0]):
+            source = sim.StepCurrentSource(times=[lag * h_ms], amplitudes=[amplitude])
+            population[np.flatnonzero(missing == amplitude)].inject(source)
+        if "isyn_exc" not in cells.initial:
+            return
+        faded = np.exp(-lag * h_ms / cells.parameters["tau_syn_E"])
+        current = (cells.initial["isyn_exc"] - started.initial["isyn_exc"]) * faded
+        signs = {"excitatory": current > 0.0, "inhibitory": current < 0.0}
+        if current.any():
+            once = sim.SpikeSourceArray(spike_times=[h_ms])
+            start = sim.Population(1, once, label=f"start of the biases of {population.label}")
+        for receptor, chosen in signs.items():
+            if chosen.any():
+                each = [(0, cell, current[cell], (lag - 1) * h_ms) for cell in np.flatnonzero(chosen)]
+                sim.Projection(
+                    start,
+                    population,
+                    sim.FromListConnector(each),
+                    sim.StaticSynapse(),
+                    receptor_type=receptor,
+                )
 
     def _connect(
         self, populations: dict[str, Any], start: str, end: str, delay_s: float, matrix: Any, cells: Cells

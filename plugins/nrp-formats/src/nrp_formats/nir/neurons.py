@@ -196,7 +196,9 @@ def _current_based(
     parameters |= {"tau_m": tau, "cm": cm, "tau_syn_E": tau_syn, "tau_syn_I": tau_syn, "i_offset": offset}
     current = -settled * faded ** float(late - lag)
     drives = [offset * gain + effect * current * faded**k for k in range(lag)]
-    start = -sum((drive * decay ** (lag - 1 - k) for k, drive in enumerate(drives)), np.zeros(n)) / decay**lag
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # the state may be infinite
+        start = -sum((drive * decay ** (lag - 1 - k) for k, drive in enumerate(drives)), np.zeros(n))
+        start = start / decay**lag
     initial = {"v": given["v_leak"] + start, "isyn_exc": current}
     per_weight = given["w_in"] * step.dt_s / given["tau_syn"]
     return Cells("IF_curr_exp", parameters, per_weight, late, initial, rise if kicked else None)
@@ -231,8 +233,9 @@ def _membrane(
 
 
 def _before(lag: int, decay: FloatArray, drive: FloatArray) -> FloatArray:
-    """Return the state that a constant drive takes to 0 in ``lag`` steps."""
+    """Return the state that a constant drive takes to 0 in ``lag`` steps; it may be infinite."""
     state = np.zeros(len(decay))
-    for _ in range(lag):
-        state = (state - drive) / decay
+    with np.errstate(over="ignore"):
+        for _ in range(lag):
+            state = (state - drive) / decay
     return state

@@ -142,6 +142,8 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
         raise NetworkError(f"save_nir: method is '{method}'{did_you_mean(str(method), get_args(Method))}")
     if network.timestep_ms is None:
         raise NetworkError("save_nir: the network has no time step, which a file of NIR needs")
+    if network.currents:
+        raise NetworkError("save_nir: NIR has no currents that change, which flow into cells of the network")
     nir = library()
     dt_s = network.timestep_ms * 1e-3
     graph = _Writer(nir, network, Step(dt_s, network.timestep_ms, method)).graph()
