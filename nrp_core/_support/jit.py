@@ -17,11 +17,14 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from nrp_core._support.cache import cache_root, mark_used, prune_at_exit, writable_folder
 from nrp_core._support.stopwatch import work
 
 F = TypeVar("F", bound=Callable[..., Any])
 A = TypeVar("A")
+Argument = str | np.dtype[Any]
 
 try:
     import numba
@@ -68,22 +71,26 @@ def _compile(function: F, *, inline: bool) -> F:
     return cast("F", compiled)
 
 
-def c_function(function: Callable[..., Any], result: str, arguments: tuple[str, ...]) -> Any:
+def c_function(function: Callable[..., Any], result: str, arguments: tuple[Argument, ...]) -> Any:
     """Compile a function for calls by its ``address``, and keep it as :func:`jit` does; needs Numba.
 
     Args:
         function: the function; arguments of a pointer type become arrays by ``numba.carray``.
         result: Numba's name of the type of its result.
-        arguments: the same of its arguments; ``*`` before a name stands for a pointer.
+        arguments: the same of its arguments; ``*`` before a name stands for a pointer, and the type of a
+            structured array for a pointer to a record.
     """
-    kinds = [
-        types.CPointer(getattr(types, name[1:]))  # type: ignore[attr-defined]
-        if name.startswith("*")
-        else getattr(types, name)
-        for name in arguments
-    ]
+    kinds = [_kind_of(argument) for argument in arguments]
     with _cached(function):
         return numba.cfunc(getattr(types, result)(*kinds), cache=True, error_model="numpy")(function)
+
+
+def _kind_of(argument: Argument) -> Any:
+    if not isinstance(argument, str):
+        return types.CPointer(numba.from_dtype(argument))  # type: ignore[attr-defined]
+    if argument.startswith("*"):
+        return types.CPointer(getattr(types, argument[1:]))  # type: ignore[attr-defined]
+    return getattr(types, argument)
 
 
 def cache_folder() -> Path:

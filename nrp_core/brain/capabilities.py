@@ -148,6 +148,9 @@ class BrainCapabilities:
         initial_synapses: whether the state of synapses at time 0 can be given.
         rewiring: whether synapses can form and vanish while it runs.
         neuromodulation: whether rewards and punishments can decide on STDP.
+        rewards: whether rewards can also come from outside of the network, such as a transfer function.
+        synapse_state: the state variables of synapses that learn from rewards, which can be read while it
+            runs: ``eligibility``, ``dopamine``.
         snapshot: whether its state can be saved and restored.
         releases_gil: whether it can step while Python code runs in another thread.
     """
@@ -163,6 +166,8 @@ class BrainCapabilities:
     initial_synapses: bool = False
     rewiring: bool = False
     neuromodulation: bool = False
+    rewards: bool = False
+    synapse_state: frozenset[str] = frozenset()
     snapshot: bool = False
     releases_gil: bool = False
 

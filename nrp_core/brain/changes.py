@@ -13,11 +13,16 @@ from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values, limits_of_cells
+from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 PARAMETERS: Final = "parameters"
 WEIGHTS: Final = "weights"
 PLASTICITY: Final = "plasticity"
+ELIGIBILITY: Final = "eligibility"
+DOPAMINE: Final = "dopamine"
+SYNAPSE_STATE: Final = frozenset({ELIGIBILITY, DOPAMINE})
+"""What synapses that learn from rewards show besides their weights."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +110,30 @@ def rewired(projection: Projection) -> Projection:
         raise NetworkError(
             f"projection '{projection.label}': its synapses stay the same ones; those with structural "
             "plasticity form and vanish"
+        )
+    return projection
+
+
+def rewarded(network: Network, label: str) -> Projection:
+    """Return a projection whose synapses learn from rewards.
+
+    Raises:
+        NetworkError: there is no such projection, its weights stay, or nothing says how rewards act on it.
+    """
+    projection = projection_of(network, label)
+    if projection.neuromodulation is not None:
+        raise NetworkError(
+            f"projection '{label}' brings rewards; name the one onto '{projection.post}' whose weights change"
+        )
+    if projection.synapse_type != STDP:
+        raise NetworkError(
+            f"projection '{label}': its synapses are of {projection.synapse_type}; rewards decide on changes "
+            "by STDP"
+        )
+    if not any(one.post == projection.post and one.neuromodulation for one in network.projections):
+        raise NetworkError(
+            f"projection '{label}' does not learn from rewards: no projection of Neuromodulation onto "
+            f"'{projection.post}' says how they act"
         )
     return projection
 

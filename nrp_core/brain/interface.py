@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray, unset
+from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import PARAMETERS, PLASTICITY, WEIGHTS, ParameterChange, Rewirings, Synapses
@@ -35,9 +36,9 @@ from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
-from nrp_core.errors import DivergedError
+from nrp_core.errors import DivergedError, NetworkError
 from nrp_core.findings import Findings
-from nrp_core.findings.refusals import SNAPSHOTS, no_change, no_variable, not_shown, refusal
+from nrp_core.findings.refusals import SNAPSHOTS, no_change, no_rewards, no_variable, not_shown, refusal
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
 
@@ -300,6 +301,51 @@ class Brain(Simulation):
             self._do_set_plastic(changes.projection_of(self.network, label), label not in labels)
         self._frozen = labels
 
+    @final
+    def reward(self, projection: str, amount: float) -> None:
+        """Add to the dopamine that a projection learns from, as a spike of that weight would at this time.
+
+        Args:
+            projection: the label of the projection whose weights change. All cells onto which it goes get
+                the dopamine, so other synapses of these cells learn from it, too.
+            amount: the change of dopamine; negative as a punishment.
+
+        Raises:
+            CapabilityError: the backend takes no rewards from outside.
+            NetworkError: the projection does not learn from rewards, or the amount is not finite.
+        """
+        self.require_ready()
+        chosen = changes.rewarded(self.network, projection)
+        if not self.capabilities.rewards:
+            raise no_rewards(self)
+        if not is_number(amount) or not isfinite(amount):
+            raise NetworkError(f"a reward of projection '{projection}' is {amount!r:.60}; it must be finite")
+        if amount:
+            with guarded(self, "reward"):
+                self._do_reward(chosen.post, float(amount))
+
+    @final
+    def read_synapse_state(self, projection: str, variable: str) -> FloatArray:
+        """Return a state variable of synapses that learn from rewards, at the current time.
+
+        Args:
+            projection: the label of the projection whose weights change.
+            variable: ``eligibility`` (units of the weight), or ``dopamine`` of the target of each synapse.
+
+        Returns:
+            In the order of the synapses, shape ``(n_synapses,)``.
+
+        Raises:
+            CapabilityError: the backend does not show it.
+            NetworkError: the projection does not learn from rewards.
+        """
+        self.require_ready()
+        if variable not in self.capabilities.synapse_state:
+            raise not_shown(self, variable, self.capabilities.synapse_state)
+        chosen = changes.rewarded(self.network, projection)
+        with guarded(self, "read synapses"):
+            return self._do_read_synapse_state(chosen, variable)
+
     # -- the sequence of one advance, identical for every backend
 
     @property
@@ -476,6 +522,14 @@ class Brain(Simulation):
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
         """Stop or continue the learning of a plastic projection; a reset or restore is not to change this."""
         raise NotImplementedError(projection.label)
+
+    def _do_reward(self, population: str, amount: float) -> None:
+        """Add to the dopamine of all cells of a population now."""
+        raise NotImplementedError(population)
+
+    def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
+        """Return a declared state variable of synapses that learn from rewards, shape ``(n_synapses,)``."""
+        raise NotImplementedError(variable)
 
     def _do_save(self) -> object:
         """Return the complete state as an object that can be pickled."""

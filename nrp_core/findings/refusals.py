@@ -70,7 +70,16 @@ def no_neuromodulation(backend: str, projection: str) -> CapabilityError:
     """Return the error for a brain backend whose STDP knows no rewards."""
     return CapabilityError(
         f"{backend} has no rewards and punishments (projection '{projection}'): STDP changes weights there "
-        "without them; 'spinnaker' has them"
+        "without them; 'event' and 'spinnaker' have them"
+    )
+
+
+def no_rewards(brain: object) -> CapabilityError:
+    """Return the error for a brain in which only spikes reward."""
+    return refusal(
+        brain,
+        "takes no rewards from outside: let a source drive a population that sends its spikes to 'reward', "
+        "or run on 'event'",
     )
 
 

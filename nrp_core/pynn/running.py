@@ -249,6 +249,13 @@ class RunningState(State):
             weights[chosen] = self.brain.read_weights(label)
         return weights
 
+    def synapse_state_of(self, projection: Any, name: str) -> FloatArray:
+        state = super().synapse_state_of(projection, name)
+        if self.brain is not None and projection in self._shares:
+            for label, chosen in self._shares.of(projection):
+                state[chosen] = self.brain.read_synapse_state(label, name)
+        return state
+
     def synapses_of(self, projection: Any) -> Synapses | None:
         if self.brain is None or projection not in self._shares:
             return None

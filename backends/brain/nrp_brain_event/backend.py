@@ -7,7 +7,7 @@ from typing import ClassVar
 from nrp_brain_event.options import EventOptions, lazy_grid
 from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.backend import BrainBackend, BrainOptions
-from nrp_core.brain.changes import PARAMETERS, PLASTICITY, WEIGHTS
+from nrp_core.brain.changes import PARAMETERS, PLASTICITY, SYNAPSE_STATE, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.equations.model import CELL_TYPE
@@ -34,6 +34,9 @@ class EventBackend(BrainBackend):
             state_variables=frozenset().union(*variables),
             changes=frozenset({PARAMETERS, PLASTICITY, WEIGHTS}),
             initial_synapses=True,
+            neuromodulation=True,
+            rewards=True,
+            synapse_state=SYNAPSE_STATE,
             snapshot=True,
             releases_gil=True,
         )

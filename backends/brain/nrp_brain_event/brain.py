@@ -27,8 +27,9 @@ from nrp_brain_event.live import (
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import CONSTANT, DIVERGED, FULL, Array, EngineArrays
+from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.changes import DOPAMINE, ParameterChange
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
@@ -37,6 +38,8 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 
 _PATIENCE_NS: Final = 20_000_000
 _PATIENCE_MS: Final = milliseconds(_PATIENCE_NS)
+_REWARDS: Final = "rewards"
+"""The name of their state in a snapshot."""
 _AHEAD_MS: Final = 4.0
 """For how long spikes of sources are emitted at once onto plastic synapses."""
 
@@ -50,8 +53,13 @@ class EventBrain(Brain):
         identity = f"event:{options.model_dump_json()}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._ahead: list[tuple[IntArray, FloatArray]] = []
-        self._initial = build_engine(network, options.tolerance)
-        self._engine = self._initial
+        self._wired = wired(network)
+        engine = build_engine(self._wired, options.tolerance)
+        self._initial = self._engine = engine
+        self._rewards, more = rewards_of(
+            network, engine.row_of, None, engine._asdict(), lambda: self._plastic
+        )
+        self._initial = self._engine = engine._replace(**more)
         self._take_copies(changing(self._initial))
         self._begin_streams()
 
@@ -61,6 +69,19 @@ class EventBrain(Brain):
         self._now_ms, self._stored = engine.clock["now"], StoredSpikes(engine.clock, engine.spikes)
 
     def _do_run_until(self, t_ns: int) -> None:
+        if self._rewards is None:
+            self._run_to(t_ns)
+        else:
+            since_ns = round(self._now_ms.item(0) * NS_PER_MS)
+            self._rewards.run(
+                since_ns, t_ns, self._run_to, lambda n: self._stored.since(n), self._synapses
+            )  # fmt: skip
+
+    def _synapses(self) -> Tables:
+        now = self._engine
+        return Tables(now.cells, now.plastic, now.slow, now.rules, now.events)
+
+    def _run_to(self, t_ns: int) -> None:
         until_ms, stop_ms = milliseconds(t_ns), self._now_ms.item(0)
         while stop_ms < until_ms:  # compiled code cannot be interrupted, so it returns from time to time
             stop_ms = min(stop_ms + (_AHEAD_MS if self._ahead else _PATIENCE_MS), until_ms)
@@ -74,6 +95,9 @@ class EventBrain(Brain):
     def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
         for trace in traces:
             require_variable(self.network, trace.variable, trace.neurons)
+        if self._rewards is not None:
+            super()._do_run_recording(t_ns, traces, samples)
+            return
         now_ns = round(self._now_ms.item(0) * NS_PER_MS)
         plan = planned(traces, now_ns, t_ns, _PATIENCE_NS)
         while (done := int(plan.done[0])) < len(plan.stops):
@@ -88,9 +112,13 @@ class EventBrain(Brain):
                 raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
 
     def _do_take_spikes(self) -> Spikes:
+        if self._rewards is not None:
+            self._rewards.n_heard = 0
         return self._stored.take()
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        if self._rewards is not None:
+            self._rewards.fire(neurons, times_ms)
         if not len(self._engine.plastic) or times_ms.max(initial=0.0) <= self._now_ms.item(0) + _AHEAD_MS:
             self._emit(neurons, times_ms)
         else:
@@ -133,9 +161,22 @@ class EventBrain(Brain):
         self._take(change_parameters(self._engine, self.network, change))
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
-        return weights_now(self._engine, projection, self._rows_of(projection))
+        if projection.neuromodulation is not None:
+            return projection.weight.copy()
+        return weights_now(self._engine, projection, self._rows_of(projection))[0]
+
+    def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
+        assert self._rewards is not None
+        if variable == DOPAMINE:
+            return self._rewards.dopamine(projection, self._now_ms.item(0))
+        return weights_now(self._engine, projection, self._rows_of(projection))[1]
+
+    def _do_reward(self, population: str, amount: float) -> None:
+        assert self._rewards is not None
+        self._rewards.reward(population, amount, self._now_ms.item(0))
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        require_weights(projection)
         if self._engine.weight is self._initial.weight:
             self._take(self._engine._replace(weight=self._engine.weight.copy()))
         while not spread(self._places):
@@ -150,16 +191,18 @@ class EventBrain(Brain):
 
     @cached_property
     def _plastic(self) -> dict[str, Array]:
-        return places_of_plastic(self.network, self._initial.row_of)[1]
+        return places_of_plastic(self._wired, self._initial.row_of)[1]
 
     @cached_property
     def _static(self) -> dict[str, Array]:
-        return places_of_static(self.network)
+        return places_of_static(self._wired)
 
     def _do_reset(self, seed: int) -> None:
         self._ahead.clear()
+        if self._rewards is not None:
+            self._rewards.begin()
         if len(self._engine.plastic):
-            begin_plastic(self.network, self._engine.plastic, self._engine.slow, self._plastic)
+            begin_plastic(self._wired, self._engine.plastic, self._engine.slow, self._plastic)
         self._return_to({**changing(self._initial), **self._without_copy()})
         self._begin_streams()
 
@@ -169,15 +212,19 @@ class EventBrain(Brain):
 
     def _do_save(self) -> object:
         state = changing(self._engine, self._initial)
-        return {name: array.tobytes() for name, array in state.items()}  # structured arrays load slowly
+        saved: dict[str, object] = {name: array.tobytes() for name, array in state.items()}
+        return saved if self._rewards is None else saved | {_REWARDS: self._rewards.save()}
 
     def _do_restore(self, saved: Any) -> None:
         initial = self._initial._asdict()
+        if self._rewards is not None:
+            self._rewards.restore(saved[_REWARDS])
         require_slow(saved, self._engine.plastic)
         self._return_to(
             {
                 name: np.frombuffer(state, initial[name].dtype) if isinstance(state, bytes) else state
                 for name, state in saved.items()  # version 0.1 saved arrays
+                if name != _REWARDS
             }
         )
         keep_kernels(self._engine.short_term, self._initial.short_term)

@@ -14,6 +14,7 @@ from nrp_brain_event.cells import load_cells
 from nrp_brain_event.connections import delay_range, load_connections
 from nrp_brain_event.linear import modes_of
 from nrp_brain_event.records import CONSTANT, Array, Clock, EngineArrays, Event, Link, Spike, Work
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import NO_SPIKES, Spikes
 
@@ -29,6 +30,11 @@ class StoredSpikes:
     def __init__(self, clock: Array, spikes: Array) -> None:
         # views, which are found once because every step needs them
         self._n, self._ids, self._times_ms = clock["n_spikes"], spikes["id"], spikes["time"]
+
+    def since(self, n: int) -> tuple[IntArray, FloatArray]:
+        """Return neurons and times (ms) of the spikes from number ``n`` on, which stay."""
+        end = self._n.item(0)
+        return self._ids[n:end].copy(), self._times_ms[n:end].copy()
 
     def take(self) -> Spikes:
         """Return and clear the spikes."""

@@ -79,7 +79,7 @@ def places_of(model: SynapseModel, owner: str) -> Places:
         state = {name: ("synapse", place) for name, place in zip(model.variables, free, strict=False)}
         parameters = dict(zip(model.parameters, free[len(state) :], strict=False))
         return Places(parameters, state, _SHORT_TERM.index("t"), share=_SHORT_TERM.index("share"))
-    scale, *of_rule = _free(_RULE, ("law", "sign", "frozen", "own"))
+    scale, *of_rule = _free(_RULE, ("law", "sign", "frozen", "own", "dopamine"))
     _require(len(model.variables), len(_STATE_OF_PLASTIC), "state variables", owner)
     _require(len(model.parameters), len(of_rule), "parameters", owner)
     return Places(

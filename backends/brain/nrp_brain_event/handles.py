@@ -18,13 +18,13 @@ from typing import Any, Final, Generic, NamedTuple, TypeVar, get_type_hints
 import numpy as np
 
 from nrp_brain_event.records import Array, Record
-from nrp_core._support.jit import COMPILED
+from nrp_core._support.jit import COMPILED, Argument
 
 _kept: Final[list[Any]] = []
 """The kernels in this process, which must stay in memory."""
 
 
-def address_of(kernel: Callable[..., int], arguments: tuple[str, ...]) -> int:
+def address_of(kernel: Callable[..., int], arguments: tuple[Argument, ...]) -> int:
     """Return what :func:`call` needs to call a kernel; its address, if code is compiled.
 
     Args:
@@ -108,6 +108,31 @@ def handle(arrays: T) -> Handle[T]:
     return Handle(arrays, places if COMPILED else arrays)
 
 
+class Shelf(Generic[T]):
+    """Arrays that may be replaced by larger ones, while kernels find them by the same number.
+
+    Attributes:
+        arrays: a named tuple, as of a :class:`Handle`.
+        places: the argument for compiled code, see :func:`opened`.
+        number: the same as an integer in a record.
+    """
+
+    def __init__(self, arrays: T) -> None:
+        self.arrays, self.places = handle(arrays)
+        self.number = self.places.ctypes.data if COMPILED else len(_kept)
+        if not COMPILED:
+            _kept.append(arrays)
+            self.places = self.number
+
+    def put(self, arrays: T) -> None:
+        """Replace the arrays."""
+        self.arrays, places = handle(arrays)
+        if COMPILED:
+            self.places[:] = places
+        else:
+            _kept[self.number] = arrays
+
+
 @cache
 def _declared(kind: type[tuple[Array, ...]]) -> dict[str, tuple[np.dtype[Any], int]]:
     """Return element type and number of dimensions of each array of a named tuple."""
@@ -159,6 +184,7 @@ if COMPILED:
 
 else:
 
-    def opened(_kind: type[T], places: T) -> T:
+    def opened(_kind: type[T], places: T | int) -> T:
         """Return the arrays."""
-        return places
+        found: T = places if isinstance(places, tuple) else _kept[places]
+        return found

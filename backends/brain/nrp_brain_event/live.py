@@ -108,19 +108,20 @@ def change_parameters(engine: EngineArrays, network: Network, change: ParameterC
     return engine._replace(modes=modes, kinds=kinds)
 
 
-def weights_now(engine: EngineArrays, projection: Projection, rows: Array) -> FloatArray:
-    """Return the weights of a projection whose synapses are in these rows."""
+def weights_now(engine: EngineArrays, projection: Projection, rows: Array) -> tuple[FloatArray, FloatArray]:
+    """Return the weights of a projection whose synapses are in these rows, and what is eligible to change."""
     if not projection.is_plastic:
-        return engine.weight[rows]
+        return engine.weight[rows], np.zeros(len(rows))
     events, passed = engine.events, _passed(engine)
     synapses = ~events["target"][passed]
     order = np.argsort(synapses, kind="stable")
-    weights, spare = np.empty(len(rows)), (engine.plastic[:1].copy(), engine.slow[:1].copy())
+    weights, eligibilities = np.empty((2, len(rows)))
+    spare = engine.plastic[:1].copy(), engine.slow[:1].copy()
     weights_at(
         float(engine.clock["now"][0]), engine.cells, engine.plastic, engine.slow, engine.rules, events,
-        synapses[order], events["time"][passed][order], rows, spare, weights,
+        synapses[order], events["time"][passed][order], rows, spare, weights, eligibilities,
     )  # fmt: skip
-    return weights
+    return weights, eligibilities
 
 
 def require_slow(saved: Mapping[str, object], plastic: Array) -> None:

@@ -26,8 +26,8 @@ from typing import Any, Final
 
 from nrp_brain_event.handles import call
 from nrp_brain_event.random_numbers import uniform
-from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule, Slow
-from nrp_brain_event.synapse_laws import RULES, SHARES
+from nrp_brain_event.records import Array, Cell, Clock, Plastic, Rule, Slow, constant
+from nrp_brain_event.synapse_laws import NEUROMODULATED, RULES, SHARES
 from nrp_core._support.jit import inlined, jit
 from nrp_core.brain.devices import short_term
 from nrp_core.brain.devices.short_term import utilization
@@ -238,6 +238,36 @@ def equation_on_target(rule: Any, synapse: Any, slow: Any, _post_t: float, t: fl
     call(rule.own, (rule, synapse, slow, t, 1))
 
 
+# -- rewards decide on the changes: a kernel that only such networks compile
+
+SOURCE: Final = constant(0)
+TARGET: Final = constant(1)
+NEITHER: Final = constant(2)
+"""The side of a synapse whose spike it processes."""
+
+
+@jit
+def neuromodulated_on_source(rule: Any, synapse: Any, slow: Any, post_t: float, t: float) -> None:
+    """Update weight, eligibility and traces for a spike of the source."""
+    call(rule.own, (rule, synapse, slow, post_t, t, SOURCE, rule.dopamine))
+
+
+@jit
+def neuromodulated_on_target(rule: Any, synapse: Any, slow: Any, post_t: float, t: float) -> None:
+    """Update weight, eligibility and traces for a spike of the target."""
+    call(rule.own, (rule, synapse, slow, post_t, t, TARGET, rule.dopamine))
+
+
+@jit
+def settle(rule: Rule, synapse: Plastic, slow: Slow, t: float) -> None:
+    """Update a weight that changes between spikes, too, to a time (ms)."""
+    if rule.law == _NEUROMODULATED:
+        weight = synapse.weight
+        call(rule.own, (rule, synapse, slow, -inf, t, NEITHER, rule.dopamine))
+        if rule.frozen:
+            synapse.weight = weight
+
+
 # -- one kernel for each purpose
 
 
@@ -270,7 +300,9 @@ _RULES: Final[Mapping[str, tuple[Kernel, Kernel]]] = {
     "Vogels2011Rule": (vogels_on_source, vogels_on_target),
     "PfisterSpikeTripletRule": (spike_triplet_on_source, spike_triplet_on_target),
     SYNAPSE_TYPE: (equation_on_source, equation_on_target),
+    NEUROMODULATED: (neuromodulated_on_source, neuromodulated_on_target),
 }
+_NEUROMODULATED: Final = RULES.index(NEUROMODULATED)
 
 released_share: Share = one_of([_SHARES[law] for law in SHARES])
 on_source = one_of([_RULES[rule][0] for rule in RULES])
@@ -370,12 +402,14 @@ def bring_up_to(
     for k in range(len(synapses)):
         synapse = synapses[k]
         catch_up(synapse, slow_of(slow, k), rules[synapse.rule], cells[synapse.target >> 1], events, now)
+        settle(rules[synapse.rule], synapse, slow_of(slow, k), now)
 
 
 @jit
 def weights_at(
     now: float, cells: Array, synapses: Array, slow: Array, rules: Array, events: Array,
     passed: Array, arrivals: Array, rows: Array, spare: tuple[Array, Array], out: Array,
+    eligibilities: Array,
 ) -> None:  # fmt: skip
     """Store the weights that synapses have after all spikes that have reached them by now; nothing changes.
 
@@ -391,6 +425,7 @@ def weights_at(
         rows: the synapses to read.
         spare: room for a record of each kind.
         out: the weights.
+        eligibilities: those of synapses that wait for rewards; of others, their slow trace of the source.
     """
     own, more = spare
     for k in range(len(rows)):
@@ -402,7 +437,9 @@ def weights_at(
             transmit(synapse, more[0], rule, cell, events, arrivals[n])
             n += 1
         catch_up(synapse, more[0], rule, cell, events, now)
+        settle(rule, synapse, more[0], now)
         out[k] = synapse.weight * rule.sign
+        eligibilities[k] = more[0].pre_slow * rule.sign
 
 
 @jit

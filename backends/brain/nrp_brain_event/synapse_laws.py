@@ -37,7 +37,9 @@ SHARES: Final = (
 )
 """The laws whose spikes transmit a share of the weight."""
 
-RULES: Final = ("SpikePairRule", "Vogels2011Rule", "PfisterSpikeTripletRule", SYNAPSE_TYPE)
+NEUROMODULATED: Final = "Neuromodulation"
+"""The rule of synapses with STDP onto cells that receive rewards; see :mod:`nrp_brain_event.rewards`."""
+RULES: Final = ("SpikePairRule", "Vogels2011Rule", "PfisterSpikeTripletRule", SYNAPSE_TYPE, NEUROMODULATED)
 """The rules of plasticity."""
 
 SYNAPSES: Final = frozenset(
@@ -71,8 +73,9 @@ def share_fields(names: Iterable[str]) -> list[tuple[str, str]]:
 
 
 def rule_fields() -> list[tuple[str, str]]:
-    """Return the fields of the parameters of all plastic laws."""
-    return [*((name, "f8") for name in _parameters([LAWS[name] for name in sorted(PLASTIC)])), _OWN_FIELDS[0]]
+    """Return the fields of the parameters of all plastic laws, of a kernel and of where it finds dopamine."""
+    numbers = _parameters([LAWS[name] for name in sorted(PLASTIC)])
+    return [*((name, "f8") for name in numbers), _OWN_FIELDS[0], ("dopamine", "i8")]
 
 
 def _parameters(laws: Iterable[SynapseLaw]) -> dict[str, None]:

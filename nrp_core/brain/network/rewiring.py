@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
+from sys import float_info
 from typing import Any, ClassVar, Final, Literal, get_args
 
 from nrp_core.brain.network.checked import SMALLEST, Settings, copy_mappings
@@ -29,11 +30,18 @@ class Neuromodulation(Settings):
     """How rewards and punishments act, by the names of sPyNNaker.
 
     The weight of a synapse that rewards or punishes is the change of dopamine by a spike; it has no unit.
+    With the weight ``1 / tau_d``, and without limits of the eligibility, ``shared`` dopamine is that of
+    NEST's ``stdp_dopamine_synapse``.
 
     Args:
         tau_c: time constant of the eligibility of a synapse, ms.
         tau_d: time constant of the dopamine of a target cell, ms.
         w_min, w_max: limits of the weights that rewards change, nA or uS.
+        baseline: dopamine at which weights stay: they change by the product of eligibility and
+            ``dopamine - baseline``.
+        shared: whether all cells of the target have one dopamine, the mean of what each would have. It acts
+            on their synapses at once; that of a single cell acts after the dendritic part of the delay.
+        eligibility_limits: whether the eligibility stays within ``w_min`` and ``w_max`` of the STDP rule.
 
     Raises:
         NetworkError: a value is impossible.
@@ -45,8 +53,16 @@ class Neuromodulation(Settings):
     tau_d: float = 200.0
     w_min: float = 0.0
     w_max: float = 1.0
+    baseline: float = 0.0
+    shared: bool = False
+    eligibility_limits: bool = True
 
     def __post_init__(self) -> None:
+        self._require("baseline", -float_info.max, inf, "a finite number")
+        for name in ("shared", "eligibility_limits"):
+            if getattr(self, name) not in (True, False):
+                raise NetworkError(f"neuromodulation: {name} is {getattr(self, name)!r}; it must be a bool")
+            object.__setattr__(self, name, bool(getattr(self, name)))
         for name in ("tau_c", "tau_d"):
             self._require(name, SMALLEST, inf, "more than 0, and finite")
         for name in ("w_min", "w_max"):
@@ -55,6 +71,17 @@ class Neuromodulation(Settings):
             raise NetworkError(
                 f"neuromodulation: w_min is {self.w_min:g}; it must be at most w_max, {self.w_max:g}"
             )
+
+    @property
+    def is_of_machine(self) -> bool:
+        """Whether SpiNNaker has it: what its software does not know has the value that it implies."""
+        return not (self.baseline or self.shared) and self.eligibility_limits
+
+    def data(self) -> dict[str, Any]:
+        """Return it as plain data; what SpiNNaker does not know only if it is given."""
+        found = Settings.data(self)  # super() does not know a class with slots
+        implied = {"baseline": 0.0, "shared": False, "eligibility_limits": True}
+        return {name: value for name, value in found.items() if implied.get(name, ...) != value}
 
 
 Partner = Literal["RandomSelection", "LastNeuronSelection"]

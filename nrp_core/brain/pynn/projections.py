@@ -17,11 +17,12 @@ from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray
+from nrp_core.brain.changes import SYNAPSE_STATE
 from nrp_core.brain.network.drawing import Columns
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
 from nrp_core.brain.network.parameters import Limit
-from nrp_core.brain.network.synapses import ELECTRICAL, LAWS
+from nrp_core.brain.network.synapses import ELECTRICAL, LAWS, STDP
 from nrp_core.brain.pynn.arguments import (
     InvalidSynapseError,
     UnknownSynapseError,
@@ -183,10 +184,13 @@ class Projection(common.Projection):
     def get(self, attribute_names: Any, *arguments: Any, **options: Any) -> Any:
         """Return parameters of all synapses, see PyNN.
 
+        Synapses with STDP that learn from rewards also have the state ``eligibility`` and ``dopamine``.
+
         Raises:
             UnknownParameterError: the synapses have no such parameter.
         """
-        self._require([attribute_names] if isinstance(attribute_names, str) else attribute_names)
+        names = [attribute_names] if isinstance(attribute_names, str) else attribute_names
+        self._require(names, SYNAPSE_STATE if self.synapse_type.kind == STDP else ())
         with computing(f"{self._name}: {attribute_names} cannot be read", InvalidSynapseError):
             return super().get(attribute_names, *arguments, **options)
 
@@ -203,8 +207,8 @@ class Projection(common.Projection):
         self._change(values)
         self.given.update(attributes)
 
-    def _require(self, names: Iterable[str]) -> None:
-        known = self.synapse_type.get_parameter_names()
+    def _require(self, names: Iterable[str], more: Iterable[str] = ()) -> None:
+        known = [*self.synapse_type.get_parameter_names(), *sorted(more)]
         require_names(f"{self._name}: {type(self.synapse_type).__name__}", names, known)
 
     def set_one(self, name: str, synapse: int, value: float) -> None:
@@ -267,6 +271,8 @@ class Projection(common.Projection):
             return self.pre_index
         if name == "weight":
             return self._simulator.state.weights_of(self)
+        if name in SYNAPSE_STATE:
+            return self._simulator.state.synapse_state_of(self, name)
         return self.post_index if name == "postsynaptic_index" else self.values[name]
 
     def _get_attributes_as_list(self, names: Sequence[str]) -> list[tuple[float, ...]]:

@@ -201,6 +201,10 @@ class State(BaseState):
         weights: FloatArray = projection.values["weight"]
         return weights
 
+    def synapse_state_of(self, projection: Any, name: str) -> FloatArray:
+        """Return a state variable of synapses that learn from rewards; 0 before the network runs."""
+        return np.zeros(len(projection))
+
     def synapses_of(self, projection: Any) -> Synapses | None:
         """Return the current synapses of a projection whose synapses form and vanish; None before a run."""
         return None

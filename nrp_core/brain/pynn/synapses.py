@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any, ClassVar, Final
 
 from pyNN.parameters import LazyArray
@@ -26,7 +27,7 @@ from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError, NetworkError
 
 _FUNCTIONS: Final = "; a function of Python, such as lambda d: numpy.exp(-d), may use any name"
-_MODULATION: Final = ("weight", "tau_c", "tau_d", "w_min", "w_max")
+_MODULATION: Final = ("weight", *(one.name for one in fields(Neuromodulation)))
 """The arguments of synapses that reward or punish, in order."""
 
 
@@ -119,6 +120,10 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
                         f"STDPMechanism: {name} is defined with {needed}, not {self.plasticity[other]}"
                     )
         self.translations = untranslated(self.get_parameter_names())
+
+    def get_native_names(self, *names: str) -> list[str]:
+        """Return the names themselves; a projection also reads state variables, which PyNN does not know."""
+        return [*names] or [*self.translations]
 
 
 def synapse_types() -> list[type]:

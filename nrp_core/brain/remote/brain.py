@@ -136,6 +136,13 @@ class RemoteBrain(Brain):
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
         self._process.call("set_plastic", projection.label, plastic)
 
+    def _do_reward(self, population: str, amount: float) -> None:
+        self._process.call("reward", population, amount)
+
+    def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
+        state: FloatArray = self._process.call("read_synapse_state", projection.label, variable)
+        return state
+
     def _do_save(self) -> object:
         saved: object = self._process.call("save")
         return saved

@@ -88,6 +88,14 @@ class BrainServer:
         """Stop or continue the learning of a projection."""
         self._brain._do_set_plastic(projection_of(self._brain.network, label), plastic)
 
+    def reward(self, population: str, amount: float) -> None:
+        """Add to the dopamine of all cells of a population."""
+        self._brain._do_reward(population, amount)
+
+    def read_synapse_state(self, label: str, variable: str) -> FloatArray:
+        """Return a state variable of synapses that learn from rewards."""
+        return self._brain._do_read_synapse_state(projection_of(self._brain.network, label), variable)
+
     def save(self) -> object:
         """Return the state."""
         return self._brain._do_save()
@@ -115,6 +123,8 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
         "read_rewirings",
         "set_weights",
         "set_plastic",
+        "reward",
+        "read_synapse_state",
         "save",
         "restore",
         "close",

@@ -38,10 +38,11 @@ from nrp_brain_event.live import freeze, require_slow
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import DIVERGED, Array
+from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
 from nrp_brain_event.synapse_kernels import SIMULTANEOUS, bring_up_to, released_share, weights_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.changes import DOPAMINE, ParameterChange
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
@@ -75,8 +76,8 @@ def unfolded(grid: Grid) -> Grid:
     return with_waiting(grid, sources, arrivals)
 
 
-def weights_now(grid: Grid, rows: Array) -> FloatArray:
-    """Return the weights of plastic synapses after processing all spikes that have reached them by now.
+def weights_now(grid: Grid, rows: Array) -> tuple[FloatArray, FloatArray]:
+    """Return the weights of plastic synapses, and what is eligible to change, after all spikes until now.
 
     Because of the axonal and dendritic parts of the delay, synapses process a spike before it arrives.
     """
@@ -86,12 +87,13 @@ def weights_now(grid: Grid, rows: Array) -> FloatArray:
     passed, arrivals_ms = _passed(seen, arrivals)
     synapses = arrivals["synapse"][passed]
     order = np.argsort(synapses, kind="stable")
-    weights, spare = np.empty(len(rows)), (grid.plastic[:1].copy(), grid.slow[:1].copy())
+    weights, eligibilities = np.empty((2, len(rows)))
+    spare = grid.plastic[:1].copy(), grid.slow[:1].copy()
     weights_at(
         _now(grid), grid.memories, grid.plastic, grid.slow, grid.rules, grid.stored, synapses[order],
-        arrivals_ms[order], rows, spare, weights,
+        arrivals_ms[order], rows, spare, weights, eligibilities,
     )  # fmt: skip
-    return weights
+    return weights, eligibilities
 
 
 def _calendar(grid: Grid) -> dict[str, Array]:
@@ -243,20 +245,39 @@ class GridBrain(Brain):
         resolution_ns: int,
     ) -> None:
         self._options = options
-        self._drawn = drawable(network) if options.poisson == "grid" else frozenset()
+        self._wired = wired(network)
+        rewarding = {one.pre for one in network.projections if one.neuromodulation is not None}
+        self._drawn = drawable(network) - rewarding if options.poisson == "grid" else frozenset()
         self._times = TimeGrid(resolution_ns, "the grid")
         self._patience = -(-_PATIENCE_NS // resolution_ns)
         """The steps between two returns from compiled code."""
         identity = f"event:{options.model_dump_json(exclude={'threads'})}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
-        self._initial, self._initial_cells, self._row_of = build_grid(
-            network, options.tolerance, self._times, self._drawn
+        grid, self._initial_cells, self._row_of = build_grid(
+            self._wired, options.tolerance, self._times, self._drawn
         )
+        self._rewards, more = rewards_of(
+            network, self._row_of, self._times, grid._asdict(), lambda: self._plastic_places
+        )
+        self._initial = grid._replace(**more)
         self._warn_of_rounding()
         self._threads = self._as_many(options.threads)
         self._start()
 
     def _do_run_until(self, t_ns: int) -> None:
+        if self._rewards is None:
+            self._run_to(t_ns)
+        else:
+            since_ns = self._step.item(0) * self._times.step_ns
+            self._rewards.run(
+                since_ns, t_ns, self._run_to, lambda n: self._stored.since(n), self._synapses
+            )  # fmt: skip
+
+    def _synapses(self) -> Tables:
+        now = self._grid
+        return Tables(now.memories, now.plastic, now.slow, now.rules, now.stored)
+
+    def _run_to(self, t_ns: int) -> None:
         until, stop = self._times.number_of(t_ns), self._step.item(0)
         patience = self._patience
         if len(self._grid.noise):
@@ -282,6 +303,9 @@ class GridBrain(Brain):
     def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
         for trace in traces:
             require_variable(self.network, trace.variable, trace.neurons)
+        if self._rewards is not None:
+            super()._do_run_recording(t_ns, traces, samples)
+            return
         probes = load_probes(self._grid, self.network, traces, samples, self._row_of, self._times)
         self._take(handle(self._grid._replace(**probes, codes=with_kernels(self._grid.codes, TAKE_SAMPLES))))
         self._do_run_until(t_ns)
@@ -294,9 +318,13 @@ class GridBrain(Brain):
         self._step, self._stored = clock["step"], StoredSpikes(clock, self._grid.spikes)
 
     def _do_take_spikes(self) -> Spikes:
+        if self._rewards is not None:
+            self._rewards.n_heard = 0
         return self._stored.take()
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
+        if self._rewards is not None:
+            self._rewards.fire(neurons, times_ms)
         done = 0
         while (done := fire(self._held.places, neurons, times_ms, done)) < len(neurons):
             self._take(handle(self._grid._replace(sources=doubled(self._grid.sources))))
@@ -344,9 +372,20 @@ class GridBrain(Brain):
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         if not projection.is_plastic:
             return self._given.get(projection.label, projection.weight).copy()
-        return weights_now(self._grid, self._plastic_places[projection.label])
+        return weights_now(self._grid, self._plastic_places[projection.label])[0]
+
+    def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
+        assert self._rewards is not None
+        if variable == DOPAMINE:
+            return self._rewards.dopamine(projection, _now(self._grid))
+        return weights_now(self._grid, self._plastic_places[projection.label])[1]
+
+    def _do_reward(self, population: str, amount: float) -> None:
+        assert self._rewards is not None
+        self._rewards.reward(population, amount, _now(self._grid))
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
+        require_weights(projection)
         self._take(handle(unfolded(self._grid)))
         if projection.is_plastic:
             hear_all(self._grid)
@@ -364,7 +403,7 @@ class GridBrain(Brain):
 
     @cached_property
     def _plastic_places(self) -> dict[str, Array]:
-        return places_of_plastic(self.network, self._row_of)[1]
+        return places_of_plastic(self._wired, self._row_of)[1]
 
     def _give(self, weights: dict[str, FloatArray]) -> None:
         """Rebuild the tables with the changed weights."""
@@ -374,19 +413,21 @@ class GridBrain(Brain):
         self._take(handle(self._grid._replace(**tables)))
         if len(self._grid.couplings):
             step_ms = self._times.step_ms
-            fresh = couplings_of(self.network, self._row_of, step_ms, weights)
+            fresh = couplings_of(self._wired, self._row_of, step_ms, weights)
             self._grid.couplings["weight"] = fresh["weight"]
 
     def _tables(self) -> dict[str, Array]:
-        noisy = labels_from(self.network, self._drawn)
-        return load_tables(self.network, self._cells, self._row_of, self._times, noisy, self._given)
+        noisy = labels_from(self._wired, self._drawn)
+        return load_tables(self._wired, self._cells, self._row_of, self._times, noisy, self._given)
 
     def _do_reset(self, seed: int) -> None:
         self._start()
 
     def _start(self) -> None:
+        if self._rewards is not None:
+            self._rewards.begin()
         if len(self._initial.plastic):  # no copy of it is kept: there can be many
-            begin_plastic(self.network, self._initial.plastic, self._initial.slow, self._plastic_places)
+            begin_plastic(self._wired, self._initial.plastic, self._initial.slow, self._plastic_places)
         self._take(handle(self._initial._replace(**changing(self._initial, WITHOUT_COPY))))
         self._cells, self._given = self._initial_cells, {}
         if len(self._grid.short_term):
@@ -398,10 +439,13 @@ class GridBrain(Brain):
 
     def _do_save(self) -> object:
         cells = None if self._cells is self._initial_cells else self._cells
-        return changing(self._grid), waiting(self._grid), cells, self._given
+        rewards = () if self._rewards is None else (self._rewards.save(),)
+        return changing(self._grid), waiting(self._grid), cells, self._given, *rewards
 
     def _do_restore(self, saved: Any) -> None:
-        arrays, inputs, cells, given = saved
+        arrays, inputs, cells, given, *rewards = saved
+        if self._rewards is not None:
+            self._rewards.restore(*rewards)
         require_slow(arrays, self._initial.plastic)
         self._cells = self._initial_cells if cells is None else cells
         self._grid = self._initial

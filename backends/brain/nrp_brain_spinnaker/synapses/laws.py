@@ -50,6 +50,11 @@ def modulations_of(network: Network) -> dict[str, Neuromodulation]:
     for one in network.projections:
         if one.neuromodulation is None:
             continue
+        if not one.neuromodulation.is_of_machine:
+            raise CapabilityError(
+                f"projection '{one.label}': baseline, shared and eligibility_limits keep their defaults on "
+                "the machine; 'event' has them"
+            )
         known = found.setdefault(one.post, one.neuromodulation)
         if known != one.neuromodulation:
             raise CapabilityError(
