@@ -100,6 +100,7 @@ class Namespace:
         self._libraries = old_libraries(
             library.environment(), partial(sleep, self.graph), seed, built.import_path, Paths(library)
         )
+        vars(self._libraries["os"]).update(fork=self.started.fork, system=self.started.system)
         nest = built.nest or nest_module(Kernel(seed))
         substitutes = {
             **self._libraries,

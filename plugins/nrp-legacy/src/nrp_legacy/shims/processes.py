@@ -1,12 +1,16 @@
 """Processes, threads and programs that code starts: they run beside the loop and end with the run.
 
-A process or a thread waits in simulated time, as a state machine does. A process is no process of its own, so
-that it sees the topics of the run.
+A process or a thread waits in simulated time, as a state machine does. A process is not one of the system, so
+that it sees the topics of the run. Programs, and copies of the run by ``os.fork``, lead groups of processes,
+so that what they start ends too. Such a copy also ends after the step: the run is that of its parent.
 """
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
@@ -25,6 +29,10 @@ from nrp_legacy.shims.steps import Task
 
 _PATIENCE_S: Final = 5.0
 """Wall time for which the loop waits until code waits; code that does not then goes on beside it."""
+_GRACE_S: Final = 1.0
+_POLL_S: Final = 0.01
+_PROBE: Final = 0
+"""The signal that only asks whether there is a process."""
 _OF_THREADS = (
     "Array", "Barrier", "BoundedSemaphore", "Condition", "Event", "JoinableQueue", "Lock", "Manager", "Pipe",
     "Pool", "Queue", "RLock", "Semaphore", "Value",
@@ -37,12 +45,17 @@ class Started(RunObserver[Run]):
 
     Args:
         graph: the graph of the run.
+
+    Attributes:
+        workers: its processes and threads.
+        groups: the leaders of other processes, each with what removes it once it has ended.
     """
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
         self.workers: list[Worker] = []
-        self.programs: list[subprocess.Popen[Any]] = []
+        self.groups: list[tuple[int, Callable[[], object]]] = []
+        self._own_pid = os.getpid()
 
     def begin(self, run: Run) -> None:
         """Connect to a run."""
@@ -57,20 +70,58 @@ class Started(RunObserver[Run]):
         """End everything."""
         for worker in self.workers:
             worker.terminate()
-        for program in self.programs:
-            if program.poll() is None:
-                program.terminate()
-                with suppress(subprocess.TimeoutExpired):
-                    program.wait(1.0)
-                program.kill()
+        for leader, reap in self.groups:
+            _end_group(leader, reap)
         self.workers.clear()
-        self.programs.clear()
+        self.groups.clear()
+
+    def fork(self) -> int:
+        """Fork as ``os.fork`` does."""
+        pid = os.fork()
+        with suppress(PermissionError, ProcessLookupError):  # both sides do it, as either may be first
+            os.setpgid(pid, pid)
+        if pid:
+            self.groups.append((pid, partial(os.waitpid, pid, os.WNOHANG)))
+        return pid
+
+    def system(self, command: str) -> int:
+        """Execute a command in a shell as ``os.system`` does."""
+        program = subprocess.Popen(command, shell=True, start_new_session=True)
+        self.groups.append((program.pid, program.poll))
+        code = program.wait()
+        if not _reach(program.pid, _PROBE):
+            self.groups.pop()
+        return code << 8 if code >= 0 else -code
 
     def _advance(self, loop: ClosedLoop) -> None:
+        if os.getpid() != self._own_pid:
+            os._exit(0)  # a forked copy: the run is that of its parent
         for worker in list(self.workers):
             worker.advance()
             if not worker.is_alive():
                 self.workers.remove(worker)
+
+
+def _end_group(leader: int, reap: Callable[[], object]) -> None:
+    """End a group of processes, those that do not end within a second by force."""
+    for sent in (signal.SIGTERM, signal.SIGKILL):
+        _reach(leader, sent)
+        deadline_s = time.monotonic() + _GRACE_S
+        while time.monotonic() < deadline_s:
+            with suppress(ChildProcessError):
+                reap()
+            if not _reach(leader, _PROBE):
+                return
+            time.sleep(_POLL_S)
+
+
+def _reach(leader: int, sent: int) -> bool:
+    """Send a signal to a group of processes; return whether it has any."""
+    try:
+        os.killpg(leader, sent)
+    except (ProcessLookupError, PermissionError):
+        return False
+    return True
 
 
 class Worker:
@@ -170,8 +221,8 @@ def process_modules(started: Started) -> dict[str, ModuleType]:
 
     class Popen(subprocess.Popen):  # type: ignore[type-arg]
         def __init__(self, *values: Any, **options: Any) -> None:
-            super().__init__(*values, **options)
-            started.programs.append(self)
+            super().__init__(*values, **{**options, "start_new_session": True})
+            started.groups.append((self.pid, self.poll))
 
     def start_new_thread(function: Callable[..., Any], args: Any, kwargs: Any = None) -> int:
         thread(None, function, None, args, kwargs).start()
