@@ -37,7 +37,7 @@ OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
         "nrp_core.commands": ["import-connectome"],
         "nrp_core.networks": [".json", ".nir"],
     },
-    "nrp-lab": {"nrp_core.commands": ["benchmark", "diff", "evolve", "sweep"]},
+    "nrp-lab": {"nrp_core.commands": ["benchmark", "diff", "evolve", "paper", "sweep"]},
     "nrp-legacy": {
         "nrp_core.commands": ["import"],
         "nrp_core.experiment_readers": [".exc"],

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from nrp_core.recording.export.numbers import groups_of as groups_of
     from nrp_core.recording.folder.recording_folder import RecordingFolder as RecordingFolder
     from nrp_core.recording.folder.recording_folder import named_files as named_files
+    from nrp_core.recording.folder.used_files import FilesRead as FilesRead
     from nrp_core.recording.images import values_of as values_of
     from nrp_core.recording.layout import RUN_NAME as RUN_NAME
     from nrp_core.recording.layout import Images as Images
@@ -25,12 +26,16 @@ if TYPE_CHECKING:
     from nrp_core.recording.recording import Recording as Recording
     from nrp_core.recording.replay.recorded_world import with_recorded_brain as with_recorded_brain
     from nrp_core.recording.replay.recorded_world import with_recorded_world as with_recorded_world
+    from nrp_core.recording.replay.replay import Replay as Replay
+    from nrp_core.recording.replay.replay import ReplayRequest as ReplayRequest
+    from nrp_core.recording.replay.replay import ReplayVerdict as ReplayVerdict
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
         {
             "nrp_core.recording.export.numbers": "Numbers Series groups_of",
             "nrp_core.recording.folder.recording_folder": "RecordingFolder named_files",
+            "nrp_core.recording.folder.used_files": "FilesRead",
             "nrp_core.recording.images": "values_of",
             "nrp_core.recording.layout": "Images RUN_NAME Role",
             "nrp_core.recording.reading.mcap_messages": "RecordedTopic",
@@ -38,5 +43,6 @@ else:
             "nrp_core.recording.reading.steps": "Comparison Difference RecordedStep steps_of",
             "nrp_core.recording.reading.tables": "numbers_in",
             "nrp_core.recording.replay.recorded_world": "with_recorded_brain with_recorded_world",
+            "nrp_core.recording.replay.replay": "Replay ReplayRequest ReplayVerdict",
         },
     )

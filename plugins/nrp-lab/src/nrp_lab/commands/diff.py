@@ -206,15 +206,14 @@ def _grid(
     experiment: str, brains: str, worlds: str, controls: str, seeds: int, settings: list[str], vary: list[str]
 ) -> RunGrid:
     from nrp_core.experiment import keyed_range
-    from nrp_lab.comparison.grid import WIRINGS, RunGrid, wiring_named
+    from nrp_lab.comparison.grid import RunGrid
 
     with usage_errors("--vary"):
         varied = dict(map(keyed_range, vary))
         if "seed" in varied:
             raise ValueError("every run has a seed of its own; their number is that of --seeds")
-    with usage_errors("--controls"):
-        wirings = WIRINGS if controls.strip() == "all" else tuple(map(wiring_named, _names(controls)))
-    grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied, wirings)
+    wirings = chosen_controls(controls)
+    grid = RunGrid.of(experiment, names(brains), names(worlds), seeds, settings, varied, wirings)
     if len(grid.conditions) < 2:
         raise typer.BadParameter(
             "give two names to one of the first two options, or a control to the third",
@@ -282,7 +281,20 @@ def _forms(
     return pair_data, pair_page, print_pair
 
 
-def _names(text: str) -> list[str]:
+def chosen_controls(text: str) -> tuple[str, ...]:
+    """Return the controls that an option names.
+
+    Raises:
+        typer.BadParameter: there is no such control, or several have the name.
+    """
+    from nrp_lab.comparison.grid import WIRINGS, wiring_named
+
+    with usage_errors("--controls"):
+        return WIRINGS if text.strip() == "all" else tuple(map(wiring_named, names(text)))
+
+
+def names(text: str) -> list[str]:
+    """Return the names in a list that is separated by commas."""
     return [name.strip() for name in text.split(",") if name.strip()]
 
 

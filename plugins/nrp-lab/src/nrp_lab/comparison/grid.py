@@ -18,7 +18,7 @@ from nrp_core import brains, worlds
 from nrp_core.brain.network.controls import CONTROLS
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, did_you_mean
 from nrp_core.experiment import Experiment, Plan, Range, Run, code_of, load_experiment
-from nrp_core.recording import RUN_NAME, Images, Recording, RecordingFolder, named_files
+from nrp_core.recording import RUN_NAME, FilesRead, Images, Recording, RecordingFolder, named_files
 from nrp_core.registry import Registry
 from nrp_core.utilities import WorkerDiedError, WorkerPool
 from nrp_lab.comparison.signals import RunSignals
@@ -303,8 +303,8 @@ def record(
         NrpError: the experiment cannot be opened, or the recording cannot be written.
     """
     shutil.rmtree(folder, ignore_errors=True)
-    with Run(grid.load(cell), revise=revise) as run:
-        recording_folder = RecordingFolder(run, folder, images=images, snapshots_ns=None)
+    with FilesRead() as files, Run(grid.load(cell), revise=revise) as run:
+        recording_folder = RecordingFolder(run, folder, images=images, files=files, snapshots_ns=None)
         state = "interrupted"
         try:
             run.run()

@@ -19,7 +19,7 @@ from nrp_core.errors import (
     did_you_mean,
 )
 from nrp_core.experiment import Result, Run, load_experiment
-from nrp_core.recording import Images, Recording, RecordingFolder
+from nrp_core.recording import FilesRead, Images, Recording, RecordingFolder
 from nrp_core.utilities import fingerprint, to_jsonable, work
 from nrp_lab.comparison.metric import METRICS, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals
@@ -131,8 +131,9 @@ def _perform_run(task: Task) -> Record:
         folder = None if task.recording is None else Path(task.recording)
         if folder is None and any(metric.needs_recording for metric in metrics):
             folder = Path(stack.enter_context(TemporaryDirectory(prefix="nrp-sweep-"))) / "run"
+        files = None if folder is None else stack.enter_context(FilesRead())
         run = stack.enter_context(RUN_CACHE.open(task, keep=folder is None))
-        _run(run, task, folder)
+        _run(run, task, folder, files)
         result = run.result()
         described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
         signals = RunSignals(to_jsonable(described) if folder is None else Recording(folder))
@@ -140,12 +141,12 @@ def _perform_run(task: Task) -> Record:
         return replace(record, drawn=_drawn(run))
 
 
-def _run(run: Run, task: Task, folder: Path | None) -> None:
+def _run(run: Run, task: Task, folder: Path | None, files: FilesRead | None) -> None:
     """Run to the end, recorded or not; a failure is in the result of the run."""
     recorder = None
     if folder is not None:
         images = Images.HASH if task.recording else Images.OFF
-        recorder = RecordingFolder(run, folder, images=images, snapshots_ns=None)
+        recorder = RecordingFolder(run, folder, images=images, files=files, snapshots_ns=None)
     state = "failed"
     try:
         with _stopping(run, task.stop_when_failed):

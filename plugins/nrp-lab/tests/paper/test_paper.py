@@ -1,0 +1,101 @@
+"""An experiment as an archive, and its repetition."""
+
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from nrp_lab.comparison.grid import RunGrid
+from nrp_lab.paper.archive import write_archive
+from nrp_lab.paper.methods import values_text
+from nrp_lab.paper.verification import Outcome, compare_runs
+
+from nrp_core.recording import Recording
+
+SETTINGS = ("duration=500ms", "comparison=null", "world.options.image_scale=0.25")
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two seeds of half a second on both engines."""
+    target = tmp_path_factory.mktemp("paper") / "husky.zip"
+    grid = RunGrid.of("braitenberg_husky", (), ("mujoco", "pybullet"), 2, SETTINGS)
+    write_archive(grid, target, 1, lambda done, total, last: None)
+    return target
+
+
+def test_an_archive_has_runs_figures_methods_and_the_verdict(archive: Path, tmp_path: Path) -> None:
+    with zipfile.ZipFile(archive) as packed:
+        packed.extractall(tmp_path)
+    manifest = json.loads((tmp_path / "paper.json").read_text())
+    assert {(run["world"], run["seed"]) for run in manifest["runs"]} == {
+        (world, seed) for world in ("mujoco", "pybullet") for seed in (7, 8)
+    }
+    for run in manifest["runs"]:
+        assert not Recording(tmp_path / run["folder"]).check().flaws
+    assert {"run.svg", "raster.svg", "trajectory.svg"} <= {each.name for each in tmp_path.glob("figures/*")}
+    assert manifest["verdict"] in (tmp_path / "verdict.html").read_text()
+    methods = (tmp_path / "methods.md").read_text()
+    assert "| circuit | neurons | IF_cond_alpha | 8 |" in methods
+    assert "| 0.0012 uS | 0.1 ms |" in methods
+    assert "husky: 45.4 kg, 6 links, 5 joints" in methods
+    assert str(Path.cwd()) not in methods
+
+
+def test_its_runs_are_identical_when_they_are_repeated(nrp: Any, archive: Path) -> None:
+    done = nrp("paper", archive, "--verify", "--json")
+    found = json.loads(done.out)
+    assert done.code == 0
+    assert [(run["outcome"], run["steps"]) for run in found["runs"]] == [("identical", 25)] * 4
+
+
+def test_nothing_is_run_if_a_file_was_changed(nrp: Any, archive: Path, tmp_path: Path) -> None:
+    changed = tmp_path / "changed.zip"
+    with zipfile.ZipFile(archive) as source, zipfile.ZipFile(changed, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            target.writestr(
+                name,
+                content.replace(b"IF_cond_alpha", b"IF_cond_exp") if name.endswith("brain.py") else content,
+            )
+    done = nrp("paper", changed, "--verify", "--json")
+    found = json.loads(done.out)
+    assert done.code == 1
+    assert len(found["changed"]) == 4
+    assert not found["runs"]
+
+
+def test_a_run_that_ends_elsewhere_is_different(archive: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "one"
+    with zipfile.ZipFile(archive) as packed:
+        packed.extractall(folder)
+    manifest = json.loads((folder / "paper.json").read_text())
+    one = next(run for run in manifest["runs"] if run["world"] == "mujoco")
+    one["final_pose"]["husky"]["x"] += 1.0
+    result = Recording(folder / one["folder"]).run["result"]
+    criteria = {name: each["passed"] for name, each in result["criteria"].items()}
+    assert compare_runs(one, criteria, result["final_pose"], 0.01)[0] is Outcome.DIFFERENT
+    one["final_pose"]["husky"]["x"] -= 0.999
+    assert compare_runs(one, criteria, result["final_pose"], 0.01)[0] is Outcome.EQUIVALENT
+    one["criteria"] = dict.fromkeys(criteria, True)
+    assert compare_runs(one, criteria, result["final_pose"], 0.01)[0] is Outcome.DIFFERENT
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("braitenberg_husky", "-o", "husky.tar"), "husky.tar"),
+        (("nothing.zip", "--verify"), "nothing.zip"),
+        (("braitenberg_husky", "--verify", "--seeds", 3), "--seeds"),
+    ],
+)
+def test_a_mistake_is_one_sentence(nrp: Any, arguments: tuple[object, ...], words: str) -> None:
+    done = nrp("paper", *arguments)
+    assert done.code != 0
+    assert words in done.err
+
+
+def test_several_values_are_their_range_and_mean() -> None:
+    assert values_text([2.0, 2.0]) == "2"
+    assert values_text([1.0, 3.0]) == "1 to 3, mean 2"
