@@ -13,6 +13,7 @@ from nrp_lab.paper.verification import Outcome, compare_runs
 
 from nrp_core.recording import Recording
 
+pytestmark = pytest.mark.slow
 SETTINGS = ("duration=500ms", "comparison=null", "world.options.image_scale=0.25")
 
 
