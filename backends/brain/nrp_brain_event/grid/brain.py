@@ -24,7 +24,7 @@ from nrp_brain_event.grid.equations.blocks import (
     require_receptor,
     with_code,
 )
-from nrp_brain_event.grid.inputs import fire, inject, sort, waiting, with_waiting
+from nrp_brain_event.grid.inputs import fire, inject, joined, sort, waiting, with_waiting
 from nrp_brain_event.grid.loader import build_grid, change_cells, changing, enlarged, labels_from, offsets_of
 from nrp_brain_event.grid.on_demand import with_kernels
 from nrp_brain_event.grid.parts import Held, Threads, advance
@@ -62,7 +62,7 @@ def unfolded(grid: Grid) -> Grid:
     """
     grid = _sent(grid)
     sources, ahead = waiting(grid)
-    arrivals = np.concatenate([ahead, _released_ahead(grid)])
+    arrivals = joined(ahead, _released_ahead(grid))
     grid.slots[:] = -1
     n = len(grid.entry_after)
     grid.entry_after[:] = np.arange(1, n + 1)
@@ -82,7 +82,7 @@ def weights_now(grid: Grid, rows: Array) -> tuple[FloatArray, FloatArray]:
     Because of the axonal and dendritic parts of the delay, synapses process a spike before it arrives.
     """
     seen = _sent(grid._replace(**{name: array.copy() for name, array in _calendar(grid).items()}))
-    arrivals = np.concatenate([waiting(seen)[1], _synapses_ahead(seen)])
+    arrivals = joined(waiting(seen)[1], _synapses_ahead(seen))
     sort(arrivals, len(arrivals))
     passed, arrivals_ms = _passed(seen, arrivals)
     synapses = arrivals["synapse"][passed]

@@ -26,6 +26,11 @@ def no_inputs() -> Array:
     return np.zeros(_ROOM, Input.dtype())
 
 
+def joined(*parts: Array) -> Array:
+    """Return lists of inputs as one, of records: NumPy alone makes it one of plain structures."""
+    return np.concatenate(parts, dtype=Input.dtype())
+
+
 def waiting(grid: Grid) -> tuple[Array, Array]:
     """Return copies of the spikes of sources and of the arrivals that have not been used."""
     clock = grid.clock[0]
@@ -40,7 +45,7 @@ def with_waiting(grid: Grid, sources: Array, arrivals: Array) -> Grid:
     clock = grid.clock[0]
     clock["source"] = clock["arrival"] = clock["is_mixed"] = 0
     clock["n_sources"], clock["n_arrivals"] = len(sources), len(arrivals)
-    kept = [np.concatenate([each, no_inputs()]) for each in (sources, arrivals)]
+    kept = [joined(each, no_inputs()) for each in (sources, arrivals)]
     for inputs, n in zip(kept, (len(sources), len(arrivals)), strict=True):
         sort(inputs, n)
     is_plastic = bool((arrivals["synapse"] >= 0).any())

@@ -69,12 +69,43 @@ with EventBackend().open(sim.network(), seed=1, options=options) as brain:
     print(json.dumps([spikes.neurons.tolist(), spikes.times_ms.tolist()]))
 """
 
+SNAPSHOT = """
+import json
+import numpy as np
+from nrp_core.brain.backends import brains
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.pynn import new_simulator
+
+sim = new_simulator()
+sim.setup(timestep=0.1)
+noise = sim.Population(4, sim.SpikeSourcePoisson(rate=800.0))
+cells = sim.Population(4, sim.IF_curr_exp(i_offset=1.2))
+learning = sim.STDPMechanism(
+    sim.SpikePairRule(A_plus=0.1, A_minus=0.1), sim.AdditiveWeightDependence(w_max=4.0), weight=2.0, delay=3.0
+)
+sim.Projection(noise, cells, sim.OneToOneConnector(), learning, label="p")
+sim.Projection(cells, cells, sim.OneToOneConnector(), sim.StaticSynapse(weight=0.1, delay=2.0), label="q")
+backend = brains().load("event")
+options = backend.options.model_validate({"resolution": "0.1 ms", "lazy": "never"})
+with backend.open(sim.network(), seed=1, options=options) as brain:
+    recorder = brain.add_sink(SpikeRecorder(), np.arange(8), name="all")
+    brain.run_until(5_000_000)
+    saved, weights = brain.snapshot(), brain.read_weights("p").tolist()
+    for label, weight in (("p", 3.0), ("q", 0.2)):
+        brain.run_until(brain.now_ns + 5_000_000)
+        brain.set_weights(label, weight)
+    brain.restore(saved)
+    brain.run_until(15_000_000)
+    spikes = recorder.spikes()
+    print(json.dumps([spikes.neurons.tolist(), [*spikes.times_ms.tolist(), *weights]]))
+"""
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize("program", [
     PROGRAM, EQUATIONS.replace("LAZY", "'never'"),
-    EQUATIONS.replace("LAZY", "'always'").replace("(leaky, curved)", "(leaky, leaky)"),
-], ids=["built in", "equations", "lazy equations"])  # fmt: skip
+    EQUATIONS.replace("LAZY", "'always'").replace("(leaky, curved)", "(leaky, leaky)"), SNAPSHOT,
+], ids=["built in", "equations", "lazy equations", "snapshot"])  # fmt: skip
 def test_it_computes_the_same(program: str, capsys: pytest.CaptureFixture[str]) -> None:
     exec(program, {})
     neurons, times_ms = json.loads(capsys.readouterr().out)
