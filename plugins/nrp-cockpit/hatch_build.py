@@ -37,6 +37,7 @@ def build_page(root: Path) -> None:
     for tool, words in (
         (npm, ["ci", "--ignore-scripts", "--no-audit", "--no-fund"]),
         (node, ["node_modules/vite/bin/vite.js", "build"]),
+        (node, ["node_modules/vite/bin/vite.js", "build", "--mode", "shared"]),  # the page of nrp share
     ):
         done: subprocess.CompletedProcess[bytes] = tool(
             words, cwd=page, return_completed_process=True, stdout=sys.stderr

@@ -10,6 +10,10 @@ import pytest
 from hypothesis import settings
 from visitors import Cockpit, Visitor
 
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.recording_folder import RecordingFolder
+
 settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
 settings.load_profile("untimed")
 
@@ -35,3 +39,15 @@ def visitor(opened: Cockpit) -> Iterator[Visitor]:
         yield visitor
         visitor.call("pause")
         visitor.call("record", folder=None)
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording of two seconds, in which a screen turns red."""
+    folder = tmp_path_factory.mktemp("recordings") / "husky"
+    settings = ["duration=2 s", "world.options.image_scale=0.25", "events.left_red.at=0.5 s"]
+    with Run(load_experiment("braitenberg_husky", settings)) as run:
+        recorded = RecordingFolder(run, folder)
+        run.run_until(2.0)
+        recorded.close("finished")
+    return folder

@@ -129,9 +129,10 @@ def open_recording(path: str, hub: Hub) -> Session:
     """Return a session that plays a recording, and offer its services."""
     from nrp_cockpit.session.controls import layout_of_recording, services_of_recording
     from nrp_cockpit.session.recorded import RecordedSession
+    from nrp_cockpit.sharing.services import with_sharing
 
     session = RecordedSession(Path(path), hub)
-    hub.services = services_of_recording(session)
+    hub.services = with_sharing(services_of_recording(session), lambda: Path(path))
     _warn_of(layout_of_recording(session))
     return session
 

@@ -13,9 +13,7 @@ from browsing import HUSKY, PATIENCE_MS, Cockpits, Kept, Pages, Watched, chromiu
 from playwright.sync_api import Browser, expect
 from visitors import cockpit
 
-from nrp_core.experiment.reading.find import find_file, load_experiment
-from nrp_core.experiment.running.run import Run
-from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.experiment.reading.find import find_file
 
 expect.set_options(timeout=PATIENCE_MS)
 
@@ -62,17 +60,6 @@ def kept() -> Iterator[Kept]:
 def husky(kept: Kept) -> str:
     """The address of a cockpit with the experiment of the Husky, at its beginning."""
     return kept.open("braitenberg_husky", *HUSKY)
-
-
-@pytest.fixture(scope="session")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The recording of two seconds."""
-    folder = tmp_path_factory.mktemp("recordings") / "husky"
-    with Run(load_experiment("braitenberg_husky", ["duration=2 s", "world.options.image_scale=0.25"])) as run:
-        recorded = RecordingFolder(run, folder)
-        run.run_until(2.0)
-        recorded.close("finished")
-    return folder
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,5 @@
 import { useEffect, useMemo, useState } from "react";
+import { keep, kept } from "../state/kept";
 import { useRun } from "../state/run";
 import { useSelection } from "../state/selection";
 import { useView } from "../state/view";
@@ -8,18 +9,17 @@ import "./hints.css";
 
 const KEPT = "nrp-cockpit-hints";
 
-const kept = (): ReadonlySet<string> =>
-  new Set((localStorage.getItem(KEPT) ?? "").split(" ").filter(Boolean));
+const doneBefore = (): ReadonlySet<string> => new Set((kept(KEPT) ?? "").split(" ").filter(Boolean));
 
 /** Tells a new person what to do first, one thing at a time; what was done or skipped is not told again. */
 export function FirstVisit() {
-  const [done, setDone] = useState(kept);
+  const [done, setDone] = useState(doneBefore);
   const seen = useSeen();
   useEffect(() => {
     if (seen) setDone((before) => followed(before, seen));
   }, [seen]);
   useEffect(() => {
-    if (done.size > 0) localStorage.setItem(KEPT, [...done].join(" "));
+    if (done.size > 0) keep(KEPT, [...done].join(" "));
   }, [done]);
   const next = nextHint(done);
   if (!seen || !next) return null;

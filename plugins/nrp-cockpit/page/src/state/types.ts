@@ -115,6 +115,8 @@ export interface Status {
   /** Simulated seconds a wall second at most; null: as fast as it can. */
   pace: number | null;
   recording: { path: string; bytes: number } | null;
+  /** The folder of the last finished recording, which can be saved as one HTML file. */
+  recorded: string | null;
   /** How many pages look at the run, and how many of them can control it. */
   viewers: number;
   controllers: number;

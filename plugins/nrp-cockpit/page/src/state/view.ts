@@ -1,7 +1,12 @@
 import { create } from "zustand";
+import { isPlayed } from "../played/recording";
+import { keep, kept } from "./kept";
 
-export const VIEWS = ["cockpit", "functions", "designer", "compare"] as const;
-export type View = (typeof VIEWS)[number];
+export type View = "cockpit" | "functions" | "designer" | "compare";
+/** A page with a recording in it has only the views that show a run. */
+export const VIEWS: readonly View[] = isPlayed()
+  ? ["cockpit", "functions"]
+  : ["cockpit", "functions", "designer", "compare"];
 
 const viewOf = (hash: string): View => VIEWS.find((view) => hash === `#/${view}`) ?? "cockpit";
 
@@ -17,7 +22,7 @@ const THEME = "nrp-cockpit-theme";
 
 export const useView = create<ViewState>(() => ({
   view: viewOf(window.location.hash),
-  dark: localStorage.getItem(THEME) === "dark",
+  dark: kept(THEME) === "dark",
   help: false,
   full: null,
 }));
@@ -28,7 +33,7 @@ export function openView(view: View): void {
 
 export function toggleTheme(): void {
   const dark = !useView.getState().dark;
-  localStorage.setItem(THEME, dark ? "dark" : "light");
+  keep(THEME, dark ? "dark" : "light");
   useView.setState({ dark });
 }
 

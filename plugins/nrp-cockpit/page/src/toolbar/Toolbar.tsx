@@ -4,6 +4,7 @@ import { Clock } from "./Clock";
 import { Pace } from "./Pace";
 import { RecordButton } from "./RecordButton";
 import { RunButtons } from "./RunButtons";
+import { ShareButton } from "./ShareButton";
 import { Viewers } from "./Viewers";
 import "./toolbar.css";
 
@@ -41,6 +42,7 @@ export function Toolbar() {
         </span>
       )}
       <RecordButton />
+      <ShareButton />
       <Viewers />
     </header>
   );

@@ -58,6 +58,7 @@ export const paths = {
       <path d="M8 1.500v3M8 11.500v3M1.500 8h3M11.500 8h3" />
     </>
   ),
+  share: <path d="M8 10V2.500M5 5l3-3 3 3M3 8v5.500h10V8" />,
   record: <circle cx="8" cy="8" r="4.500" fill="currentColor" stroke="none" />,
   viewers: (
     <>

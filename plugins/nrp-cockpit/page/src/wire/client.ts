@@ -1,33 +1,33 @@
 import { Calls } from "./calls";
 import { type Channel, readBinary, type ServerText, writeClientMessage } from "./frames";
-import { type Link, Socket } from "./socket";
+import type { Link, Listener, Source } from "./socket";
 import { type Handler, Subscriptions } from "./subscriptions";
 
-/** The page's one connection to the server: topics in, services and topics out. It outlives lost sockets. */
+/** The page's one connection to its source: topics in, services and topics out. It outlives lost sockets. */
 export class Wire {
   private readonly channels = new Map<number, Channel>();
   private readonly outgoing = new Map<string, number>();
   private readonly linkListeners = new Set<(link: Link) => void>();
   private readonly withdrawnListeners = new Set<(topic: string) => void>();
-  private readonly socket: Socket;
+  private readonly source: Source;
   private readonly subscriptions: Subscriptions;
   private readonly calls: Calls;
 
-  constructor(address: string) {
-    this.socket = new Socket(address, {
+  constructor(connect: (listener: Listener) => Source) {
+    this.source = connect({
       onLink: (link) => this.linked(link),
       onData: (data) => (typeof data === "string" ? this.text(JSON.parse(data)) : this.binary(data)),
     });
-    this.subscriptions = new Subscriptions((message) => this.socket.send(JSON.stringify(message)));
-    this.calls = new Calls((data) => this.socket.send(data));
+    this.subscriptions = new Subscriptions((message) => this.source.send(JSON.stringify(message)));
+    this.calls = new Calls((data) => this.source.send(data));
   }
 
   open(): void {
-    this.socket.open();
+    this.source.open();
   }
 
   close(): void {
-    this.socket.close();
+    this.source.close();
   }
 
   onLink(listener: (link: Link) => void): () => void {
@@ -67,7 +67,7 @@ export class Wire {
       this.outgoing.set(topic, id);
       this.send({ op: "advertise", channels: [{ id, topic, encoding: "json", schemaName: type }] });
     }
-    this.socket.send(writeClientMessage(id, value));
+    this.source.send(writeClientMessage(id, value));
   }
 
   /** The channels that the server offers now. */
@@ -76,7 +76,7 @@ export class Wire {
   }
 
   private send(message: object): void {
-    this.socket.send(JSON.stringify(message));
+    this.source.send(JSON.stringify(message));
   }
 
   private linked(link: Link): void {

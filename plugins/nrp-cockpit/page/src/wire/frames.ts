@@ -32,6 +32,13 @@ export type ServerText =
   | { op: "unadvertiseServices"; serviceIds: number[] }
   | { op: "serviceCallFailure"; serviceId: number; callId: number; message: string };
 
+/** A call of a service with the arguments by their names. */
+export interface ServiceRequest {
+  serviceId: number;
+  callId: number;
+  arguments: Record<string, unknown>;
+}
+
 export type ServerBinary =
   | { op: "message"; subscriptionId: number; t_s: number; data: DataView }
   | { op: "time"; t_s: number }
@@ -94,4 +101,35 @@ export function writeClientMessage(channelId: number, value: object): Uint8Array
   view.setUint32(1, channelId, true);
   bytes.set(payload, 5);
   return bytes;
+}
+
+/** Reads what `writeServiceRequest` wrote; null for another operation. */
+export function readServiceRequest(bytes: Uint8Array): ServiceRequest | null {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  if (view.getUint8(0) !== FromClient.ServiceRequest) return null;
+  const payload = textOf(rest(view, 13 + view.getUint32(9, true)));
+  return {
+    serviceId: view.getUint32(1, true),
+    callId: view.getUint32(5, true),
+    arguments: JSON.parse(payload || "{}"),
+  };
+}
+
+/** A message on a channel, as a server sends it. */
+export function writeMessage(subscriptionId: number, t_ns: number, payload: Uint8Array): ArrayBuffer {
+  const bytes = new Uint8Array(13 + payload.length);
+  const view = new DataView(bytes.buffer);
+  view.setUint8(0, FromServer.Message);
+  view.setUint32(1, subscriptionId, true);
+  view.setUint32(5, t_ns % 2 ** 32, true);
+  view.setUint32(9, Math.floor(t_ns / 2 ** 32), true);
+  bytes.set(payload, 13);
+  return bytes.buffer;
+}
+
+/** The answer to a call, as a server sends it. */
+export function writeResponse(request: ServiceRequest, value: object): ArrayBuffer {
+  const bytes = writeServiceRequest(request.serviceId, request.callId, value);
+  bytes[0] = FromServer.ServiceResponse; // which has the same form
+  return bytes.buffer as ArrayBuffer;
 }

@@ -8,9 +8,17 @@ export type Link =
   /** The server does not let this page in, and says why. */
   | { state: "refused"; reason: string };
 
-interface Listener {
+export interface Listener {
   onLink: (link: Link) => void;
   onData: (data: string | ArrayBuffer) => void;
+}
+
+/** The other end of the wire: a server, or a recording in the page itself. */
+export interface Source {
+  open(): void;
+  close(): void;
+  /** Sends a message; false: there is no connection. */
+  send(data: string | Uint8Array): boolean;
 }
 
 const WAITS_S = [1, 2, 3, 5];
@@ -29,7 +37,7 @@ export function addressOf(page: Location): string {
 }
 
 /** A WebSocket that opens again after it was lost, and counts down to the next attempt. */
-export class Socket {
+export class Socket implements Source {
   private socket: WebSocket | null = null;
   private timer = 0;
   private attempt = 0;

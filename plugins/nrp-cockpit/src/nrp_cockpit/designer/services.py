@@ -7,6 +7,7 @@ from pathlib import Path
 from nrp_cockpit.designer.designer import Designer, methods_of
 from nrp_cockpit.session.controls import services_of, validated
 from nrp_cockpit.session.opening import Opening, with_opening
+from nrp_cockpit.sharing.services import with_sharing
 from nrp_cockpit.wire.calls import PREFIX
 from nrp_cockpit.wire.hub import Services
 
@@ -26,7 +27,8 @@ def offer_services(opening: Opening, file: Path | None = None) -> None:
     session, designer = opening.session, Designer(opening, file)
 
     def offer() -> None:
-        session.hub.services = _with_designer(with_opening(services_of(session), opening), designer)
+        services = with_sharing(with_opening(services_of(session), opening), lambda: session.recorded_path)
+        session.hub.services = _with_designer(services, designer)
 
     opening.on_exchange = offer
     offer()

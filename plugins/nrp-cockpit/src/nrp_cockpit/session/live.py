@@ -38,6 +38,8 @@ class LiveSession(Session):
 
     Attributes:
         beside: the second run that follows it, if any.
+        recording_path: the folder of the recording that goes on, if any.
+        recorded_path: the folder of the last recording that has ended, if any.
     """
 
     def __init__(
@@ -50,6 +52,7 @@ class LiveSession(Session):
         self._gone_s = 0.0
         self._recording: RecordingFolder | None = None
         self.recording_path: Path | None = None
+        self.recorded_path: Path | None = None
         self._attend(run, functions or Functions(run))
 
     def _attend(self, run: Run, functions: Functions) -> None:
@@ -294,9 +297,11 @@ class LiveSession(Session):
         return {"path": None if self.recording_path is None else str(self.recording_path)}
 
     def _end_recording(self, state: str) -> None:
-        recording, self._recording, self.recording_path = self._recording, None, None
+        recording, self._recording = self._recording, None
+        path, self.recording_path = self.recording_path, None
         if recording is not None:
             recording.close(state)
+            self.recorded_path = path
 
     def _end_recording_of_the_past(self) -> None:
         """End the recording: time in it only goes forward."""

@@ -23,6 +23,7 @@ class LiveReported(Reported, Protocol):
     past: Past
     functions: Functions
     recording_path: Path | None
+    recorded_path: Path | None
     beside: Companion | None
 
     @property
@@ -78,6 +79,7 @@ class LiveReports(Reports):
         return {
             "wall_s": session.wall_s,
             "recording": self._recording(),
+            "recorded": None if session.recorded_path is None else str(session.recorded_path),
             "server_ms_per_step": session.stream.ms_per_step,
             "share": {
                 "brain": share["brain"], "world": share["world"],

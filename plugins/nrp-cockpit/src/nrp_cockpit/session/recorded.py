@@ -29,6 +29,9 @@ class RecordedSession(Session):
         folder: the folder of the recording.
         hub: the hub of the clients.
 
+    Attributes:
+        messages: the messages of the recording.
+
     Raises:
         ExperimentError: the folder is not a recording.
     """
@@ -36,11 +39,11 @@ class RecordedSession(Session):
     def __init__(self, folder: Path, hub: Hub) -> None:
         super().__init__(hub)
         self.recording = Recording(folder)
-        self._messages = StoredMessages(self.recording.file)
-        self._begin_ns, self._end_ns = self._messages.span_ns
+        self.messages = StoredMessages(self.recording.file)
+        self._begin_ns, self._end_ns = self.messages.span_ns
         self._now_ns = self._begin_ns
-        self.run = RecordedRun(self.recording, self._messages.topics, self._end_ns)
-        self.stream = RecordedStream(self._messages, hub)
+        self.run = RecordedRun(self.recording, self.messages.topics, self._end_ns)
+        self.stream = RecordedStream(self.messages, hub)
         self._pacing: Pacing = self._paced(self.pace)
         self.reports = RecordedReports(self)
 
@@ -118,7 +121,7 @@ class RecordedSession(Session):
         self.reports.idle()
 
     def _end(self) -> None:
-        self._messages.close()
+        self.messages.close()
 
     def _paced(self, factor: float | None) -> Pacing:
         """Return a pacing whose wait ends with a request."""
@@ -130,16 +133,22 @@ class RecordedSession(Session):
 
     def _check(self) -> None:
         """Compare the recording with its digests in the background, because that reads all of it."""
-        check = self.recording.check()
-        found = [Finding(Code.NRP284, str(flaw)) for flaw in check.flaws]
-        if check.finished:  # without digests the run was killed, which is already reported
-            found += [Finding(Code.NRP284, note, Level.NOTE) for note in check.notes]
+        found = integrity_findings(self.recording)
         with suppress(LifecycleError):  # the recording was closed meanwhile
             self.ask(lambda: self._note(found))
 
     def _note(self, found: list[Finding]) -> None:
         self.run.problems += found
         self.reports.all()
+
+
+def integrity_findings(recording: Recording) -> list[Finding]:
+    """Compare a recording with its digests, which reads all of it, and return what differs."""
+    check = recording.check()
+    found = [Finding(Code.NRP284, str(flaw)) for flaw in check.flaws]
+    if check.finished:  # without digests the run was killed, which is already reported
+        found += [Finding(Code.NRP284, note, Level.NOTE) for note in check.notes]
+    return found
 
 
 class RecordedReports(Reports):

@@ -122,6 +122,7 @@ class RecordedRun:
         return {
             "wall_s": result.get("wall_time_s", 0.0),
             "recording": None,
+            "recorded": str(self._folder),
             "share": {name: share.get(key, 0.0) for name, key in _SHARES.items()},
             "error": None if error is None else {"message": str(error), "file": None, "line": None},
             "passed": None if self._judgement is None else self._judgement.passed,

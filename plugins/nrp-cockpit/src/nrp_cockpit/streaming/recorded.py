@@ -24,7 +24,7 @@ WINDOW_NS = 4 * NS_PER_S
 """The time before the target of a seek that is sent too, so that plots are not empty."""
 _MOST_BYTES = 1_000_000
 """The maximum size of the last seconds of a topic; of more data, only the last message is sent."""
-_LATEST = (Role.CAMERA, Role.TRANSFORMS, Role.MODELS, Role.MUSCLES)
+LATEST = (Role.CAMERA, Role.TRANSFORMS, Role.MODELS, Role.MUSCLES)
 """The roles of topics of which only the last message counts."""
 
 
@@ -117,7 +117,7 @@ class RecordedStream:
         self.scenes = RecordedScenes(messages) if SCENE in self._topics else None
         hub.offer_json(PAST, Kind.EVERY)
         for topic in self._topics.values():
-            lost = Kind.LATEST if topic.role in _LATEST else Kind.EVERY
+            lost = Kind.LATEST if topic.role in LATEST else Kind.EVERY
             hub.offer(topic.name, topic.type_name, topic.definition, lost)
 
     @property
@@ -155,7 +155,7 @@ class RecordedStream:
 
     def _show(self, topics: Iterable[str]) -> None:
         """Send the current state of some topics, and the last seconds of plotted ones."""
-        plotted = [name for name in topics if self._topics[name].role not in (*_LATEST, Role.SCENE)]
+        plotted = [name for name in topics if self._topics[name].role not in (*LATEST, Role.SCENE)]
         window: dict[str, list[Stored]] = {name: [] for name in topics}
         from_ns = max(self._at_ns - WINDOW_NS, self._messages.span_ns[0])
         for stored in self._messages.between(plotted, self._at_ns - WINDOW_NS, self._at_ns):

@@ -1,0 +1,72 @@
+"""A recording in one HTML file plays from the disk, without a server."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from browsing import Watched, seen, wait_until
+from nrp_cockpit.sharing.sharing import shared_file
+from playwright.sync_api import Page, expect
+
+
+@pytest.fixture(scope="module")
+def shared(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The address of the file."""
+    file = tmp_path_factory.mktemp("mail") / "attachment.html"
+    file.write_text(shared_file(recording).html)
+    return file.as_uri()
+
+
+def test_it_is_scrubbed_and_played_from_the_disk(shared: str, watched: Watched):
+    page = watched.open(shared)
+    timer, slider = page.get_by_role("timer"), page.get_by_role("slider", name="Simulated time")
+    expect(timer).to_contain_text("0.00 s")
+    expect(page.get_by_role("region", name="Scene")).to_contain_text("11 models")
+    slider.press("PageUp")
+    expect(timer).to_contain_text("1.00 s")
+    expect(page.get_by_role("img", name="The image of /husky/camera")).to_be_visible()
+    spikes = page.get_by_role("region", name="Spikes")
+    expect(spikes).to_contain_text("in the last second")
+    seen(page, lambda: red_pixels(page) > 50)
+    slider.press("Home")
+    expect(timer).to_contain_text("0.00 s")
+    expect(spikes).to_contain_text("0 in the last second")
+    seen(page, lambda: red_pixels(page) == 0)  # the screen is blue again
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 0.1)
+    page.get_by_role("button", name="Pause").click()
+    slider.press("End")
+    expect(timer).to_contain_text("2.00 s")
+    expect(page.get_by_role("button", name="Play")).to_be_disabled()
+    expect(page.get_by_role("navigation", name="Views").get_by_role("link")).to_have_text(
+        ["Cockpit", "Functions"]
+    )
+    page.get_by_role("link", name="Functions").click()
+    expect(page.get_by_role("main")).to_contain_text("listing1.py")
+
+
+def red_pixels(page: Page) -> int:
+    """Count the pixels of the map that are red, as only the screen is."""
+    return int(
+        page.evaluate("""() => {
+            const map = document.querySelector("[data-panel=map] canvas");
+            const { data } = map.getContext("2d").getImageData(0, 0, map.width, map.height);
+            let count = 0;
+            for (let at = 0; at < data.length; at += 4)
+                count += data[at] > 150 && data[at + 1] < 60 && data[at + 2] < 60;
+            return count;
+        }""")
+    )
+
+
+def test_it_is_saved_in_the_page_that_shows_the_recording(played: str, watched: Watched, tmp_path: Path):
+    page = watched.open(played)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save as one HTML file").click()
+    assert download.value.suggested_filename == "husky.html"
+    file = tmp_path / "husky.html"
+    download.value.save_as(file)
+    saved = watched.open(file.as_uri())
+    expect(saved.get_by_role("timer")).to_contain_text("0.00 s of 2 s")
+    expect(saved.get_by_role("button", name="Save as one HTML file")).to_have_count(0)
