@@ -317,7 +317,7 @@ class Brain(Simulation):
         self.require_ready()
         chosen = changes.rewarded(self.network, projection)
         if not self.capabilities.rewards:
-            raise no_rewards(self)
+            raise no_rewards(projection)
         if not is_number(amount) or not isfinite(amount):
             raise NetworkError(f"a reward of projection '{projection}' is {amount!r:.60}; it must be finite")
         if amount:

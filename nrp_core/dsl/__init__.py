@@ -44,6 +44,7 @@ from nrp_core.dsl.mappings import (
 from nrp_core.dsl.monitors import NeuronMonitor
 from nrp_core.dsl.parameters import PreprocessedTopic, Topic
 from nrp_core.dsl.proprioception import map_afferents, map_motoneurons
+from nrp_core.dsl.rewards import MapReward
 from nrp_core.dsl.selection import Box, Sphere, brain, chain_neurons, map_neurons, nrange, resolve
 from nrp_core.dsl.weights import MapWeights
 from nrp_core.parameters import GivenParameters
@@ -57,6 +58,7 @@ __all__ = [
     "Box",
     "CustomDevice",
     "MapCSVRecorder",
+    "MapReward",
     "MapRobotPublisher",
     "MapRobotSubscriber",
     "MapSpikeSink",

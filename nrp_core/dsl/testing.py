@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses import STDP
+from nrp_core.brain.network.rewiring import Neuromodulation
+from nrp_core.brain.network.synapses import STATIC, STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, from_seconds, milliseconds
 from nrp_core.dsl.devices import Device, DeviceGroup
@@ -22,6 +24,7 @@ from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, Variable
 from nrp_core.dsl.monitors import MonitoringFunction
 from nrp_core.dsl.parameters import SubscribedTopic
+from nrp_core.dsl.rewards import MapReward
 from nrp_core.dsl.selection import GROUP, Groups, Selection, select, select_projection
 from nrp_core.dsl.weights import MapWeights, Weights
 from nrp_core.errors import TransferFunctionError, did_you_mean
@@ -58,6 +61,7 @@ class MockBrain(Brain):
 
     Attributes:
         values: state of its neurons, by variable, shape ``(network.size,)``.
+        rewards: the population and the dopamine of each reward since the beginning or a reset.
 
     Raises:
         CapabilityError: the given capabilities do not cover the network.
@@ -83,12 +87,15 @@ class MockBrain(Brain):
             resolution_ns=step_ns,
             state_variables=frozenset(_REST),
             changes=frozenset({WEIGHTS, PLASTICITY}),
+            neuromodulation=True,
+            rewards=True,
             releases_gil=releases_gil,
         )
         self.values = {name: np.full(network.size, value) for name, value in _REST.items()}
         super().__init__(network, seed=0, capabilities=capabilities or needed, identity="mock")
         self._planned: list[Spikes] = []
         self._weights: dict[str, FloatArray] = {}
+        self.rewards: list[tuple[str, float]] = []
 
     def fire(self, neurons: npt.ArrayLike, times_ms: npt.ArrayLike) -> None:
         """Make neurons (global ids) spike at ascending times of the next step."""
@@ -116,10 +123,13 @@ class MockBrain(Brain):
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         self._weights[projection.label] = weights
 
+    def _do_reward(self, population: str, amount: float) -> None:
+        self.rewards.append((population, amount))
+
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None: ...
 
     def _do_reset(self, seed: int) -> None:
-        self._planned, self._weights = [], {}
+        self._planned, self._weights, self.rewards = [], {}, []
 
     def _do_close(self) -> None: ...
 
@@ -356,6 +366,13 @@ class _AnyBrain:
         made = Projection(label, label, label, "excitatory", ends, ends, each, each, STDP)
         return self.projections.setdefault(label, made)
 
+    def reward(self, learned: Projection) -> None:
+        """Add synapses that reward the target of a projection."""
+        label = f"{learned.label} (reward)"
+        self.projections[label] = replace(
+            learned, label=label, receptor="reward", synapse_type=STATIC, neuromodulation=Neuromodulation()
+        )
+
 
 def _network_of(function: TransferFunction) -> Network:
     root = _AnyBrain()
@@ -363,8 +380,10 @@ def _network_of(function: TransferFunction) -> Network:
     for mapping in (*function.mappings.values(), *shown):
         if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
             select(mapping.selector, root)
-        elif isinstance(mapping, MapWeights):
-            select_projection(mapping.selector, root)
+        elif isinstance(mapping, (MapReward, MapWeights)):
+            learned = select_projection(mapping.selector, root)
+            if isinstance(mapping, MapReward):
+                root.reward(learned)
     populations = {name: Population(name, n, _CELL, {}) for name, n in root.sizes.items()}
     return Network(populations, tuple(root.projections.values()))
 

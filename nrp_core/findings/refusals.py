@@ -74,12 +74,11 @@ def no_neuromodulation(backend: str, projection: str) -> CapabilityError:
     )
 
 
-def no_rewards(brain: object) -> CapabilityError:
-    """Return the error for a brain in which only spikes reward."""
-    return refusal(
-        brain,
-        "takes no rewards from outside: let a source drive a population that sends its spikes to 'reward', "
-        "or run on 'event'",
+def no_rewards(projection: str) -> CapabilityError:
+    """Return the error for a brain backend in which only spikes reward."""
+    return CapabilityError(
+        f"projection '{projection}': on this brain backend only spikes reward; drive a population that sends "
+        "its spikes to 'reward', or run on 'event'"
     )
 
 

@@ -19,6 +19,7 @@ from nrp_core.dsl.functions import TIME, Neuron2Robot, Robot2Neuron, TransferFun
 from nrp_core.dsl.loading import Listing, PythonSource
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, MapVariable
 from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping
+from nrp_core.dsl.rewards import MapReward
 from nrp_core.dsl.selection import Selector
 from nrp_core.dsl.weights import MapWeights
 from nrp_core.errors import CapabilityError, ExperimentError, Instead, TopicError, did_you_mean
@@ -26,7 +27,7 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.error_codes import code_of
 
 _FUNCTION_DECORATORS: Final = (Neuron2Robot, Robot2Neuron)
-_WITHOUT_TOPIC: Final = (MapSpikeSink, MapSpikeSource, MapVariable, MapWeights)
+_WITHOUT_TOPIC: Final = (MapSpikeSink, MapSpikeSource, MapVariable, MapReward, MapWeights)
 _REPLACEABLE: Final = ("initial_value", "pre_processing")
 """Arguments whose values no check needs."""
 

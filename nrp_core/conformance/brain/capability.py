@@ -14,7 +14,8 @@ from nrp_core.brain.changes import PARAMETERS, PLASTICITY, WEIGHTS
 from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population
+from nrp_core.brain.network.data import Population, Projection
+from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.network.synapses import LAWS, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.base import skip_undeclared
@@ -297,6 +298,41 @@ class ChangeTests(BrainKit):
         assert brain.is_plastic(name)
         self.run(brain, 100)
         assert brain.read_weights(name) == pytest.approx(learned, rel=0.05)
+
+    def test_rewards_from_outside_change_weights_or_are_refused(self) -> None:
+        """A pair of spikes, then a reward: the weight follows the product of two decaying quantities."""
+        if STDP not in self.capabilities.synapses:
+            skip_undeclared("stdp synapses")
+        sample, modulation = self.sample, Neuromodulation(w_max=50 * self.sample.weak)
+        limits = {"w_min": 0.0, "w_max": 2 * sample.weak, "A_plus": 0.5, "A_minus": 0.5}
+        plastic = connect("pre", "n", 5 * sample.weak, 1.0, kind=STDP, rule=RULE, **SYNAPSES[STDP] | limits)
+        reward = replace(connect("good", "n", 0.1), receptor="reward", neuromodulation=modulation)
+        parts: list[Population | Projection] = [
+            spikes("pre", [20.0]), spikes("force", [26.0]), spikes("good", [9000.0]), self.cells("n"),
+            plastic, connect("force", "n", sample.strong, 1.0), reward,
+        ]  # fmt: skip
+        if not self.capabilities.neuromodulation:
+            with pytest.raises(CapabilityError):
+                self.open(*parts)
+            return
+        brain, name, weights = self.open(*parts), plastic.label, []
+        if not self.capabilities.rewards:
+            with pytest.raises(CapabilityError):
+                brain.reward(name, 0.01)
+            return
+        for until, amount in ((100, 0.01), (300, 0.0), (500, -0.01)):
+            self.run(brain, until)
+            weights.append(float(brain.read_weights(name)[0]))
+            brain.reward(name, amount)
+        self.run(brain, 700)
+        first, second, third, fourth = *weights, float(brain.read_weights(name)[0])
+        assert first == pytest.approx(5 * sample.weak, rel=PRECISION)
+        left = math.exp(-200 * (1 / modulation.tau_c + 1 / modulation.tau_d))
+        assert (third - second) / (second - first) == pytest.approx(left, rel=0.05)
+        later = math.exp(-400 / modulation.tau_c) - math.exp(-400 / modulation.tau_c - 400 / modulation.tau_d)
+        assert (third - fourth) / (second - first) == pytest.approx(later, rel=0.05)
+        with pytest.raises(NetworkError):
+            brain.reward("force to n, excitatory", 1.0)
 
     def _with_plastic(self, pre_ms: list[float], force_ms: list[float]) -> tuple[Brain, str]:
         """Return a brain with a plastic synapse onto a cell that fires when it is forced to, and its name."""

@@ -347,6 +347,19 @@ class PromisesToStopLearning(EventBackend):
         return _NeverStops(network, seed, self.capabilities(options), options)
 
 
+class _NeverRewarded(EventBrain):
+    def _do_reward(self, population: str, amount: float) -> None:
+        pass
+
+
+@register(FOUND_BY, EventBackend, "brain")(
+    "rewards_from_outside_change_weights_or_are_refused",
+)
+class PromisesRewards(EventBackend):
+    def open(self, network: Network, *, seed: int, options: Any) -> Brain:
+        return _NeverRewarded(network, seed, self.capabilities(options), options)
+
+
 class _Junctions(SmallBrain):
     """Has gap junctions, but only the first cell of each acts on the second."""
 

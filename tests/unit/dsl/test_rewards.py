@@ -1,0 +1,98 @@
+"""A function adds dopamine to the cells of a projection that learns from rewards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from nrp_core.brain import builder
+from nrp_core.brain.network.data import Network
+from nrp_core.dsl.functions import TransferFunction
+from nrp_core.dsl.testing import MockBrain, MockWorld, Rig
+from nrp_core.errors import ExperimentError
+
+Load = Callable[[str], list[TransferFunction]]
+
+
+def network() -> Network:
+    sim = builder()
+    a, b, c = (sim.Population(2, sim.IF_curr_exp(), label=label) for label in "abc")
+    rule = sim.STDPMechanism(sim.SpikePairRule(), sim.AdditiveWeightDependence(), weight=0.5, delay=1.0)
+    each = sim.OneToOneConnector()
+    sim.Projection(a, b, each, sim.StaticSynapse(weight=0.5, delay=1.0), label="static")
+    sim.Projection(a, b, each, rule, label="learned")
+    sim.Projection(a, c, each, rule, label="alone")
+    sim.Projection(c, b, each, sim.Neuromodulation(0.1), receptor_type="reward", label="dopamine")
+    return sim.network()
+
+
+def function_with(load: Load, body: str, projection: str = "learned") -> TransferFunction:
+    lines = "\n            ".join(body.splitlines())
+    (function,) = load(
+        f"""
+        @nrp.MapReward("r", nrp.brain.projection("{projection}"))
+        @nrp.Robot2Neuron()
+        def f(t, r):
+            {lines}
+        """
+    )
+    return function
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("r.value = 0.25", [0.25, 0.25]),
+        ("r.value = -t", [-0.02]),
+        ("r.value += 1\nr.value += 2", [3.0, 3.0]),
+        ("if t == 0: r.value = 2", [2.0]),
+        ("pass", []),
+    ],
+)
+def test_what_a_function_sets_is_added_once_it_has_returned(
+    load: Load, body: str, expected: list[float]
+) -> None:
+    brain = MockBrain(network())
+    rig = Rig(function_with(load, body), brain)
+    rig.run(0.0)
+    rig.run(0.02)
+    assert brain.rewards == [("b", amount) for amount in expected]
+    brain.reset()
+    assert brain.rewards == []
+
+
+@pytest.mark.parametrize(
+    ("body", "error", "message"),
+    [
+        ("r.value = 1.0\nraise RuntimeError('late')", RuntimeError, "late"),
+        ("r.value = float('nan')", ValueError, "r.value is nan; a reward is a finite number"),
+        ("r.value = [1.0]", ValueError, "a reward is a finite number"),
+        ("r.values = 1.0", AttributeError, "has no attribute 'values'; set its value"),
+    ],
+)
+def test_a_function_that_fails_rewards_nothing(
+    load: Load, body: str, error: type[Exception], message: str
+) -> None:
+    brain = MockBrain(network())
+    rig = Rig(function_with(load, body), brain)
+    with pytest.raises(error, match=message):
+        rig.run()
+    assert brain.rewards == []
+
+
+@pytest.mark.parametrize(
+    ("projection", "message"),
+    [
+        ("learnt", "no projection 'learnt'"),
+        ("static", "'static': its synapses are of static; rewards decide on changes by STDP"),
+        ("alone", "'alone' does not learn from rewards: no projection of Neuromodulation onto 'c'"),
+        ("dopamine", "'dopamine' brings rewards; name the one onto 'b' whose weights change"),
+    ],
+)
+def test_a_projection_that_cannot_learn_from_rewards_is_refused(
+    load: Load, projection: str, message: str
+) -> None:
+    with pytest.raises(ExperimentError, match=message) as caught:
+        function_with(load, "pass", projection).bind(MockBrain(network()), MockWorld({}))
+    assert caught.value.line is not None
