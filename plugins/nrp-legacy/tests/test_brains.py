@@ -226,6 +226,17 @@ circuit = a + b
     assert sorted(found["inhibitory"]) == sorted(-sign * one for one in inhibitory)
 
 
+def test_weights_below_0_inhibit_cells_that_take_currents_whatever_their_receptor(tmp_path: Path) -> None:
+    """PyNN checks the weights of a new projection, NEST not those that are set later."""
+    weights = "projection.set(weight=np.array([[0.0, -10.0], [-5.0, 0.0]]))\n"
+    ends = "circuit[:2], circuit[:2]"
+    projection = f"projection = sim.Projection({ends}, sim.AllToAllConnector(), sim.StaticSynapse())\n"
+    cells = CELLS.replace("IF_cond_alpha", "IF_curr_alpha") + "import numpy as np\n"
+    parts = loaded(tmp_path, cells + projection + weights)[0].projections
+    found = {part.receptor: sorted(part.weight.tolist()) for part in parts}
+    assert found == {"excitatory": [0.0, 0.0], "inhibitory": [-10.0, -5.0]}
+
+
 def test_limits_of_a_uniform_distribution_may_come_in_any_order(tmp_path: Path) -> None:
     text = CELLS + "from pyNN.random import RandomDistribution\n"
     for written in ("('uniform', (3.0, 1.0))", "('uniform', low=3.0, high=1.0)"):

@@ -150,10 +150,14 @@ def test_three_results_of_contours_are_an_image_and_two() -> None:
 
 
 def test_lists_of_python_2_can_still_be_iterators() -> None:
+    """They are not iterators for libraries, such as Matplotlib, which refuses those that end."""
     assert (
         printed("m = map(str, [1, 2])\nprint(next(m), next(m), m[0], next(zip([3], [4])))")
         == "1 2 1 (3, 4)\n"
     )
+    assert printed("print(next(range(0), 5), next(iter([6])), [x for x in range(2)])") == "5 6 [0, 1]\n"
+    code = "from collections.abc import Iterator\nprint(isinstance(range(3), Iterator))"
+    assert printed(code) == "False\n"
 
 
 def test_code_that_is_not_python_is_refused() -> None:

@@ -170,10 +170,11 @@ def _projection(sim: ModuleType, today: type) -> type:
             yield "inhibitory", -1 if self.post.conductance_based else 1, weight < 0
 
         def _is_routed(self, weight: FloatArray) -> bool:
-            """Return whether weights have both signs, and these choose the receptor."""
-            has_both = bool(np.size(weight)) and bool(np.min(weight) < 0 < np.max(weight))
-            known = self.receptor_type in ("excitatory", "inhibitory")
-            return has_both and known and not self._all_inhibit
+            """Return whether the signs of weights choose the receptor, because one does not suit it."""
+            known = self.receptor_type in ("excitatory", "inhibitory") and not self._all_inhibit
+            takes_currents = self.receptor_type == "excitatory" and not self.post.conductance_based
+            least, most = (np.min(weight), np.max(weight)) if np.size(weight) else (0.0, 0.0)
+            return known and bool(least < 0 and (takes_currents or most > 0))
 
         @property
         def nest_synapse_model(self) -> str:

@@ -1,6 +1,7 @@
 """Built-in functions of Python 2 that Python 3 lacks or has changed.
 
-The lists that ``range`` and similar functions return are iterators too, as code for Python 3 expects.
+``next`` also takes the lists that ``range`` and similar functions return, as code for Python 3 expects. They
+are not iterators themselves, because libraries treat iterators as generators, which can be read only once.
 """
 
 # ruff: noqa: A001 - the names of Python 2
@@ -12,15 +13,15 @@ import codecs
 import operator
 from collections.abc import Callable, Iterable, Iterator
 from decimal import ROUND_HALF_UP, Decimal
-from functools import cmp_to_key, reduce
+from functools import cached_property, cmp_to_key, reduce
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
 __all__ = [
-    "apply", "basestring", "buffer", "cmp", "divide", "filter", "intern", "long", "map", "next_of", "ord",
-    "range", "raw_input", "reduce", "reload", "sort", "sorted", "unichr", "unicode", "xrange", "zip",
+    "apply", "basestring", "buffer", "cmp", "divide", "filter", "intern", "long", "map", "next", "next_of",
+    "ord", "range", "raw_input", "reduce", "reload", "sort", "sorted", "unichr", "unicode", "xrange", "zip",
 ]  # fmt: skip
 
 basestring = unicode = str
@@ -29,12 +30,17 @@ unichr, raw_input, xrange, buffer = chr, input, builtins.range, memoryview
 
 
 class Listed(list[Any]):
-    """A list that is also its own iterator."""
+    """A list of which :func:`next` returns one item after the other."""
 
-    def __next__(self) -> Any:
-        if not hasattr(self, "_rest"):
-            self._rest: Iterator[Any] = iter(list(self))
-        return next(self._rest)
+    @cached_property
+    def rest(self) -> Iterator[Any]:
+        """The items that have not been returned."""
+        return iter(list(self))
+
+
+def next(items: Any, *default: Any) -> Any:
+    """Return the next item of an iterator, or of such a list."""
+    return builtins.next(items.rest if isinstance(items, Listed) else items, *default)
 
 
 def range(*bounds: Any) -> list[int]:
