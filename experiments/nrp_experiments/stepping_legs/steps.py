@@ -2,7 +2,7 @@
 
 A step begins when the flexor half centre of its leg becomes active. The pull extends the left hip at the
 same phase of the rhythm in each run, shortly after the leg's flexion ends. If afferents set the phase, the
-next step comes early and the following ones keep the shift.
+next step comes early and the following ones are short.
 """
 
 import hbp_nrp_client.tf_framework as nrp
