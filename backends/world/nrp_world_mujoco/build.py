@@ -152,7 +152,8 @@ class _Builder:
             self._add_model(model)
         tie_models(self._scene, self._links_of, self._spec)
         actuators = add_muscles(self._scene, self._links_of, self._spec, self._native.finish())
-        if len(self._spec.geoms) < FEW_GEOMS:
+        # MuJoCo takes longer to list many geoms than to compile some
+        if len(self._owners) < FEW_GEOMS and len(self._spec.geoms) < FEW_GEOMS:
             self._spec.option.disableflags |= SAME_CONTACTS
         self._check_friction()
         model = compile_spec(self._spec)

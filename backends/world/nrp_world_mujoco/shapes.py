@@ -94,22 +94,26 @@ class _Cell:
         return {**self.shape, **pos_quat(pose @ self.pose)}
 
 
-def _box_of(corners: FloatArray) -> _Cell | None:
-    """Return a cell with a rectangle as its front, and the same behind it, as a box; None for others."""
-    front, back = np.split(corners, 2)
-    if len(front) != 4 or np.abs(front[0] - front[1] + front[2] - front[3]).max() > 1e-6:
-        return None
-    edges = np.stack([front[1] - front[0], front[3] - front[0], front[0] - back[0]])
-    sizes = np.linalg.norm(edges, axis=1)
-    axes = edges / sizes[:, None]
-    if abs(axes @ axes.T - np.eye(3)).max() > 1e-4:
-        return None
-    axes[2] = np.cross(axes[0], axes[1])
-    orientation = np.empty(4)
-    mujoco.mju_mat2Quat(orientation, axes.T.ravel())
-    w, x, y, z = orientation.tolist()
-    middle = corners.mean(axis=0).tolist()
-    return _Cell(Pose(tuple(middle), (x, y, z, w)), {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": sizes / 2})
+def _boxes_of(cells: Sequence[FloatArray]) -> dict[int, _Cell]:
+    """Return as boxes the cells with a rectangle as their front, and the same behind it, by their numbers."""
+    numbers = [number for number, corners in enumerate(cells) if len(corners) == 8]
+    if not numbers:
+        return {}
+    corners = np.stack([cells[number] for number in numbers])
+    front, back = corners[:, :4], corners[:, 4:]
+    edges = np.stack([front[:, 1] - front[:, 0], front[:, 3] - front[:, 0], front[:, 0] - back[:, 0]], axis=1)
+    sizes = np.linalg.norm(edges, axis=2)
+    axes = edges / sizes[:, :, None]
+    closed = np.abs(front[:, 0] - front[:, 1] + front[:, 2] - front[:, 3]).max(axis=1) <= 1e-6
+    square = np.abs(axes @ axes.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2)) <= 1e-4
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    orientation, found = np.empty(4), {}
+    for each in np.flatnonzero(closed & square).tolist():
+        mujoco.mju_mat2Quat(orientation, axes[each].T.ravel())
+        w, x, y, z = orientation.tolist()
+        pose = Pose(tuple(corners[each].mean(axis=0).tolist()), (x, y, z, w))
+        found[numbers[each]] = _Cell(pose, {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": sizes[each] / 2})
+    return found
 
 
 class Shapes:
@@ -228,13 +232,15 @@ class Shapes:
             from nrp_core.world.scene.meshes.cells import cells  # compiled code takes time to load
 
             number, (vertices, faces) = len(self._cells), triangles_of(surface)
-            found = enumerate(cells(vertices[faces], surface.depth))
-            self._cells[surface] = [self._cell(f"cell{number}/{cell}", corners) for cell, corners in found]
+            found = cells(vertices[faces], surface.depth)
+            boxes = _boxes_of(found)
+            self._cells[surface] = [
+                boxes.get(cell) or self._cell(f"cell{number}/{cell}", corners)
+                for cell, corners in enumerate(found)
+            ]
         return self._cells[surface]
 
     def _cell(self, name: str, corners: FloatArray) -> _Cell:
-        if (box := _box_of(corners)) is not None:
-            return box
         element = self._spec.add_mesh(name=name, uservert=corners.ravel())
         element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # not used
         return _Cell(Pose(), {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name})

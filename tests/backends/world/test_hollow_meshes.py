@@ -204,6 +204,15 @@ def test_cells_of_a_round_surface_are_few_and_stay_near_it():
         assert filled.mean() > 0.99 if inside else not filled.any()  # cells part behind a hollow side
 
 
+def test_cells_are_computed_once(monkeypatch):
+    (part,) = concave_parts(tube(48))
+    first = cells(part.triangles, part.depth)
+    monkeypatch.setattr("nrp_core.world.scene.meshes.cells._computed", None)
+    again = cells(part.triangles, part.depth)
+    assert len(first) > 1
+    assert all(np.array_equal(one, other) for one, other in zip(first, again, strict=True))
+
+
 def test_cells_of_a_floor_leave_its_pit_open():
     """Its slopes are so gentle that they go on from the floor, and narrow strips are around it."""
     x = [0.0, 2.0, 2.1, 4.1, 4.2, 6.2]

@@ -6,10 +6,15 @@ A cell is the hull of its polygons and of the same moved into the solid.
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.cache import cached_folder
 from nrp_core._support.jit import jit
 from nrp_core.world.scene.meshes.triangles import Points, Triangles, weld_vertices
 
@@ -20,6 +25,8 @@ MAX_SHARE = 5e-3
 MAX_CORNERS = 32
 """Maximum number of corners of several polygons in one cell."""
 
+_FILE = "cells.npz"
+_NONE = np.empty((0, 3))
 _MIN_AREA = 1e-12  # m^2
 _MIN_WIDTH = 1e-4  # m; nothing falls through narrower gaps
 _ALIGNED = 0.8  # minimum cosine of the angle between polygons that are joined to one
@@ -30,10 +37,31 @@ _PASSES = 4
 def cells(triangles: Triangles, depth: float) -> list[Points]:
     """Return the corners of each cell: those on the surface, then the same behind it.
 
+    They are computed once for each version of this file and kept in the cache.
+
     Args:
         triangles: a surface whose triangles face outwards.
         depth: minimum thickness of the solid behind it, m.
     """
+    digest = hashlib.blake2b(triangles.tobytes(), digest_size=16)
+    digest.update(repr((triangles.dtype.str, depth)).encode() + Path(__file__).read_bytes())
+
+    def fill(folder: Path) -> None:
+        found = _computed(triangles, depth)
+        np.savez(
+            folder / _FILE, counts=[len(each) for each in found], corners=np.concatenate([_NONE, *found])
+        )
+
+    folder = cached_folder("cells", digest.hexdigest(), fill, lambda folder: (folder / _FILE).is_file())
+    with np.load(folder / _FILE) as kept:
+        return (
+            np.split(kept["corners"], np.cumsum(kept["counts"][:-1], dtype=int))
+            if len(kept["counts"])
+            else []
+        )
+
+
+def _computed(triangles: Triangles, depth: float) -> list[Points]:
     corners, faces = weld_vertices(triangles)
     a, b, c = corners[faces].swapaxes(0, 1)
     normals = np.cross(b - a, c - a)
@@ -383,14 +411,22 @@ def _thick(
     firsts = np.sort(firsts)
     firsts = firsts[np.argsort(owners[firsts], kind="stable")]
     ends = np.cumsum(np.bincount(owners[firsts], minlength=count))[:-1]
-    fronts = (points[front] for front in np.split(ring[kept][firsts], ends))
+    fronts = [points[front] for front in np.split(ring[kept][firsts], ends)]
+    backs = normals * depths[:, None]
     return [
-        np.concatenate([front, front - depth * normal])
-        for front, normal, depth in zip(fronts, normals, depths, strict=True)
-        if len(front) > 2 and _width(front) > _MIN_WIDTH
+        np.concatenate([front, front - back])
+        for front, back, width in zip(fronts, backs, _widths(fronts), strict=True)
+        if width > _MIN_WIDTH
     ]
 
 
-def _width(points: Points) -> float:
-    """Return the second extent of points along their principal axes."""
-    return float(np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1])
+def _widths(fronts: Sequence[Points]) -> FloatArray:
+    """Return the second extent of each set of points along its principal axes; 0 for fewer than three."""
+    counts = np.array([len(front) for front in fronts])
+    widths = np.zeros(len(fronts))
+    for count in set(counts[counts > 2].tolist()):  # those of one size at once
+        alike = np.flatnonzero(counts == count)
+        corners = np.stack([fronts[each] for each in alike.tolist()])
+        centred = corners - corners.mean(axis=1, keepdims=True)
+        widths[alike] = np.linalg.svd(centred, compute_uv=False)[:, 1]
+    return widths
