@@ -10,6 +10,8 @@ import platformdirs
 import pytest
 from hypothesis import settings
 
+pytest_plugins = ["without_pybullet"]
+
 settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
 settings.load_profile("untimed")
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job in the background ignores Ctrl-C

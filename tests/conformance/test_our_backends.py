@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-
-import pytest
-
 from nrp_core.conformance import BrainBackendTests, WorldBackendTests
 from nrp_core.conformance.brain.state import SequenceTests as BrainSequenceTests
 from nrp_core.conformance.world.state import SequenceTests as WorldSequenceTests
-
-needs_pybullet = pytest.mark.skipif(
-    importlib.util.find_spec("pybullet") is None, reason="PyBullet is not installed"
-)
 
 
 class TestEvent(BrainBackendTests):
@@ -27,7 +19,6 @@ class TestMujoco(WorldBackendTests):
     backend_name = "mujoco"
 
 
-@needs_pybullet
 class TestPybullet(WorldBackendTests):
     backend_name = "pybullet"
 
