@@ -104,7 +104,7 @@ def handle(arrays: T) -> Handle[T]:
                 f"{type(arrays).__name__}.{name} is an array of {array.dtype} with {array.ndim} dimensions "
                 f"and strides {array.strides}; it must be one of {dtype} with {ndim}, without gaps"
             )
-        place[0], place[1 : 1 + ndim] = array.__array_interface__["data"][0], array.shape
+        place[0], place[1 : 1 + ndim] = array.ctypes.data, array.shape
     return Handle(arrays, places if COMPILED else arrays)
 
 

@@ -5,6 +5,7 @@ Times are in ms since reset; a time of infinity means never. An index of -1 mean
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated, Any, Final, NamedTuple, cast, get_origin, get_type_hints
 
 import numpy as np
@@ -60,6 +61,7 @@ class Record:
     """
 
     @classmethod
+    @cache
     def dtype(cls) -> np.dtype[Any]:
         """Return the type of an array of such records."""
         fields: list[Any] = []

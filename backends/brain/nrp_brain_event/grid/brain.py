@@ -33,6 +33,7 @@ from nrp_brain_event.grid.readout import load_probes, lost_row, no_probes, read
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, TAKE_SAMPLES, WITHOUT_COPY, Grid, Input
 from nrp_brain_event.grid.synapses import send_all, transmitted
 from nrp_brain_event.grid.tables import load_tables
+from nrp_brain_event.grid.weights import Given, Layout, find_layout, written
 from nrp_brain_event.handles import handle
 from nrp_brain_event.live import freeze, require_slow
 from nrp_brain_event.options import EventOptions
@@ -233,8 +234,10 @@ class GridBrain(Brain):
     """The same."""
     _cells: Array
     """``Cell`` in each row, for its parameters."""
-    _given: dict[str, FloatArray]
-    """Changed weights of projections, by label."""
+    _given: Given
+    """Changed weights of projections."""
+    _layout: tuple[object, Layout | None] = (None, None)
+    """Where weights are in the tables, and for which weights that was found."""
 
     def __init__(
         self,
@@ -371,7 +374,7 @@ class GridBrain(Brain):
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         if not projection.is_plastic:
-            return self._given.get(projection.label, projection.weight).copy()
+            return self._given.weights.get(projection.label, projection.weight).copy()
         return weights_now(self._grid, self._plastic_places[projection.label])[0]
 
     def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
@@ -392,8 +395,8 @@ class GridBrain(Brain):
             rows = self._plastic_places[projection.label]
             signs = self._grid.rules["sign"][self._grid.plastic["rule"][rows]]
             self._grid.plastic["weight"][rows] = weights * signs
-        else:
-            self._give({**self._given, projection.label: weights})
+        elif len(weights):
+            self._set_static(projection, weights)
 
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
         self._take(handle(unfolded(self._grid)))
@@ -405,20 +408,44 @@ class GridBrain(Brain):
     def _plastic_places(self) -> dict[str, Array]:
         return places_of_plastic(self._wired, self._row_of)[1]
 
-    def _give(self, weights: dict[str, FloatArray]) -> None:
+    def _set_static(self, projection: Projection, weights: FloatArray) -> None:
+        """Change weights in place where the tables have room for them; else rebuild the tables."""
+        label, before = projection.label, self._given.form(projection)
+        self._given = self._given.with_weights(label, weights)
+        if projection.is_continuous:
+            self._set_couplings()
+        elif self._given.form(projection) == before and (layout := self._found_layout()) is not None:
+            grid = written(self._grid, self._initial, layout, label, weights)
+            if grid is not self._grid:
+                self._take(handle(grid))
+        else:
+            self._rebuild()
+
+    def _found_layout(self) -> Layout | None:
+        """Return where the weights are in the present tables."""
+        key = frozenset(self._given.weights), self._given.each
+        if self._layout[0] != key:
+            own = self._wired, self._cells, self._row_of, self._times
+            self._layout = key, find_layout(*own, labels_from(self._wired, self._drawn), self._given)
+        return self._layout[1]
+
+    def _rebuild(self) -> None:
         """Rebuild the tables with the changed weights."""
-        self._given = weights
         tables = self._tables()
         del tables["short_term"]  # the order of its rows stays
         self._take(handle(self._grid._replace(**tables)))
+        self._set_couplings()
+
+    def _set_couplings(self) -> None:
         if len(self._grid.couplings):
             step_ms = self._times.step_ms
-            fresh = couplings_of(self._wired, self._row_of, step_ms, weights)
+            fresh = couplings_of(self._wired, self._row_of, step_ms, dict(self._given.weights))
             self._grid.couplings["weight"] = fresh["weight"]
 
     def _tables(self) -> dict[str, Array]:
-        noisy = labels_from(self._wired, self._drawn)
-        return load_tables(self._wired, self._cells, self._row_of, self._times, noisy, self._given)
+        noisy, given = labels_from(self._wired, self._drawn), self._given
+        own = self._wired, self._cells, self._row_of, self._times
+        return load_tables(*own, noisy, given.weights, given.each)
 
     def _do_reset(self, seed: int) -> None:
         self._start()
@@ -429,7 +456,7 @@ class GridBrain(Brain):
         if len(self._initial.plastic):  # no copy of it is kept: there can be many
             begin_plastic(self._wired, self._initial.plastic, self._initial.slow, self._plastic_places)
         self._take(handle(self._initial._replace(**changing(self._initial, WITHOUT_COPY))))
-        self._cells, self._given = self._initial_cells, {}
+        self._cells, self._given = self._initial_cells, Given()
         if len(self._grid.short_term):
             begin_streams(self._grid.short_term, self._seeds.integer("synapses", 62))
         begin_cell_streams(self._grid, self.network, self._seeds)
@@ -440,7 +467,8 @@ class GridBrain(Brain):
     def _do_save(self) -> object:
         cells = None if self._cells is self._initial_cells else self._cells
         rewards = () if self._rewards is None else (self._rewards.save(),)
-        return changing(self._grid), waiting(self._grid), cells, self._given, *rewards
+        given = dict(self._given.weights), self._given.each
+        return changing(self._grid), waiting(self._grid), cells, given, *rewards
 
     def _do_restore(self, saved: Any) -> None:
         arrays, inputs, cells, given, *rewards = saved
@@ -449,9 +477,9 @@ class GridBrain(Brain):
         require_slow(arrays, self._initial.plastic)
         self._cells = self._initial_cells if cells is None else cells
         self._grid = self._initial
-        if given:
-            self._give(given)
-        self._given = given
+        self._given = Given.of_saved(given)
+        if self._given.weights:
+            self._rebuild()
         grid = with_waiting(self._grid._replace(**arrays), *inputs)
         self._take(handle(with_code(grid, self.network)))
         keep_kernels(self._grid.short_term, self._initial.short_term)

@@ -158,6 +158,7 @@ class ProjectionPart:
         weight: weight of all synapses, or None if each has its own.
         dynamic: ``SHORT_TERM``, ``PLASTIC``, or 0.
         dynamics: states of dynamic synapses: ``ShortTerm``, or rows of plastic synapses.
+        is_alone: whether no other projection is in the same table.
     """
 
     projection: Projection
@@ -168,11 +169,12 @@ class ProjectionPart:
     weight: float | None
     dynamic: int = 0
     dynamics: Array | None = None
+    is_alone: bool = False
 
     @property
     def key(self) -> tuple[object, ...]:
         """The common properties of the parts of a table."""
-        alone = self.projection.label if self.dynamic else None
+        alone = self.projection.label if self.is_alone else None
         return self.line, self.span, self.weight, alone
 
     @property
@@ -205,6 +207,7 @@ def load_tables(
     grid: TimeGrid,
     without: frozenset[str],
     weights_now: Mapping[str, FloatArray] = MappingProxyType({}),
+    each: frozenset[str] = frozenset(),
 ) -> dict[str, Array]:
     """Return the parts of the :class:`~nrp_brain_event.grid.records.Grid` that hold synapses, by name.
 
@@ -214,7 +217,9 @@ def load_tables(
         row_of: their rows by global id.
         grid: the grid of times.
         without: labels of projections that are simulated in another way.
-        weights_now: changed weights of projections, by label.
+        weights_now: changed weights of projections, by label. Of those that are all equal, the table has no
+            other projection.
+        each: labels of the projections whose synapses have weights of their own even if these are equal.
 
     Raises:
         NetworkError: a parameter of plasticity is missing.
@@ -226,6 +231,10 @@ def load_tables(
             given = weights_now.get(projection.label)
             now = projection if given is None else replace(projection, weight=given)
             for part in _parts(network, now, cells, row_of, grid, plastic_rows):
+                if part.dynamic or (given is not None and part.weight is not None):
+                    part = replace(part, is_alone=True)
+                if part.projection.label in each:
+                    part = replace(part, weight=None, is_alone=bool(part.dynamic))
                 groups.setdefault(part.key, []).append(part)
     stores = _stores(list(groups.values()))
     firsts = [np.append(0, np.cumsum(_count(network, _parts_in(store)))) for store in stores]
