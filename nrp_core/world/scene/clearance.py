@@ -162,14 +162,19 @@ def _solids(model: Model, reach: _Corners, *, with_estimates: bool) -> Iterator[
 
     Args:
         model: the model, with its links where its joints start.
-        reach: the box outside of which triangles are left out.
+        reach: the box outside of which shapes are left out.
         with_estimates: whether shapes of estimated sizes count.
     """
     for link in model.links:
         for one in link.collisions:
-            if with_estimates or not one.estimated:
-                place = matrix_of(model.pose @ link.pose @ one.pose)
-                yield from _convex(one.geometry, place, reach)
+            pose = model.pose @ link.pose @ one.pose
+            if (with_estimates or not one.estimated) and _is_near(one.geometry, pose, reach):
+                yield from _convex(one.geometry, matrix_of(pose), reach)
+
+
+def _is_near(geometry: Geometry, pose: Pose, reach: _Corners) -> bool:
+    around = None if isinstance(geometry, Heightmap) else box_around([(pose, geometry)])
+    return around is None or bool((around[0] <= reach[1]).all() and (around[1] >= reach[0]).all())
 
 
 def _convex(geometry: Geometry, place: FloatArray, reach: _Corners) -> Iterator[_Solid]:
