@@ -121,28 +121,35 @@ class Tree:
             link, client = self._link_of[number], self._client
             bullet.changeDynamics(self._multibody, link, jointDamping=damping, physicsClientId=client)
 
-    def push(self) -> tuple[Mapping[JointPath, float], Mapping[JointPath, float]]:
-        """Return the efforts of the servos, dampers and springs in the next step."""
-        positions, velocities = np.array(list(self._states())).T
+    def push(self) -> tuple[FloatArray, FloatArray]:
+        """Return the efforts of the servos, and those of dampers and springs, in the next step."""
+        positions, velocities = np.array(self._states()).T
         springs = self._stiffness * (self._rest - positions)
         if self.servos.idle:
-            return self._by_path(np.zeros(len(springs))), self._by_path(springs)
+            return np.zeros(len(springs)), springs
         efforts = self.servos.push(positions, velocities, self._inertia.now(positions), springs)
-        return self._by_path(efforts), self._by_path(self.servos.braking + springs)
+        return efforts, self.servos.braking + springs
 
-    def _by_path(self, efforts: FloatArray) -> Mapping[JointPath, float]:
-        return dict(zip(self.paths, efforts.tolist(), strict=True))
-
-    def _states(self) -> Iterator[tuple[float, float]]:
-        """Yield position and velocity of each coordinate; the position of a ball joint is not needed."""
+    def drive(self, efforts: FloatArray) -> bool:
+        """Apply efforts in one call, unless there are ball joints; return whether it did."""
         if self._single:
-            for state in bullet.getJointStates(self._multibody, self._links, self._client):
-                yield state[:2]
-            return
+            forces, mode, client = efforts.tolist(), bullet.TORQUE_CONTROL, self._client
+            links = self._links
+            bullet.setJointMotorControlArray(
+                self._multibody, links, mode, forces=forces, physicsClientId=client
+            )
+        return self._single
+
+    def _states(self) -> list[tuple[float, float]]:
+        """Return position and velocity of each coordinate; the position of a ball joint is not needed."""
+        if self._single:
+            states = bullet.getJointStates(self._multibody, self._links, self._client)
+            return [state[:2] for state in states]
+        found = []
         for link in self._links:
             position, velocities = bullet.getJointStateMultiDof(self._multibody, link, self._client)[:2]
-            for velocity in velocities:
-                yield position[0] if len(velocities) == 1 else 0.0, velocity
+            found += [(position[0] if len(velocities) == 1 else 0.0, velocity) for velocity in velocities]
+        return found
 
     def _share(self, dampers: FloatArray) -> float:
         """Return the rate at which dampers reduce a velocity, 1/s, with all joints at 0."""
@@ -174,7 +181,8 @@ class Control:
         self._numbers = {path: (tree, n) for tree in self._trees for n, path in enumerate(tree.paths)}
         self._efforts: dict[JointPath, float] = {}
         self._wrenches: dict[BodyPath, Wrench] = {}
-        self._applied: dict[JointPath, float] = {}
+        self._applied: dict[JointPath, float] = {}  # to joints outside of the trees that follow
+        self._pushed: list[tuple[Tree, FloatArray]] = []
         self._lifts = list(self._lifts_of(scene.gravity))
         places = [each for bodies in built.bodies.values() for each in bodies]
         decays = [(body, place, Decay.of(body, step_s)) for body, place in places]
@@ -230,7 +238,7 @@ class Control:
 
     def add_efforts(self, model: str, states: JointStates) -> None:
         """Add the efforts of the last step to the states of a model's joints."""
-        for (owner, joint), effort in self._applied.items():
+        for (owner, joint), effort in self._all_applied().items():
             if owner == model:
                 states.efforts[states.names.index(joint)] += effort
         for firm in self._firm:
@@ -272,25 +280,32 @@ class Control:
     def pushes(self) -> list[Callable[[], None]]:
         """Return what sets the forces of a step, to be called before each until a target changes."""
         trees = [tree for tree in self._trees if not tree.idle]
-        self._applied = {}
+        self._applied, self._pushed = {}, []
         found: list[Callable[[], None]] = [partial(self._push, trees)] if trees or self._efforts else []
         found += [firm.step for firm in self._firm if firm.active]
         return [*found, self._pull_all] if self._wrenches or self._lifts or self._decays else found
 
     def _push(self, trees: Sequence[Tree]) -> None:
         """Apply the efforts of joints, and those of trees of joints with servos, springs or dampers."""
-        joints = self._built.joints
+        joints, self._pushed = self._built.joints, []
         self._applied = dict(self._efforts)
-        braking: dict[JointPath, float] = {}
         for tree in trees:
             efforts, brakes = tree.push()
-            braking |= brakes
-            for path, effort in efforts.items():
-                self._applied[path] = self._efforts.get(path, 0.0) + effort
-        self._drive(
-            (joints[path[0]][path[1]], effort + braking.get(path, 0.0))
-            for path, effort in self._applied.items()
-        )
+            if self._applied:
+                efforts = efforts + [self._applied.pop(path, 0.0) for path in tree.paths]
+            self._pushed.append((tree, efforts))
+            total = efforts + brakes
+            if not tree.drive(total):
+                places = [joints[model][name] for model, name in tree.paths]
+                self._drive(zip(places, total.tolist(), strict=True))
+        self._drive((joints[model][name], effort) for (model, name), effort in self._applied.items())
+
+    def _all_applied(self) -> dict[JointPath, float]:
+        """Return the efforts of the last step, without dampers and springs of trees."""
+        found = dict(self._applied)
+        for tree, efforts in self._pushed:
+            found |= zip(tree.paths, efforts.tolist(), strict=True)
+        return found
 
     def _pull_all(self) -> None:
         """Apply the wrenches on bodies."""
@@ -344,12 +359,12 @@ class Control:
     def save(self) -> object:
         """Return the state that is kept between steps."""
         firm = [each.save() for each in self._firm]
-        return [tree.servos.save() for tree in self._trees], firm, dict(self._applied)
+        return [tree.servos.save() for tree in self._trees], firm, self._all_applied()
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
         servos, firm, applied = saved
-        self._applied = dict(applied)
+        self._applied, self._pushed = dict(applied), []
         for tree, kept in zip(self._trees, servos, strict=True):
             tree.servos.restore(kept)
         for each, paths in zip(self._firm, firm, strict=True):

@@ -94,7 +94,9 @@ class ExplicitServos:
         wanted = wanted - damping * velocities
         for _ in range(2):
             free = wanted - dampers * velocities + springs - load
-            ahead = np.linalg.solve(inertia + np.diag(dt * (damping + dampers)), free)
+            mass = inertia.copy()
+            mass.reshape(-1)[:: len(mass) + 1] += dt * (damping + dampers)
+            ahead = np.linalg.solve(mass, free)
             efforts: FloatArray = (wanted - dt * damping * ahead).clip(-self._limits, self._limits)
             strained = abs(efforts) == self._limits
             if not (strained.any() and dampers.any()):
