@@ -31,6 +31,16 @@ CHROMIUM = (
 PATIENCE_MS = 1000 * PATIENCE_S
 """The longest time that a page may take; what is there already is not waited for."""
 
+CUT = """heads => heads.flatMap(head => {
+    const box = head.getBoundingClientRect();
+    return [...head.querySelectorAll("h2, button, select, input")].filter(one => {
+        const { left, right, top, bottom, width } = one.getBoundingClientRect();
+        const sideways = left < box.left - 1 || right > box.right + 1;
+        return width > 0 && (sideways || top < box.top - 1 || bottom > box.bottom + 1);
+    }).map(one => `${head.innerText}: ${one.innerText || one.getAttribute("aria-label")}`);
+})"""
+"""Gives the titles and tools that reach out of the heads of their panels."""
+
 HUSKY = ("-s", "world.options.image_scale=0.25")
 T = TypeVar("T")
 

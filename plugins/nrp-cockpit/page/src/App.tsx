@@ -27,6 +27,7 @@ const views: Record<View, () => ReactNode> = {
 export function App() {
   const view = useView((state) => state.view);
   const help = useView((state) => state.help);
+  const lost = useRun(({ link, experiment }) => link.state !== "open" && experiment !== null);
   const refused = useRun(({ link }) => (link.state === "refused" ? link.reason : null));
   useKeys();
   return (
@@ -36,7 +37,7 @@ export function App() {
       </a>
       <Rail />
       <Toolbar />
-      <main id="main" className="main" tabIndex={-1}>
+      <main id="main" className="main" data-lost={lost || undefined} tabIndex={-1}>
         {refused ? (
           <Panel title="No access">
             <Empty>The server does not let this page in: {refused}.</Empty>

@@ -2,20 +2,10 @@
 
 from __future__ import annotations
 
-from browsing import HUSKY, Kept, Watched, seen, wait_until
+from browsing import CUT, HUSKY, Kept, Watched, seen, wait_until
 from playwright.sync_api import FrameLocator, Page, expect
 
 EVENT = ("-s", "events.left_red.at=0.2 s")
-
-CUT = """heads => heads.flatMap(head => {
-    const box = head.getBoundingClientRect();
-    return [...head.querySelectorAll("h2, button, select, input")].filter(one => {
-        const { left, right, top, bottom, width } = one.getBoundingClientRect();
-        const sideways = left < box.left - 1 || right > box.right + 1;
-        return width > 0 && (sideways || top < box.top - 1 || bottom > box.bottom + 1);
-    }).map(one => `${head.innerText}: ${one.innerText || one.getAttribute("aria-label")}`);
-})"""
-"""Gives the titles and tools that reach out of the heads of their panels."""
 
 
 def frame(page: Page, title: str) -> FrameLocator:

@@ -175,6 +175,7 @@ def test_who_may_only_watch_or_has_a_wrong_token_is_told_so(watched: Watched):
         guard, address = opened.guard, opened.address
         page = watched.open(address.replace(guard.token, guard.watch_token), ready=("heading", "Spikes"))
         expect(page.get_by_text("Watching only")).to_be_visible()
+        expect(page.get_by_role("button", name="Reset", exact=True)).to_be_disabled()
         stranger = watched.open(address.replace(guard.token, "guessed"), ready=("heading", "No access"))
         expect(stranger.get_by_text("the token is missing or wrong; use the printed address")).to_be_visible()
         expect(stranger.get_by_text("Reconnecting")).to_have_count(0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from browsing import Pages, Watched, seen, time_s, wait_until
+from browsing import CUT, Pages, Watched, seen, time_s, wait_until
 from cutting import Way
 from playwright.sync_api import Page, expect
 
@@ -103,6 +103,25 @@ def test_at_200_percent_nothing_is_lost_sideways(husky: str, watched: Watched):
         expect(page.get_by_role("button", name="Pause")).to_be_in_viewport()
 
 
+def test_no_tool_of_a_panel_is_cut_off_in_a_narrow_page(husky: str, watched: Watched):
+    page = watched.open(husky, 1000, 800)
+    expect(
+        page.get_by_role("region", name="Scene").get_by_role("button", name="Fit", exact=False)
+    ).to_be_visible()
+    seen(page, lambda: page.locator("#main .panel-head").evaluate_all(CUT), lambda cut: cut == [])
+
+
+def test_the_theme_is_that_of_the_system_until_another_is_chosen(husky: str, watched: Watched):
+    page = watched.open(husky)
+    page.emulate_media(color_scheme="dark")
+    page.reload()
+    expect(page.locator("html")).to_have_class("theme-dark")
+    page.get_by_role("button", name="Switch between light and dark").click()
+    page.reload()
+    expect(page.locator("html")).to_have_class("theme-light")
+    page.emulate_media(color_scheme="null")
+
+
 def test_the_page_comes_back_when_its_server_does(husky: str, pages: Pages):
     way = Way(husky)
     unwatched = Watched(pages)  # it complains when it is cut
@@ -111,9 +130,12 @@ def test_the_page_comes_back_when_its_server_does(husky: str, pages: Pages):
     wait_until(page, 0.2)
     way.cut()
     expect(page.get_by_text("Reconnecting", exact=False)).to_be_visible()
+    expect(page.get_by_role("main")).to_have_css("opacity", "0.6")
+    expect(page.get_by_role("button", name="Reset", exact=True)).to_be_disabled()
     cut_at = time_s(page)
     way.mend()
     expect(page.get_by_text("Live on this machine")).to_be_visible()
+    expect(page.get_by_role("main")).to_have_css("opacity", "1")
     wait_until(page, cut_at + 0.5)  # the run went on, and the page with it
     page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="Play").wait_for()

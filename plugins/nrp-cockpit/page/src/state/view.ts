@@ -19,10 +19,12 @@ interface ViewState {
 }
 
 const THEME = "nrp-cockpit-theme";
+/** The theme of the person's system, until they choose one. */
+const preferred = () => (window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 
 export const useView = create<ViewState>(() => ({
   view: viewOf(window.location.hash),
-  dark: kept(THEME) === "dark",
+  dark: (kept(THEME) ?? preferred()) === "dark",
   help: false,
   full: null,
 }));

@@ -18,11 +18,7 @@ export function RunButtons() {
   const blocked = useBlocked();
   const noWayBack = useMissing("step_back");
   const ended = over ? "The run has ended: step back or reset." : undefined;
-  const items = resets.map(({ what, ...item }) => ({
-    ...item,
-    disabled: blocked,
-    onSelect: () => void reset(what),
-  }));
+  const items = resets.map(({ what, ...item }) => ({ ...item, onSelect: () => void reset(what) }));
   return (
     // biome-ignore lint/a11y/useSemanticElements: a fieldset has no place in a toolbar
     <div className="btn-group" role="group" aria-label="Run">
@@ -49,7 +45,7 @@ export function RunButtons() {
         disabled={blocked ?? ended}
         onClick={() => void step()}
       />
-      <Menu label="Reset" items={items} className="btn bar-reset" data-key="reset">
+      <Menu label="Reset" items={items} className="btn bar-reset" disabled={blocked} data-key="reset">
         <Icon name="reset" />
         <Icon name="down" small />
       </Menu>

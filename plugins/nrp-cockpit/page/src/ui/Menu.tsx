@@ -2,6 +2,7 @@ import { type KeyboardEvent, type ReactNode, useEffect, useRef } from "react";
 import { createPortal } from "react-dom";
 import { Icon, type IconName } from "./Icon";
 import { movesFocus, usePopup } from "./popup";
+import { Tooltip } from "./Tooltip";
 
 export interface MenuItem {
   label: string;
@@ -18,27 +19,34 @@ interface MenuProps {
   /** What the button shows. */
   children: ReactNode;
   className?: string;
+  /** Why the menu cannot be opened now; the button stays reachable by keyboard, so that the reason can be read. */
+  disabled?: string | undefined;
   /** The name by which the map of keys presses the button. */
   "data-key"?: string;
 }
 
 /** A button that opens a list of actions; arrows move, Enter chooses, Escape closes. */
-export function Menu({ label, items, children, className = "btn", "data-key": key }: MenuProps) {
+export function Menu({ label, items, children, className = "btn", disabled, "data-key": key }: MenuProps) {
   const { at, place, toggle, close } = usePopup();
   return (
     <span ref={place} className="menu">
-      <button
-        type="button"
-        className={className}
-        data-key={key}
-        aria-label={label}
-        aria-haspopup="menu"
-        aria-expanded={at !== null}
-        onClick={toggle}
-      >
-        {children}
-      </button>
-      {at && createPortal(<MenuList label={label} items={items} at={at} onClose={close} />, document.body)}
+      <Tooltip text={disabled ?? label}>
+        <button
+          type="button"
+          className={className}
+          data-key={key}
+          aria-label={label}
+          aria-haspopup="menu"
+          aria-expanded={at !== null}
+          aria-disabled={disabled ? true : undefined}
+          onClick={(event) => (disabled ? event.preventDefault() : toggle(event))}
+        >
+          {children}
+        </button>
+      </Tooltip>
+      {at &&
+        !disabled &&
+        createPortal(<MenuList label={label} items={items} at={at} onClose={close} />, document.body)}
     </span>
   );
 }
