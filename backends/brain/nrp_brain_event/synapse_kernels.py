@@ -259,7 +259,7 @@ def neuromodulated_on_target(rule: Any, synapse: Any, slow: Any, post_t: float, 
 
 
 @jit
-def settle(rule: Rule, synapse: Plastic, slow: Slow, t: float) -> None:
+def settle(rule: Any, synapse: Plastic, slow: Slow, t: float) -> None:
     """Update a weight that changes between spikes, too, to a time (ms)."""
     if rule.law == _NEUROMODULATED:
         weight = synapse.weight

@@ -108,10 +108,11 @@ def plot(
             the disk refuses a write.
     """
     check_target(path)
-    from nrp_core.recording.figures.style import style
+    from nrp_core.recording.figures.style import PlotOptions, style
 
+    options = options or PlotOptions()
     figure = draw(recording, what, options)
-    with style(options and options.style, options and options.size_inches and options.size_inches[0]):
+    with style(options.style, options.size_inches and options.size_inches[0]):
         save(figure, path)
 
 
