@@ -22,6 +22,7 @@ from nrp_core.simulation import State
 from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.drives.drive import DrivePart
 from nrp_core.world.messages.base import find_layout, type_name
+from nrp_core.world.messages.std_msgs import Float64MultiArray
 from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.rigid import JointStates
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
@@ -171,7 +172,8 @@ class BatchPublication:
 
         Args:
             messages: one for each copy; or, for messages that consist of numbers only, an array of these in
-                the order of the fields: a ``Twist`` for each copy has shape ``(copies, 6)``.
+                the order of the fields: a ``Twist`` for each copy has shape ``(copies, 6)``, and commands for
+                a group of joints or muscles ``(copies, elements)``.
 
         Raises:
             TopicError: there are more or fewer messages than copies, or the topic cannot carry one.
@@ -189,10 +191,16 @@ class BatchPublication:
             publication.publish(messages[number])
 
     def _check_shape(self, rows: FloatArray) -> None:
-        if self._layout is None or rows.shape[1:] != (len(self._layout.paths),):
-            needs = f"{len(self._layout.paths)} numbers" if self._layout else "more than numbers"
+        numbers = len(self._layout.paths) if self._layout else len(commanded_elements(self.topic))
+        if not numbers or rows.shape[1:] != (numbers,):
+            needs = f"{numbers} numbers" if numbers else "more than numbers"
             kind = type_name(self.topic.type)
             raise TopicError(f"{self.topic.name}: a {kind} needs {needs}; got an array of shape {rows.shape}")
+
+
+def commanded_elements(topic: TopicInfo) -> tuple[str, ...]:
+    """Return the joints or muscles of a topic that commands a group, in the order of its numbers."""
+    return topic.elements if topic.type is Float64MultiArray else ()
 
 
 def publish_rows(publications: Sequence[Publication], rows: FloatArray) -> None:
@@ -200,11 +208,15 @@ def publish_rows(publications: Sequence[Publication], rows: FloatArray) -> None:
 
     Args:
         publications: the right to it in each copy.
-        rows: the numbers in the message for each, in the order of its fields.
+        rows: the numbers in the message for each, in the order of its fields or elements.
 
     Raises:
         TopicError: the topic cannot carry one of them.
     """
+    if commanded_elements(publications[0].topic):
+        for publication, row in zip(publications, rows, strict=True):
+            publication.publish(Float64MultiArray(data=row.copy()))
+        return
     parts = [publication.direct_receiver() for publication in publications]
     if len({type(part) for part in parts}) == 1 and isinstance(parts[0], DrivePart) and isfinite(rows.sum()):
         try:

@@ -282,3 +282,21 @@ def test_muscles_count_in_the_digest_of_a_scene(tmp_path):
     (model,) = scene.models
     stronger = tuple(replace(each, force=200.0) if each.name == "m" else each for each in model.drives)
     assert replace(scene, models=(replace(model, drives=stronger),)).digest != scene.digest
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_copies_take_the_controls_of_a_group_as_rows_and_move_as_alone(engine, tmp_path):
+    scene, backend, topic = arm(tmp_path, text=PAIR), worlds().load(engine), "/base/muscles/cmd"
+    rows = np.array([[0.9, 0.0, 0.4, 0.1], [0.0, 0.6, 0.0, 0.3]])
+    with backend.open_batch(scene, seeds=[1, 2], options=backend.options(), threads=0) as batch:
+        batch.advertise(topic).publish(rows)
+        with pytest.raises(TopicError, match="needs 4 numbers"):
+            batch.advertise(topic).publish(rows[:, :3])
+        batch.run_until(60_000_000)
+        together = batch.joint_states("base").positions
+    for row, positions in zip(rows, together, strict=True):
+        with backend.open(scene, seed=1, options=backend.options()) as world:
+            world.advertise(topic).publish(Float64MultiArray(data=row))
+            world.run_until(60_000_000)
+            assert world.joint_states("base").positions.tolist() == positions.tolist()
+    assert (together[0] != together[1]).all()

@@ -16,11 +16,10 @@ from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.recording import numbers_in
 from nrp_core.world import Direction, TopicInfo
-from nrp_core.world.batch import publish_rows
+from nrp_core.world.batch import commanded_elements, publish_rows
 from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.base import find_layout
-from nrp_core.world.messages.std_msgs import Float64MultiArray
 
 _IMAGE = "sensor_msgs/msg/Image"
 _LONGEST_WAIT_STEPS = 500
@@ -308,7 +307,7 @@ class ActedTopic(Acted):
             raise ExperimentError(f"there is no topic '{name}' to act on{did_you_mean(name, known)}")
         self._publication = run.world.advertise(name)
         info = self._publication.topic
-        elements = info.elements if info.type is Float64MultiArray else ()
+        elements = commanded_elements(info)
         if find_layout(info.type) is None and not elements:
             raise ExperimentError(f"'{name}' carries not only numbers, so it cannot be an action")
         fields = [*elements] or [path for path, _ in numbers_in(info.type())]
@@ -335,15 +334,12 @@ class ActedTopic(Acted):
             within = low <= value <= high
             numbers[place] = value if within else self._clipped(self._places.index(place), value)
         if self._has_elements:
-            self._publication.publish(Float64MultiArray(data=np.array(numbers)))
+            publish_rows([self._publication], np.array([numbers]))
         else:
             self._publication.publish_numbers(numbers)
 
     @staticmethod
     def apply_all(copies: Sequence[ActedTopic], rows: FloatArray) -> None:
-        if copies[0]._has_elements:
-            Acted.apply_all(copies, rows)
-            return
         numbers = np.zeros((len(copies), copies[0]._count))
         numbers[:, copies[0]._places] = copies[0]._rows_clipped(rows)
         publish_rows([acted._publication for acted in copies], numbers)
