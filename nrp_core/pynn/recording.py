@@ -160,6 +160,8 @@ class Recorder(recording.Recorder):
         self, filter_ids: Any = None, variables: Any = "all", clear: bool = False
     ) -> Any:
         chosen = set(self.recorded) if variables == "all" else set(self.recorded) & set(variables)
+        if self._simulator.state.brain is None and not (self._ports or self._traces):
+            chosen &= {REWIRING}  # the population is younger than the last run
         segment = super()._get_current_segment(filter_ids, chosen - {REWIRING}, clear)
         if len(segment.spiketrains):
             ids = np.array(sorted(self.filter_recorded(SPIKES, filter_ids)), dtype=np.int64)

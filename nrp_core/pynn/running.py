@@ -141,7 +141,7 @@ class RunningState(State):
 
     def __init__(self) -> None:
         self._currents: list[Current] = []
-        self._changed = False
+        self._changed = self._is_outgrown = False
         super().__init__(Seeds(0).child("network"))
         self.use(DEFAULT_BACKEND, {}, 0)
 
@@ -162,6 +162,7 @@ class RunningState(State):
     def clear(self) -> None:
         self.close()
         self._currents.clear()
+        self._is_outgrown = False
         self._longest_ms = 0.0
         self._retimed: set[str] = set()
         super().clear()
@@ -204,12 +205,16 @@ class RunningState(State):
     def before_change(self) -> None:
         if self.brain is None:
             return
-        if self.t > 0:
-            raise CapabilityError(
-                f"the network cannot change at {self.t:g} ms, while it runs in '{self._backend}'; "
-                "reset() first"
-            )
+        self._is_outgrown = self.t > 0
         self.close()
+
+    def _require_whole(self) -> None:
+        """Check that nothing was added to the network since its last run, other than after a reset."""
+        if self._is_outgrown:
+            raise CapabilityError(
+                f"the network cannot change at {self.t:g} ms, while it runs in '{self._backend}'; reset() "
+                "first"
+            )
 
     def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
         super().before_parameters(population, index, values)
@@ -242,6 +247,8 @@ class RunningState(State):
     def weights_of(self, projection: Any) -> FloatArray:
         own = getattr(projection.synapse_type, "equations", None)
         plastic = own.model.is_plastic if own is not None else projection.synapse_type.kind in PLASTIC
+        if plastic:
+            self._require_whole()
         if self.brain is None or not plastic or projection not in self._shares:
             return super().weights_of(projection)
         weights = np.empty(len(projection))
@@ -296,8 +303,11 @@ class RunningState(State):
 
     def reset(self) -> None:
         super().reset()
-        if self.brain is not None:
-            if self._changed:  # a reset brain would have its initial parameters; PyNN keeps the changed ones
+        if self.brain is not None or self._is_outgrown:
+            self._is_outgrown = False
+            if (
+                self._changed or self.brain is None
+            ):  # a reset brain would have its initial parameters; PyNN keeps the changed ones
                 self.close()
             else:
                 self.brain.reset()
@@ -308,6 +318,7 @@ class RunningState(State):
         """Run the network to ``t_ms``; set currents on the way."""
         if not isfinite(t_ms):
             raise NetworkError(f"run: the time must be finite, not {t_ms:g} ms")
+        self._require_whole()
         self._require_network()
         brain = self.brain or self._open()
         until_ns = from_milliseconds(t_ms)

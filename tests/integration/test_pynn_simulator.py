@@ -318,12 +318,15 @@ def test_the_network_may_change_before_it_runs_and_after_a_reset_but_not_while_i
 ) -> None:
     cells = driven(sim)
     sim.run(30.0)
-    with pytest.raises(CapabilityError, match="cannot change at 30 ms, while it runs in 'event'; reset"):
-        driven(sim)
-    sim.reset()
     more = driven(sim, current=2.0)
+    more.set(tau_refrac=3.0)
+    with pytest.raises(CapabilityError, match="cannot change at 30 ms, while it runs in 'event'; reset"):
+        sim.run(30.0)
+    before = trains(cells)[0]
+    sim.reset()
     sim.run(30.0)
-    assert len(trains(more)[0]) > len(trains(cells, 1)[0]) > 0
+    assert len(trains(more, 1)[0]) > len(trains(cells, 1)[0]) > 0
+    assert trains(cells, 1)[0] == before
 
 
 def test_two_simulators_run_side_by_side(sim: ModuleType) -> None:
