@@ -186,6 +186,8 @@ class Scope:
     ) -> ModuleType:
         """Return a substitute, with those of the names to import from it that are its submodules."""
         found: dict[str, ModuleType] = {}
+        if "*" in children:  # a package answers for each name, and lists none
+            module = self._stands_for(name) or module
         for child in children:
             if child != "*" and not hasattr(module, child):
                 submodule = self._submodule(f"{name}.{child}", importer)

@@ -235,6 +235,7 @@ class Population(_Cells, common.Population):
                 cellparams = {}
         label = label or f"population{len(self._simulator.state.populations)}"
         require_population(label, size, cellclass, structure, initial_values)
+        size = tuple(map(int, size)) if isinstance(size, tuple) else int(size)
         if cellparams and not isinstance(cellclass, type):
             name = type(cellclass).__name__
             raise WrongKindError(

@@ -375,3 +375,15 @@ def test_a_cell_that_is_not_emulated_runs_in_floating_point(tmp_path: Path) -> N
     )
     assert len(script.data.spiketrains[0]) > 0
     assert script.data.filter(name="v")[0][0, 0] == -65.0
+
+
+@pytest.mark.parametrize("name", ["spynnaker8", "pyNN.spiNNaker"])
+def test_all_names_of_the_simulator_come_by_a_star(tmp_path: Path, name: str) -> None:
+    script = run(
+        tmp_path,
+        f"from {name} import *\nimport numpy\nsetup(timestep=1.0)\n"
+        "cells = Population(numpy.int64(4), IF_curr_exp(i_offset=1.0))\n"
+        "Projection(cells, cells, AllToAllConnector(), StaticSynapse(weight=0.1, delay=2.0))\n"
+        "cells.record('v')\nrun(10)\nv = cells.get_data().segments[0].filter(name='v')[0]\n",
+    )
+    assert script.v.shape == (10, 4)
