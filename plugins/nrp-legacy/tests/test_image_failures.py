@@ -45,6 +45,8 @@ def _code(reads: str, body: str) -> str:
         (_READS, "np.misspelt(camera.value.data)", False),
         (_READS, "open('no such file')", False),
         (_READS, "misspelt(camera.value)", False),
+        (_READS, "np.concatenate([])", True),
+        (_READS, "__import__('packaging.version').version.Version('of no image')", False),
         (_MADE, "1 / 0", False),
         ("", "1 / 0", False),
     ],

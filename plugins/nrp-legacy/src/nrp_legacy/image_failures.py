@@ -5,7 +5,9 @@ Thresholds of colours were tuned in Gazebo's light, and code often takes for gra
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterator
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -18,6 +20,8 @@ from nrp_core.world.messages.sensor_msgs import Image
 _GAZEBO = "gazebo"
 _OF_CODE = (ImportError, NameError, OSError, SyntaxError)
 """Errors that no image causes, except that a variable was not set because nothing was found."""
+_LIBRARIES = ("PIL", "cv2", "numpy", "scipy", "skimage")
+"""Packages that compute with images."""
 
 
 def explain_image_failures(run: Run) -> None:
@@ -37,12 +41,20 @@ def _explain(loop: ClosedLoop) -> None:
 
 
 def _may_be_of_values(error: BaseException) -> bool:
-    """Return whether other values could have prevented an error."""
+    """Return whether other values in an image could have prevented an error."""
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
         return False
-    return isinstance(error, UnboundLocalError) or (
-        isinstance(error, Exception) and not isinstance(error, _OF_CODE)
-    )
+    if not isinstance(error, Exception) or _is_of_another_library(error):
+        return False
+    return isinstance(error, UnboundLocalError) or not isinstance(error, _OF_CODE)
+
+
+def _is_of_another_library(error: BaseException) -> bool:
+    """Return whether a library raised an error that does not compute with images, such as one for plots."""
+    *_, (frame, _line) = traceback.walk_tb(error.__traceback__)
+    package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
+    installed = {"site-packages", "dist-packages"}.intersection(Path(frame.f_code.co_filename).parts)
+    return bool(installed) and package not in _LIBRARIES
 
 
 def _images_of(function: TransferFunction) -> Iterator[str]:
