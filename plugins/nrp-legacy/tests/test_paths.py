@@ -6,6 +6,7 @@ import csv
 import pickle
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from nrp_legacy.brains import load_brain
@@ -40,6 +41,21 @@ def run(folder: Path, code: str) -> dict[str, object]:
     names = Namespace(ignore_note, Library(folder))
     source = Source.of_file(path).compiled(ignore_note)
     return vars(names.scope.run(path, names.module, source))
+
+
+@pytest.mark.parametrize("place", [FAR, "resources"])
+def test_tables_are_found_by_the_end_of_their_path(folder: Path, place: str) -> None:
+    pytest.importorskip("pandas")
+    with h5py.File(folder / "resources" / "spikes.h5", "w") as file:
+        file["times"] = [1.5]
+    found = run(
+        folder,
+        "import pandas as pd, h5py, glob\n"
+        f"column = pd.read_csv('{place}/rows.csv')['b'].tolist()\n"
+        f"times = h5py.File('{place}/spikes.h5')['times'][:].tolist()\n"
+        "csv = [path.rpartition('/')[2] for path in glob.glob('resources/*.csv')]\n",
+    )
+    assert (found["column"], found["times"], found["csv"]) == ([2], [1.5], ["rows.csv"])
 
 
 def test_data_are_found_by_the_end_of_their_path(folder: Path) -> None:

@@ -13,6 +13,7 @@ import string
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial, reduce
 from importlib import import_module
+from importlib.util import find_spec
 from numbers import Integral
 from pathlib import Path
 from types import ModuleType
@@ -249,6 +250,8 @@ def old_libraries(
         **_fonts(),
         "cv2.cv": overlay("cv2.cv", old=_opencv, real="cv2"),
         **_os(environment, paths),
+        **_tables(paths),
+        "glob": overlay("glob", {"glob": paths.glob}),
         "sys": overlay(
             "sys",
             {"path": import_path, "setdefaultencoding": nothing, "exc_clear": nothing},
@@ -374,6 +377,23 @@ def _os(environment: Mapping[str, str], paths: Paths) -> dict[str, ModuleType]:
         "listdir": paths.reading(os.listdir),
     }  # fmt: skip
     return {"os": overlay("os", own), "os.path": path}
+
+
+_READERS = "read_csv", "read_excel", "read_hdf", "read_json", "read_pickle", "read_table"
+
+
+def _tables(paths: Paths) -> dict[str, ModuleType]:
+    """Return the installed modules that read files of tables."""
+
+    def reader(name: str) -> Callable[..., Any]:
+        return paths.reading(lambda *values, **more: getattr(import_module("pandas"), name)(*values, **more))
+
+    def file(name: Any, mode: str = "r", *values: Any, **more: Any) -> Any:
+        path = paths.there(name) if mode.startswith("r") else paths.place(name)
+        return import_module("h5py").File(path, mode, *values, **more)
+
+    found = {"pandas": {name: reader(name) for name in _READERS}, "h5py": {"File": file}}
+    return {name: overlay(name, own) for name, own in found.items() if find_spec(name)}
 
 
 def _logging(paths: Paths) -> dict[str, ModuleType]:

@@ -6,6 +6,7 @@ import io
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from glob import glob
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,11 @@ class Paths:
         if not isinstance(path, (str, os.PathLike)) or Path(path).parent.is_dir():
             return path
         return str(self._library.folder / Path(path).name)
+
+    def glob(self, pattern: str, **options: Any) -> list[str]:
+        """Return the files of a pattern: as named, else in the folder of the experiment."""
+        here = glob(pattern, **options)  # noqa: PTH207 - with its own options
+        return here or glob(str(self._library.folder / pattern), **options)  # noqa: PTH207
 
     def open(self, name: Any, mode: str = "r", buffering: int = -1, *more: Any, **options: Any) -> Any:
         """Open a file as Python 2 did: binary ones take text, and text may be of any encoding."""
