@@ -69,10 +69,13 @@ class Frames:
         scope: the element with the frames.
         root: the name of the frame that all poses are resolved to.
         base: the body that the root moves with: the canonical link.
+        other_name: another name of the root; up to SDF 1.6 Gazebo ignores that a pose is in the frame of its
+            own model, the default.
     """
 
-    def __init__(self, scope: Element, root: str, base: str) -> None:
+    def __init__(self, scope: Element, root: str, base: str, other_name: str = "") -> None:
         self.base = base
+        self._other_name = other_name
         self._root = root
         self._scope = scope
         self._frames: dict[str, _Frame] = {}
@@ -182,6 +185,8 @@ class Frames:
 
     def _frame(self, name: str, user: Element) -> _Frame:
         name = name.removesuffix(f"::{MODEL}")  # the frame of a nested model, under its other name
+        if name not in self._frames and name == self._other_name:
+            return _Frame(Pose(), self._root, self._root, self._scope)
         if name not in self._frames:
             owner = self._scope.attributes.get("name", "")
             raise user.error(

@@ -214,7 +214,8 @@ def _warn_of_frame(misplaced: Misplaced, model: Element, reading: Reading) -> No
 
 def _frames(model: Element, nested: Iterable[tuple[Placed, SdfParts]], version: tuple[int, int]) -> Frames:
     shared = version <= _NAMES_SHARED
-    frames = Frames(model, MODEL, _canonical_link(model, nested))
+    own_name = model.attributes.get("name", "") if shared else ""
+    frames = Frames(model, MODEL, _canonical_link(model, nested), own_name)
     for link in model.all("link"):
         frames.add(link, MODEL)
     for joint in model.all("joint"):
