@@ -129,6 +129,8 @@ def test_a_control_is_a_variant_of_the_experiment(brain: str) -> None:
     rewired = "brain.controls=[{rewire: degree_preserving}]"
     assert digest(rewired) == digest(rewired) != digest()
     assert digest(rewired) != digest(rewired, "seed=8")
+    silent = "[{silence: relay}]"
+    assert digest(f"brain.controls={silent}") == digest(f"brain.interventions={silent}") != digest()
 
 
 @pytest.mark.parametrize(
@@ -144,7 +146,8 @@ def test_a_control_is_a_variant_of_the_experiment(brain: str) -> None:
         ("interventions=[{scale: {sources: relay, by: -1}}]", "greater than or equal to 0"),
         ("controls=[{rewire: degrees}]", "degree_preserving"),
         ("interventions=[{activate: {cells: relay, rate: -3 Hz, weight: 1}}]", "greater than or equal to 0"),
-        ("controls=[{}]", "needs exactly one of rewire, shuffle; it has none"),
+        ("controls=[{}]", "needs exactly one of rewire, shuffle, silence; it has none"),
+        ("controls=[{silence: realy}]", r"no population 'realy'; did you mean 'relay'"),
     ],
 )
 def test_a_mistake_is_one_clear_error(brain: str, setting: str, message: str) -> None:

@@ -100,25 +100,35 @@ class InterventionSection(Section):
 
 
 class WiringControl(Section):
-    """A control: a random network that shares some statistics with the brain."""
+    """A control: a network that shares some statistics with the brain, or all but some cells."""
 
     rewire: Literal["degree_preserving"] | None = None
     """Exchange the targets of the synapses of each projection; every cell keeps its numbers of synapses."""
     shuffle: Literal["signs", "weights"] | None = None
     """Exchange the signs of cells, or the weights of the synapses of each projection."""
+    silence: str | None = None
+    """Cut all synapses from these cells, a population or named group."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> WiringControl:
-        self._require_one_of(("rewire", "shuffle"))
+        self._require_one_of(_KINDS)
         return self
 
     @property
     def name(self) -> str:
         """The kind of the control, as it is written."""
-        return f"shuffle: {self.shuffle}" if self.rewire is None else f"rewire: {self.rewire}"
+        return ", ".join(
+            f"{kind}: {getattr(self, kind)}" for kind in _KINDS if getattr(self, kind) is not None
+        )
 
     @property
     def control(self) -> Control:
         """The function that makes the network."""
+        if self.silence is not None:
+            change = Intervention.silence(self.silence)
+            return lambda network, seeds: change.of(network)  # noqa: ARG005
         kind, _, statistic = self.name.partition(": ")
         return CONTROLS[kind, statistic]
+
+
+_KINDS = ("rewire", "shuffle", "silence")

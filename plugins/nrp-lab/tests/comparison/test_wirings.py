@@ -87,6 +87,16 @@ def test_a_finding_depends_on_the_wiring_if_another_wiring_changes_it(
     assert code == 0  # its runs are there already
     assert told["answer"] == "agrees across wirings"
 
+    needs_senders = experiment.with_name("needs_senders.yaml")
+    needs_senders.write_text(
+        "extends: experiment.yaml\ntransfer_functions: [own.py]\ncriteria: {only_own_targets_fire: null, "
+        "own_targets_fire: {topic_stays: {name: /others, above: 1}}}\n"
+    )
+    needs_senders.with_name("own.py").write_text(FUNCTIONS.replace("[5:]", "[:5]"))
+    arguments = "--seeds", SEEDS, "--jobs", 1, "--controls", "silence: senders"
+    code, told = asked(capsys, "diff", needs_senders, *arguments)
+    assert (code, told["controls"]) == (1, {"silence: senders": "different"})
+
     sweep = experiment.with_name("sweep.yaml")
     wirings = "[[], [{rewire: degree_preserving}], [{shuffle: weights}]]"
     sweep.write_text(
@@ -127,6 +137,7 @@ def test_a_sweep_over_wirings_alone_has_the_verdict_of_diff(
     [
         (["--controls", "shuffle"], "'shuffle' is shuffle: signs or shuffle: weights; give the second word"),
         (["--controls", "rewirr"], "did you mean 'rewire'?"),
+        (["--controls", "silence"], "did you mean 'silence: CELLS'?"),
         (["--controls", "signs,shuffle: signs"], "'shuffle: signs' is given twice"),
         (["--controls", "all", "--engines"], "omit this option"),
         (["--worlds", "mujoco,pybullet", "--vary", "seed=1..3"], "their number is that of --seeds"),

@@ -64,7 +64,8 @@ def diff(
         typer.Option(
             metavar="A,B",
             envvar="NRP_CONTROLS",
-            help="Controls of the wiring, compared with the original: rewire, signs, weights, or all.",
+            help="Controls of the wiring, compared with the original: rewire, signs, weights, all of these, "
+            "or 'silence: CELLS'.",
         ),
     ] = "",
     seeds: Annotated[

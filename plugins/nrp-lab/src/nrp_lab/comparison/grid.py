@@ -30,7 +30,9 @@ _DEFAULTED = ("options", "parameters", "function_parameters")
 ORIGINAL = "original"
 """The name of the wiring without a control."""
 WIRINGS = tuple(": ".join(control) for control in CONTROLS)
-"""The names of the controls, as they are written in an experiment file."""
+"""The names of the controls of all cells, as they are written in an experiment file."""
+SILENCE = "silence"
+"""The control of some cells, which are named behind it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,18 +202,21 @@ class RunGrid:
 
 
 def wiring_named(text: str) -> str:
-    """Return the control with a name: ``rewire: degree_preserving``, or one of its two words.
+    """Return the control with a name: ``silence: CELLS``, ``shuffle: signs``, or a word of the latter.
 
     Raises:
         ValueError: none or several have it.
     """
+    kind, _, cells = text.partition(":")
+    if kind.strip() == SILENCE and cells.strip():
+        return f"{SILENCE}: {cells.strip()}"
     words = text.replace(":", " ").split()
     found = [name for name in WIRINGS if words and set(words) <= set(name.split(": "))]
     if len(found) == 1:
         return found[0]
     if found:
         raise ValueError(f"'{text}' is {' or '.join(found)}; give the second word")
-    known = (*WIRINGS, *(word for name in WIRINGS for word in name.split(": ")))
+    known = (*WIRINGS, *(word for name in WIRINGS for word in name.split(": ")), f"{SILENCE}: CELLS")
     raise ValueError(f"there is no control '{text}'{did_you_mean(text, known)}")
 
 
