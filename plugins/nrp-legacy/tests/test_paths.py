@@ -58,6 +58,15 @@ def test_tables_are_found_by_the_end_of_their_path(folder: Path, place: str) -> 
     assert (found["column"], found["times"], found["csv"]) == ([2], [1.5], ["rows.csv"])
 
 
+def test_the_storage_of_the_platform_is_the_folder_around_the_experiment(folder: Path) -> None:
+    code = (
+        "import os\nfolder = '/home/nobody/.opt/nrpStorage/'\n"
+        "found = [folder + name for name in os.listdir(folder) if name.startswith('experiment')]\n"
+        "rows = open(found[0] + '/resources/rows.csv').read()\n"
+    )
+    assert run(folder, code)["rows"] == "a,b\n1,2\n"
+
+
 def test_data_are_found_by_the_end_of_their_path(folder: Path) -> None:
     found = run(
         folder,

@@ -27,6 +27,8 @@ _SHARED = ("model", "__init__")
 _LEVELS = 3
 """The number of folders above an experiment in which a library may stand."""
 _STORAGE = "storage://"
+_STORAGE_FOLDER = "nrpStorage"
+"""The folder of the platform that held the folders of experiments."""
 _SCHEMES = (_STORAGE, "model://", "package://", "file://")
 
 
@@ -108,6 +110,8 @@ class Library:
             return None
         places = (*self._candidates(plain), *self._in_experiment(plain))
         found = next((place.resolve() for place in places if place.exists()), None)
+        if found is None and PurePosixPath(plain).name == _STORAGE_FOLDER:
+            return self.folder.parent
         return found or self.find_code(plain)
 
     def find_mesh(self, uri: str) -> Path | None:
