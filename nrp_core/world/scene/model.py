@@ -198,7 +198,7 @@ class Collision:
     """A collision shape of a link; ``friction`` is Coulomb's coefficient.
 
     Args:
-        estimated: whether the shape replaces a missing mesh, so that its size is only an estimate.
+        estimated: whether it is a box that replaces a missing mesh, so that its size is only an estimate.
         category, touched: bits of what it is, and of the categories that it touches.
     """
 

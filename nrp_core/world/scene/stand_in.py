@@ -201,13 +201,14 @@ def _box(low: FloatArray, high: FloatArray, thickness: float) -> Measured:
 
 
 def _fill_missing(link: Link, geometry: Geometry, pose: Pose) -> Link:
-    """Return a link with each missing shape replaced by a given one."""
+    """Return a link with each missing shape replaced by a given one; the size of a box is an estimate."""
+    is_estimate = isinstance(geometry, Box)
     visuals = (
         replace(each, geometry=geometry, pose=pose) if isinstance(each.geometry, Missing) else each
         for each in link.visuals
     )
     collisions = (
-        replace(each, geometry=geometry, pose=pose, estimated=True)
+        replace(each, geometry=geometry, pose=pose, estimated=is_estimate)
         if isinstance(each.geometry, Missing)
         else each
         for each in link.collisions

@@ -35,6 +35,7 @@ def _robot(edge: float, z: float, shapes: str = _collision(_MESH)) -> str:
 
 
 _CRATE = _static("crate", "0.5 0 0.5 0 0 0.6", _collision(_BOX.format(size="0.5 0.5 1")))
+_LOST_FLOOR = _static("floor", "0 0 0 0 0 0", _collision(_MESH))
 _LOST = _static("rack", "2 0.1 0 0 0 0", _collision(_MESH))
 _KNOWN = _collision(_BOX.format(size="0.2 0.2 0.2"))
 
@@ -44,6 +45,7 @@ Robots = dict[str, tuple[str, tuple[float, ...]]]
 CASES: dict[str, tuple[str, Robots]] = {
     "in the floor": ("", {"a": (_robot(0.2, 0.05), (0.0, 0.0))}),
     "in the floor, turned": ("", {"a": (_robot(0.2, 0.05), (1.0, 2.0, 0.4))}),
+    "in a floor without a mesh": (_LOST_FLOOR, {"a": (_robot(0.2, 0.05), (0.0, 0.0))}),
     "in a crate that is turned": (_CRATE, {"a": (_robot(0.6, 0.3), (0.0, 0.0))}),
     "in each other": ("", {"a": (_robot(0.4, 0.2), (0.0, 0.0)), "b": (_robot(0.4, 0.1), (0.3, 0.1))}),
     "in an unknown shape of the room": (_LOST, {"a": (_robot(0.4, 0.2), (1.7, 0.0))}),
@@ -62,7 +64,7 @@ def _run(folder: Path, engine: str, room: str, robots: Robots) -> Run:
         f'<ExD><timeout>2</timeout><environmentModel src="room.sdf">{poses}</environmentModel>'
         '<bibiConf src="x.bibi"/></ExD>'
     )
-    content = _static("floor", "0 0 0 0 0 0", _FLOOR) + room
+    content = room if room == _LOST_FLOOR else _static("floor", "0 0 0 0 0 0", _FLOOR) + room
     (folder / "room.sdf").write_text(f'<sdf version="1.6"><world name="w">{content}</world></sdf>')
     return Run(read_exc(folder / "x.exc", [f"world.backend={engine}"]))
 
