@@ -212,6 +212,7 @@ def test_its_own_connectors_make_the_synapses_that_they_name(tmp_path: Path) -> 
             "RecurrentRule is not supported: the rules here are SpikePairRule",
         ),
         ("p.PoolDenseConnector([[1]])", "PoolDenseConnector is not supported: how the machine numbers"),
+        ("p.PoolDenseConnector.get_post_pool_shape((8, 8), 2)", "PoolDenseConnector is not supported: how"),
         (
             "p.ConvolutionConnector([[1, 2], [3, 4]])",
             "its kernel has the shape (2, 2); both numbers must be odd",

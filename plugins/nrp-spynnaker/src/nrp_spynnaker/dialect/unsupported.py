@@ -102,7 +102,7 @@ CONNECTIONS: Final = {
 
 
 class UnknownNameError(CapabilityError, AttributeError):
-    """A name that sPyNNaker 7.4.1 does not have."""
+    """A name that sPyNNaker 7.4.1 does not have, or that has no equivalent."""
 
 
 def unknown_name(owner: str, names: Mapping[str, Any]) -> Callable[[str], NoReturn]:
@@ -120,21 +120,23 @@ def unknown_name(owner: str, names: Mapping[str, Any]) -> Callable[[str], NoRetu
 
 
 class _Refused(type):
-    """The type of stand-ins; their constants are refused as they are."""
+    """The type of stand-ins; their constants and methods are refused as they are."""
 
     def __getattr__(cls, name: str) -> NoReturn:
-        if name[:1].isupper():
-            cls()
+        if not name.startswith("_"):
+            raise UnknownNameError(vars(cls)["refusal"])
         raise AttributeError(f"{cls.__name__} has no '{name}'")
 
 
 def refused(name: str, reason: str) -> type:
     """Return a stand-in for a name without an equivalent; it raises when it is called."""
+    refusal = f"{name} is not supported: {reason}"
 
     def refuse(*_: object, **__: object) -> NoReturn:
-        raise CapabilityError(f"{name} is not supported: {reason}")
+        raise CapabilityError(refusal)
 
-    return _Refused(name, (), {"__init__": refuse, "__doc__": f"Not supported: {reason}."})
+    body = {"__init__": refuse, "__doc__": f"Not supported: {reason}.", "refusal": refusal}
+    return _Refused(name, (), body)
 
 
 def refuse_attribute(owner: type, name: str, reasons: dict[str, str]) -> NoReturn:
