@@ -390,3 +390,21 @@ def test_learning_stops_in_the_other_process(remote):
 def test_a_brain_that_cannot_stop_learning_refuses_it(remote):
     with pytest.raises(CapabilityError, match="cannot change plasticity"):
         remote(SpinnakerBackend(), plastic()).set_plastic("p", False)
+
+
+def test_rewards_reach_the_other_process(remote):
+    sim = builder()
+    pre = sim.Population(1, sim.SpikeSourceArray(spike_times=[10.0]), label="pre")
+    forced = sim.Population(1, sim.SpikeSourceArray(spike_times=[14.0]), label="forced")
+    cell = sim.Population(1, sim.IF_curr_exp(tau_m=5.0), label="cell")
+    each = sim.AllToAllConnector()
+    sim.Projection(forced, cell, each, sim.StaticSynapse(weight=100.0, delay=1.0))
+    rule = sim.STDPMechanism(sim.SpikePairRule(), sim.AdditiveWeightDependence(), weight=0.1, delay=1.0)
+    sim.Projection(pre, cell, each, rule, label="p")
+    sim.Projection(pre, cell, each, sim.Neuromodulation(), receptor_type="reward", label="reward")
+    brain = remote(EventBackend(), sim.network())
+    brain.run_until(40 * NS_PER_MS)
+    brain.reward("p", 0.5)
+    assert brain.read_synapse_state("p", "dopamine").tolist() == [0.5]
+    brain.run_until(80 * NS_PER_MS)
+    assert brain.read_weights("p")[0] > 0.1
