@@ -42,10 +42,26 @@ def visitor(opened: Cockpit) -> Iterator[Visitor]:
 
 
 @pytest.fixture(scope="session")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of recordings."""
+    return tmp_path_factory.mktemp("recordings")
+
+
+@pytest.fixture(scope="session")
+def recording(recordings: Path) -> Path:
     """The recording of two seconds, in which a screen turns red."""
-    folder = tmp_path_factory.mktemp("recordings") / "husky"
-    settings = ["duration=2 s", "world.options.image_scale=0.25", "events.left_red.at=0.5 s"]
+    return record(recordings / "husky", red_at="0.5 s")
+
+
+@pytest.fixture(scope="session")
+def other_recording(recordings: Path) -> Path:
+    """A recording beside it, in which the screen turns red later."""
+    return record(recordings / "later", red_at="1 s")
+
+
+def record(folder: Path, red_at: str) -> Path:
+    """Record two seconds of the Husky and return the folder."""
+    settings = ["duration=2 s", "world.options.image_scale=0.25", f"events.left_red.at={red_at}"]
     with Run(load_experiment("braitenberg_husky", settings)) as run:
         recorded = RecordingFolder(run, folder)
         run.run_until(2.0)

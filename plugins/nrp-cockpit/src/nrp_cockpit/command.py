@@ -60,7 +60,8 @@ def cockpit(
     compare: Annotated[
         str | None,
         typer.Option(
-            metavar="brain=NAME,world=NAME", help="Run the same experiment on other engines in lockstep."
+            metavar="brain=NAME,world=NAME|RECORDING",
+            help="Run the same experiment on other engines in lockstep; or show a second recording.",
         ),
     ] = None,
 ) -> None:
@@ -76,9 +77,9 @@ def cockpit(
         kind = kind_of(experiment)
         if kind is None:
             return stack.enter_context(open_run(experiment, settings, hub, other=compared(compare)))
-        if settings or compare or (play and kind is Kind.SWEEP):
+        if settings or (kind is Kind.SWEEP and (compare or play)):
             raise ExperimentError(f"{kind}: options of a run do not apply")
-        return open_sweep(experiment, hub) if kind is Kind.SWEEP else open_recording(experiment, hub)
+        return open_sweep(experiment, hub) if kind is Kind.SWEEP else open_recording(experiment, hub, compare)
 
     view = "sweep" if kind_of(experiment) is Kind.SWEEP else ""
     Serving(host, port, tuple(origin or ()), browser=browser, play=play, view=view).serve(opened)
@@ -125,14 +126,24 @@ def open_sweep(path: str, hub: Hub) -> Served:
     return SweepSession(Path(path), hub)
 
 
-def open_recording(path: str, hub: Hub) -> Session:
-    """Return a session that plays a recording, and offer its services."""
+def open_recording(path: str, hub: Hub, other: str | None = None) -> Session:
+    """Return a session that plays a recording, and offer its services.
+
+    Args:
+        path: the folder of the recording.
+        hub: the hub of the clients.
+        other: the folder of a second recording beside it.
+    """
     from nrp_cockpit.session.controls import layout_of_recording, services_of_recording
     from nrp_cockpit.session.recorded import RecordedSession
+    from nrp_cockpit.session.recorded_beside import open_beside, with_beside
     from nrp_cockpit.sharing.services import with_sharing
 
     session = RecordedSession(Path(path), hub)
-    hub.services = with_sharing(services_of_recording(session), lambda: Path(path))
+    services = with_beside(services_of_recording(session), session)
+    hub.services = with_sharing(services, lambda: Path(path))
+    if other is not None:
+        open_beside(session, Path(other))
     _warn_of(layout_of_recording(session))
     return session
 

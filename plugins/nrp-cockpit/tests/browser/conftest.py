@@ -70,8 +70,9 @@ def port() -> int:
 
 
 @pytest.fixture(scope="session")
-def played(recording: Path, port: int) -> Iterator[str]:
+def played(recording: Path, other_recording: Path, port: int) -> Iterator[str]:
     """The address of a cockpit that plays the recording, open to other machines on this port."""
+    assert other_recording.parent == recording.parent
     with running() as cockpits:
         yield cockpits.open(str(recording), "--host", "0.0.0.0", "--port", str(port))
 

@@ -39,9 +39,30 @@ def test_a_recording_is_played_and_shown_at_any_time(played: str, watched: Watch
 def test_compare_says_how_a_recording_is_run_again(played: str, watched: Watched, recording: Path):
     page = watched.open(played)
     page.get_by_role("link", name="Compare", exact=True).click()
-    expect(page.get_by_role("region", name="Comparison")).to_contain_text(f"nrp replay {recording} --from")
+    expect(page.get_by_role("region", name="Branch")).to_contain_text(f"nrp replay {recording} --from")
     page.get_by_role("link", name="Cockpit", exact=True).click()
     expect(page.get_by_role("region", name="Spikes")).to_be_visible()
+
+
+def test_two_recordings_are_shown_beside_each_other(played: str, watched: Watched, other_recording: Path):
+    page = watched.open(played)
+    page.get_by_role("slider", name="Simulated time").press("Home")
+    page.get_by_role("link", name="Compare", exact=True).click()
+    choice = page.get_by_role("region", name="Comparison")
+    choice.get_by_label("Recording").select_option(other_recording.name)
+    choice.get_by_role("button", name="Compare", exact=True).click()
+    verdict = page.get_by_role("region", name="Difference").get_by_role("status")
+    expect(verdict).to_contain_text("Identical since")
+    for title in ("husky", other_recording.name):
+        frame = page.frame_locator(f"iframe[title='{title}']")
+        expect(frame.get_by_role("region", name="Scene")).to_contain_text("11 models")
+    page.get_by_role("slider", name="Simulated time").press("End")
+    expect(verdict).to_contain_text("differs first, at 0.5")
+    row = page.get_by_role("region", name="Difference").get_by_role("row", name="left_red")
+    expect(row).to_contain_text("0.50 s")
+    expect(row).to_contain_text("1.00 s")
+    page.get_by_role("button", name="Close the second run").click()
+    expect(choice).to_be_visible()
 
 
 def test_with_host_and_port_others_may_connect_with_the_token(played: str, port: int, recording: Path):

@@ -47,6 +47,7 @@ function CameraView({ topic }: { topic: string }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const caption = useRef<HTMLParagraphElement>(null);
   const [shown, setShown] = useState<Shown>("nothing");
+  const recorded = useRun((run) => run.experiment?.source === "recording");
   const told = useRef(shown);
   /** React keeps each state that it is given until it renders, also the same one again. */
   const show = (next: Shown) => {
@@ -73,7 +74,9 @@ function CameraView({ topic }: { topic: string }) {
     <>
       <canvas ref={canvas} role="img" aria-label={`The image of ${topic}`} hidden={shown !== "picture"} />
       <p ref={caption} className="camera-range num" hidden={shown !== "picture"} />
-      {shown === "nothing" && <Empty>Waiting for {topic}</Empty>}
+      {shown === "nothing" && (
+        <Empty>{recorded ? `No image of ${topic} at this time.` : `Waiting for ${topic}`}</Empty>
+      )}
       {typeof shown === "object" && <Empty>{shown.failure}</Empty>}
     </>
   );

@@ -1,12 +1,18 @@
 import { useId, useState } from "react";
-import { branch, compare } from "../state/commands";
+import { branch, compare, compareRecording } from "../state/commands";
 import { useBlocked, useMissing, useRun } from "../state/run";
 import { Button } from "../ui/Button";
 
 /** What the view offers while there is one run: another future, or other engines. */
 export function Begin() {
   const recording = useRun(({ experiment }) => (experiment?.source === "recording" ? experiment.file : null));
-  if (recording !== null) return <Recorded folder={recording} />;
+  if (recording !== null)
+    return (
+      <div className="compare-begin">
+        <Recorded folder={recording} />
+        <OtherRecording />
+      </div>
+    );
   return (
     <div className="compare-begin">
       <NewBranch />
@@ -19,24 +25,50 @@ export function Begin() {
 function Recorded({ folder }: { folder: string }) {
   const t_s = useRun((run) => run.status?.t_s ?? 0);
   return (
-    <div className="compare-begin">
-      <section className="panel" aria-label="Comparison">
-        <div className="panel-head">
-          <h2>A recording</h2>
+    <section className="panel" aria-label="Branch">
+      <div className="panel-head">
+        <h2>Another future</h2>
+      </div>
+      <div className="panel-body compare-card">
+        <p>Only a run can be branched. This command continues the recording as a run from this moment:</p>
+        <p>
+          <code>
+            nrp replay {folder} --from {t_s.toFixed(2)}s
+          </code>
+        </p>
+      </div>
+    </section>
+  );
+}
+
+const NO_NEIGHBOURS: readonly string[] = [];
+
+function OtherRecording() {
+  const blocked = useBlocked();
+  const neighbours = useRun((run) => run.experiment?.neighbours ?? NO_NEIGHBOURS);
+  const [chosen, setChosen] = useState("");
+  const recording = chosen || (neighbours[0] ?? "");
+  const none = neighbours.length === 0 ? "There is no other recording in the folder of this one." : undefined;
+  return (
+    <section className="panel" aria-label="Comparison">
+      <div className="panel-head">
+        <h2>Another recording</h2>
+      </div>
+      <div className="panel-body compare-card">
+        <p>A second recording from the same folder is shown beside this one, at the same time.</p>
+        <div className="compare-choices">
+          <Choice label="Recording" of={neighbours} value={recording} onChange={setChosen} />
         </div>
-        <div className="panel-body compare-card">
-          <p>
-            Only runs can be branched and compared, and this is a recording. This command continues it as a
-            run from this moment:
-          </p>
-          <p>
-            <code>
-              nrp replay {folder} --from {t_s.toFixed(2)}s
-            </code>
-          </p>
-        </div>
-      </section>
-    </div>
+        <Button
+          kind="primary"
+          icon="compare"
+          disabled={blocked ?? none}
+          onClick={() => void compareRecording(recording)}
+        >
+          Compare
+        </Button>
+      </div>
+    </section>
   );
 }
 

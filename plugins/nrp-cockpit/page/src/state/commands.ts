@@ -32,6 +32,7 @@ export const halt = () => command("halt");
 export const record = (folder: string | null) => command("record", { folder });
 export const branch = (from: { t_s: number | null } | { id: string }) => command("branch", from);
 export const compare = (brain: string | null, world: string | null) => command("compare", { brain, world });
+export const compareRecording = (recording: string) => command("compare", { recording });
 export const part = () => command("part");
 export const publish = (topic: string, value: object) => command("publish", { topic, value });
 export const push = (body: string, force_n: Vector, duration_s: number) =>

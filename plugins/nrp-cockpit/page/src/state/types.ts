@@ -93,6 +93,8 @@ export interface Experiment {
   may_steer: boolean;
   /** Each: true, or the reason why not. */
   capabilities: Record<string, true | string>;
+  /** The names of the other recordings in the folder of a recording. */
+  neighbours?: string[];
   /** What can be chosen for another run; null: a recording. */
   backends: { brain: string[]; world: string[] } | null;
   topics: TopicInfo[];

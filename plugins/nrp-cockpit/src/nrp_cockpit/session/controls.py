@@ -102,10 +102,13 @@ _REFUSED = (
 
 
 def services_of_recording(session: RecordedSession) -> Services:
-    """Return the services of a recording; those that would change it explain how to branch a run from it."""
+    """Return the services of a recording; those that would change it explain how to branch a run from it.
+
+    A second recording follows the time of the first.
+    """
     layout = layout_of_recording(session)
     steering: dict[str, Service] = {
-        **going(session), **dict.fromkeys(_REFUSED, _refuse), **_layouts(layout)
+        **going(session.lead), **dict.fromkeys(_REFUSED, _refuse), **_layouts(layout)
     }  # fmt: skip
     watching: dict[str, Service] = {
         "functions/check": _refuse,

@@ -86,9 +86,9 @@ class Difference:
                 {"what": name, "t_s": seconds(t_ns)}
                 for name, t_ns in sorted(self._first.items(), key=lambda each: each[1])
             ],
-            "events": _beside(one.events, other.events),
-            "criteria": _beside(_passed(one), _passed(other)),
-            "spikes": _beside(one.spikes, other.spikes),
+            "events": beside_data(one.events, other.events),
+            "criteria": beside_data(_passed(one), _passed(other)),
+            "spikes": beside_data(one.spikes, other.spikes),
         }
 
     @property
@@ -100,6 +100,7 @@ def _passed(result: Result) -> Mapping[str, bool | None]:
     return {name: outcome.passed for name, outcome in result.criteria.items()}
 
 
-def _beside(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[dict[str, Any]]:
+def beside_data(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the values of two runs by name, as data for the page."""
     names: Iterable[str] = dict.fromkeys(chain(one, other))
     return [{"name": name, "one": one.get(name), "other": other.get(name)} for name in names]

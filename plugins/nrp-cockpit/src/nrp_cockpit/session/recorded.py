@@ -7,8 +7,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from nrp_cockpit.session.companion import Companion
 from nrp_cockpit.session.recorded_run import FIXED, RecordedRun
 from nrp_cockpit.session.reports import Reports
+from nrp_cockpit.session.requests import Requests
 from nrp_cockpit.session.session import Mode, Session
 from nrp_cockpit.streaming.recorded import RecordedStream
 from nrp_cockpit.streaming.stored import StoredMessages
@@ -28,16 +30,19 @@ class RecordedSession(Session):
     Args:
         folder: the folder of the recording.
         hub: the hub of the clients.
+        requests: those of the session that owns the thread, by default this one.
 
     Attributes:
         messages: the messages of the recording.
+        beside: the second recording that follows it, if any.
 
     Raises:
         ExperimentError: the folder is not a recording.
     """
 
-    def __init__(self, folder: Path, hub: Hub) -> None:
-        super().__init__(hub)
+    def __init__(self, folder: Path, hub: Hub, requests: Requests | None = None) -> None:
+        super().__init__(hub, requests)
+        self.beside: Companion | None = None
         self.recording = Recording(folder)
         self.messages = StoredMessages(self.recording.file)
         self._begin_ns, self._end_ns = self.messages.span_ns
@@ -46,6 +51,11 @@ class RecordedSession(Session):
         self.stream = RecordedStream(self.messages, hub)
         self._pacing: Pacing = self._paced(self.pace)
         self.reports = RecordedReports(self)
+
+    @property
+    def lead(self) -> RecordedSession:
+        """The session whose time it follows; its own by default."""
+        return self
 
     @property
     def now_ns(self) -> int:
@@ -96,6 +106,8 @@ class RecordedSession(Session):
         self._now_ns = min(max(t_ns, self._begin_ns), self._end_ns)
         self.mode = Mode.FINISHED if self._now_ns == self._end_ns else Mode.PAUSED
         self.stream.show(self._now_ns)
+        if self.beside is not None:
+            self.beside.go_along()
         self.reports.all()
 
     # -- the thread
@@ -112,6 +124,8 @@ class RecordedSession(Session):
         self._now_ns = next_ns
         with self.hub.together():
             self.stream.take(next_ns)
+            if self.beside is not None:
+                self.beside.follow()
             if self.hub.listeners:
                 self.reports.after_step()
         self._look_whether_there()
@@ -119,8 +133,12 @@ class RecordedSession(Session):
     def _idle(self) -> None:
         self.stream.take(self._now_ns)
         self.reports.idle()
+        if self.beside is not None:
+            self.beside.idle()
 
     def _end(self) -> None:
+        if self.beside is not None:
+            self.beside.end()
         self.messages.close()
 
     def _paced(self, factor: float | None) -> Pacing:
@@ -160,14 +178,20 @@ class RecordedReports(Reports):
 
     def __init__(self, session: RecordedSession) -> None:
         super().__init__(session)
+        session.hub.offer_json("/cockpit/comparison")
         self._session, self._run = session, session.run
         scenes = session.stream.scenes
         self._experiment = self._run.experiment_data(scenes.entities(session.now_ns) if scenes else [])
         self._functions = self._run.functions_data()
         self._timeline = self._run.timeline_data()
 
+    def _slow(self) -> None:
+        super()._slow()
+        beside = self._session.beside
+        self._say("comparison", {} if beside is None else beside.data())
+
     def _experiment_data(self) -> dict[str, Any]:
-        return self._experiment
+        return self._experiment | {"neighbours": self._run.neighbours}
 
     def _functions_data(self) -> dict[str, Any]:
         return self._functions

@@ -17,7 +17,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.result import recorded_judgement
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.recording.folder.recording_folder import recorded_experiment
-from nrp_core.recording.layout import SCENE, WORLD_FRAME, Role
+from nrp_core.recording.layout import RUN_NAME, SCENE, WORLD_FRAME, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.recording import Recording
 from nrp_core.world.messages.foxglove_msgs import SceneEntity
@@ -58,6 +58,13 @@ class RecordedRun:
             self.problems.append(Finding(Code.NRP284, message, Level.NOTE))
         self._judgement = recorded_judgement(self._about, self._end_s)
         self.problems += () if self._judgement is None else self._judgement.problems
+
+    @property
+    def neighbours(self) -> list[str]:
+        """The names of the other recordings in the same folder."""
+        own = self._folder.absolute()
+        found = (file.parent.name for file in own.parent.glob(f"*/{RUN_NAME}"))
+        return sorted(name for name in found if name != own.name)
 
     @property
     def timestep_ns(self) -> int:
