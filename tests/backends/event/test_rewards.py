@@ -6,7 +6,7 @@ from math import exp, log
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.interface import Brain
@@ -153,7 +153,15 @@ TRAIN = st.lists(st.integers(2, 3000), unique=True, max_size=12).map(lambda t: [
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     pre=TRAIN, post=TRAIN, rewards=TRAIN, punishments=TRAIN, delay=st.sampled_from([0.5, 1.0, 7.0]),
-    shared=st.booleans(), limits=st.booleans(), baseline=st.sampled_from([0.0, 0.02, -0.01]),
+    shared=st.booleans(), limits=st.booleans(), baseline=st.sampled_from([0.0, 0.05, -0.03]),
+)  # fmt: skip
+@example(  # dopamine passes the baseline while the weight is at a limit
+    pre=[10.0], post=[15.0], rewards=[20.0], punishments=[], delay=1.0, shared=False, limits=True,
+    baseline=0.05,
+)  # fmt: skip
+@example(
+    pre=[10.0], post=[15.0], rewards=[], punishments=[20.0], delay=7.0, shared=True, limits=True,
+    baseline=-0.03,
 )  # fmt: skip
 def test_weights_are_those_of_a_walk_from_event_to_event(
     options: dict[str, str], pre: list[float], post: list[float], rewards: list[float],
