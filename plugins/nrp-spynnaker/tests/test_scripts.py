@@ -388,3 +388,19 @@ def test_all_names_of_the_simulator_come_by_a_star(tmp_path: Path, name: str) ->
         "cells.record('v')\nrun(10)\nv = cells.get_data().segments[0].filter(name='v')[0]\n",
     )
     assert script.v.shape == (10, 4)
+
+
+def test_a_list_of_weights_has_one_for_each_row_and_rows_of_no_cells_are_left_out(tmp_path: Path) -> None:
+    """As ``from_list_connector.py`` of sPyNNaker 7.4.1, which takes them by the index of the row."""
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(3, p.IF_curr_exp())\n"
+        "source = p.Population(2, p.SpikeSourceArray([5.0]))\nrows = [(1, 2), (0, 4), (0, 1)]\n"
+        "synapse = p.StaticSynapse(weight=[1.0, 2.0, 3.0], delay=[4, 5, 6])\n"
+        "wired = p.Projection(source, cells, p.FromListConnector(rows), synapse)\n"
+        "own = p.FromListConnector([(0, 0, 7.0), (1, 1, 8.0)], column_names=['delay'])\n"
+        "mixed = p.Projection(source, cells, own, p.StaticSynapse(weight=[0.5, 1.5], delay=1.0))\n"
+        "p.run(10)\nlists = [one.get(['weight', 'delay'], 'list') for one in (wired, mixed)]\n",
+    )
+    found = [[tuple(map(float, row)) for row in rows] for rows in script.lists]
+    assert found == [[(0, 1, 3.0, 6.0), (1, 2, 1.0, 4.0)], [(0, 0, 0.5, 7.0), (1, 1, 1.5, 8.0)]]

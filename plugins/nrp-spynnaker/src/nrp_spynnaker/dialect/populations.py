@@ -168,6 +168,41 @@ def one_by_one(synapse_type: Any, connector: Any, ends: Sequence[Any]) -> Any:
     return made
 
 
+def in_rows(synapse_type: Any, connector: Any, ends: Sequence[Any]) -> tuple[Any, Any, int]:
+    """Return a synapse type and a connector as sPyNNaker reads a list of synapses.
+
+    A list of weights or delays has one for each row, and rows of cells that do not exist are left out.
+
+    Args:
+        synapse_type: the type that a script gives; None for none.
+        connector: any; only a list is changed.
+        ends: the cells on both sides.
+
+    Returns:
+        the synapse type, the connector, and the number of rows that are left out.
+    """
+    table = np.asarray(getattr(connector, "conn_list", ()))
+    is_list = type(connector).__name__ == "FromListConnector" and table.ndim == 2
+    if not is_list or not all(hasattr(end, "size") for end in ends):
+        return synapse_type, connector, 0
+    space: Any = getattr(synapse_type, "parameter_space", None)
+    names, columns, single = list(connector.column_names), [table], dict[str, float]()
+    for key in _NAMES if space is not None else ():
+        base = np.asarray(space[key].base_value) if key in space.keys() else np.empty(())  # noqa: SIM118
+        if base.shape == (len(table),) and base.dtype != object and key not in names:
+            columns.append(base.astype(float)[:, None])
+            names.append(key)
+            single[key] = float(base[0])
+    exists = (table[:, 0] < ends[0].size) & (table[:, 1] < ends[1].size)
+    lost = int((~exists).sum())
+    if not (single or lost) or lost == len(table):
+        return synapse_type, connector, 0
+    if single:
+        synapse_type = copy(synapse_type)
+        synapse_type.parameter_space = ParameterSpace({**dict(space.items()), **single}, space.schema)
+    return synapse_type, type(connector)(np.hstack(columns)[exists], column_names=names), lost
+
+
 # mypy: disable-error-code="misc"
 
 
@@ -415,7 +450,13 @@ class Projection(projections.Projection):
             receptor_type = connector.positive_receptor_type if receptor_type is None else receptor_type
         receptor_type = receptor_type or "excitatory"
         synapse_type = one_by_one(synapse_type, connector, ends)
+        synapse_type, connector, lost = in_rows(synapse_type, connector, ends)
         super().__init__(*ends, connector, synapse_type, source, receptor_type, space, label, **unknown)
+        if lost:
+            self._simulator.state.remark(
+                f"{lost} synapses in the list of the projection '{self.label}' are left out, since their "
+                "cells do not exist"
+            )
         if signed and (other := connector.negative()) is not None:
             self.negative = type(self)(
                 *ends, other, synapse_type, source, connector.negative_receptor_type, space,
