@@ -46,7 +46,7 @@ _ALONE = "a cell that may not connect to itself has no other to connect to"
 _RULES = "probabilities and numbers of synapses are 0 or more, flags are True or False"
 _RULES_OF = {
     "IndexBasedProbabilityConnector": "its expression is an object of a subclass of "
-    "pyNN.core.IndexBasedExpression, whose calculate(self, i, j) returns the probabilities"
+    "pyNN.core.IndexBasedExpression, whose __call__(self, i, j) returns the probabilities"
 }
 
 

@@ -404,3 +404,16 @@ def test_a_list_of_weights_has_one_for_each_row_and_rows_of_no_cells_are_left_ou
     )
     found = [[tuple(map(float, row)) for row in rows] for rows in script.lists]
     assert found == [[(0, 1, 3.0, 6.0), (1, 2, 1.0, 4.0)], [(0, 0, 0.5, 7.0), (1, 1, 1.5, 8.0)]]
+
+
+def test_the_probability_of_synapses_may_be_a_text_of_their_indices(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(4, p.IF_curr_exp())\n"
+        "texts = ['1.0*(i < j)', 'floor((i + j)/6)', '1.0']\n"
+        "wired = [p.Projection(cells, cells, p.IndexBasedProbabilityConnector(text)) for text in texts]\n"
+        "lists = [one.get(['weight'], 'list') for one in wired]\n",
+    )
+    pairs = [{(int(i), int(j)) for i, j, _ in found} for found in script.lists]
+    every = {(i, j) for i in range(4) for j in range(4)}
+    assert pairs == [{(i, j) for i, j in every if i < j}, {(3, 3)}, every]

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 from pyNN import connectors, space
+from pyNN.core import IndexBasedExpression
 from pyNN.random import RandomDistribution
 
 from nrp_core.brain import FloatArray, IntArray
@@ -294,3 +295,24 @@ class AllButMeConnector(Connector, connectors.MapConnector):
         post, other = np.divmod(np.arange(size * n), n)
         pre = post // n * n + other
         self._connect_pairs(projection, pre[pre != post], post[pre != post])
+
+
+class _Formula(IndexBasedExpression):
+    """The probability of a synapse as a text, with the indices ``i`` and ``j`` and NumPy's functions."""
+
+    def __init__(self, text: str) -> None:
+        self._probability = eval(f"lambda i, j: {text}", dict(vars(np)))
+
+    def __call__(self, i: Any, j: Any) -> Any:
+        return np.broadcast_to(self._probability(i, j), np.broadcast_shapes(np.shape(i), np.shape(j)))
+
+
+def index_based(connector: Any) -> type:
+    """Return PyNN's connector with probabilities by indices, whose expression may be a text."""
+
+    def begin(self: Any, index_expression: Any, *arguments: Any, **named: Any) -> None:
+        is_text = isinstance(index_expression, str)
+        expression = _Formula(index_expression) if is_text else index_expression
+        connector.__init__(self, expression, *arguments, **named)
+
+    return type(connector.__name__, (connector,), {"__init__": begin, "__doc__": connector.__doc__})

@@ -21,6 +21,7 @@ from nrp_spynnaker.dialect.connectors import (
     ConvolutionConnector,
     KernelConnector,
     OneToOneOffsetConnector,
+    index_based,
 )
 from nrp_spynnaker.dialect.other_modules import (
     exceptions,
@@ -149,6 +150,7 @@ class Dialect:
         own |= unsupported.stand_ins(unsupported.SIMULATOR)
         own["STDPMechanism"] = stdp_mechanism(own["STDPMechanism"])
         own["StaticSynapse"] = static_synapse(own["StaticSynapse"])
+        own["IndexBasedProbabilityConnector"] = index_based(own["IndexBasedProbabilityConnector"])
         own |= {each.__name__: simulator.bind(each) for each in (Population, PopulationView, Projection)}
         own |= pynn07_names(own, simulator.state)
         own["SpiNNakerProjection"] = own["Projection"]
