@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
 
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.dsl.afferents import Spindle, TendonOrgan
 from nrp_core.dsl.device_kinds import poisson, population_rate
@@ -64,13 +66,13 @@ def map_afferents(
             "needs a population of a muscle" if not populations else f"is not by a {type(chosen).__name__}"
         )
         raise TransferFunctionError(f"map_afferents: {kind} of '{group}' {wrong}")
-    muscles, targets = list(populations), list(populations.values())
+    muscles, targets = tuple(populations), list(populations.values())
 
     def afferents(t, states, fibres, memory):  # type: ignore[no-untyped-def]
         message = states.value
         if message is None:
             return
-        rows = _rows(message.name, muscles, group)
+        rows = _rows(tuple(message.name), muscles, group)
         fibres.rate, memory.value = _rates(chosen, kind, message, rows, rest, memory.value, t)
 
     afferents.__name__ = afferents.__qualname__ = name or _named(f"{kind}_of", group)
@@ -85,19 +87,20 @@ def _named(prefix: str, group: str) -> str:
     return f"{prefix}{group.replace('/', '_')}"
 
 
-def _rows(names: Sequence[str], muscles: Sequence[str], group: str) -> list[int]:
+@lru_cache  # the names are the same in each message
+def _rows(names: tuple[str, ...], muscles: tuple[str, ...], group: str) -> IntArray:
     """Return where muscles are in a message."""
     for muscle in muscles:
         if muscle not in names:
             raise TransferFunctionError(f"'{group}' has no muscle '{muscle}'{did_you_mean(muscle, names)}")
-    return [names.index(muscle) for muscle in muscles]
+    return np.array([names.index(muscle) for muscle in muscles])
 
 
 def _rates(
     model: Spindle | TendonOrgan,
     kind: str,
     message: MuscleStates,
-    rows: list[int],
+    rows: IntArray,
     rest: Mapping[str, float] | None,
     memory: Any,
     t: float,
