@@ -131,14 +131,15 @@ class Control:
     def _lifts_of(self, gravity: Vector) -> Iterator[tuple[BodyPath, Wrench]]:
         """Yield the forces that hold bodies which gravity does not pull, or not in full.
 
-        Gazebo reads from a user's own file which links have no gravity.
+        Gazebo reads from a user's own file which links have no gravity. The forces act at the centre of the
+        whole body, which differs from that of the lifted part where links were merged.
         """
         for model, bodies in self._built.bodies.items():
             if model in self._built.own:
                 continue
             for index, (body, _) in enumerate(bodies):
-                if body.inertial is not None and body.weightless:
-                    x, y, z = (-body.weightless * body.inertial.mass * part for part in gravity)
+                if body.inertial is not None and (lifted := body.weightless):
+                    x, y, z = (-lifted.mass * part for part in gravity)
                     yield (model, index), Wrench((x, y, z))
 
     @property
