@@ -177,13 +177,15 @@ def open_run(
     from nrp_cockpit.session.opening import Opening
     from nrp_core.cli.progress import display
     from nrp_core.experiment.reading.find import load_experiment
+    from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.running import open_run as open_checked
 
     with ExitStack() as stack:
         with display() as shown:
             shown.begin_task("reading the experiment")
+            files = stack.enter_context(FilesRead())
             run = stack.enter_context(open_checked(experiment, settings, progress=shown.begin_task))
-            session = LiveSession(run, hub)
+            session = LiveSession(run, hub, files=files)
             opening = Opening(session, lambda more: load_experiment(experiment, [*settings, *more]))
             stack.callback(lambda: session.run.close())
             offer_services(opening, design)

@@ -22,6 +22,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, LifecycleError, NrpError
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.recording.folder.used_files import FilesRead
 
 _MOMENT_S = 0.05
 """Below this wall time it only sleeps: waiting for requests as well would cost more."""
@@ -35,6 +36,7 @@ class LiveSession(Session):
         hub: of the clients.
         requests: those of the session that owns the thread, by default this one.
         functions: the transfer functions of the run; by default as they are on disk.
+        files: the files that the run was read from, which its recordings keep.
 
     Attributes:
         beside: the second run that follows it, if any.
@@ -43,13 +45,19 @@ class LiveSession(Session):
     """
 
     def __init__(
-        self, run: Run, hub: Hub, requests: Requests | None = None, functions: Functions | None = None
+        self,
+        run: Run,
+        hub: Hub,
+        requests: Requests | None = None,
+        functions: Functions | None = None,
+        files: FilesRead | None = None,
     ) -> None:
         super().__init__(hub, requests)
         self.beside: Companion | None = None
         self._jumping = self._is_halted = self._is_shown = False
         self._going_since: float | None = None
         self._gone_s = 0.0
+        self._files = files
         self._recording: RecordingFolder | None = None
         self.recording_path: Path | None = None
         self.recorded_path: Path | None = None
@@ -291,7 +299,7 @@ class LiveSession(Session):
             raise LifecycleError(f"the run is already being recorded to {self.recording_path}")
         else:
             path = Path(folder or f"recordings/{self.run.experiment.name}-{time.strftime('%Y%m%d-%H%M%S')}")
-            self._recording = RecordingFolder(self.run, path.absolute())
+            self._recording = RecordingFolder(self.run, path.absolute(), files=self._files)
             self.recording_path = path.absolute()
         self.reports.status()
         return {"path": None if self.recording_path is None else str(self.recording_path)}
