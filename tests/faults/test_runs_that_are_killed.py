@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 
+import pytest
+
 from nrp_core.recording.layout import MCAP_NAME
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.recording import Recording
@@ -104,6 +106,7 @@ def check(stamps: list[Stamp], recording: Path) -> None:
     assert not lost or now_s - lost[0] <= LOST_S + max(0.0, stalled_s)
 
 
+@pytest.mark.heavy
 def test_whenever_a_run_is_killed_it_loses_at_most_a_tenth_of_a_second(tmp_path: Path) -> None:
     with running(tmp_path / "run") as run:
         samples = []

@@ -110,7 +110,11 @@ class Near(IndexBasedExpression):
         (lambda sim: sim.DistanceDependentProbabilityConnector(NEAR), 5 * 30_000),
         (lambda sim: sim.DistanceDependentProbabilityConnector("0.5 * (d < 2.5)"), 5 * 15_000),
         (lambda sim: sim.IndexBasedProbabilityConnector(Near()), 5 * 30_000),
-        (lambda sim: sim.DisplacementDependentProbabilityConnector(lambda d: abs(d[0]) < 2.5), 5 * 30_000),
+        pytest.param(
+            lambda sim: sim.DisplacementDependentProbabilityConnector(lambda d: abs(d[0]) < 2.5),
+            5 * 30_000,
+            marks=pytest.mark.heavy,
+        ),
         (lambda sim: sim.SmallWorldConnector(2.5, 0.1), 5 * 30_000),
         (lambda sim: sim.SmallWorldConnector(2.5, 0.1, n_connections=2), 2 * 30_000),
         (lambda sim: sim.OneToOneConnector(), 30_000),

@@ -62,6 +62,7 @@ def by_backend(given: dict[str, float]) -> tuple[Any, Any]:
     return np.stack(columns, axis=1), np.asarray(data.spiketrains[0])
 
 
+@pytest.mark.heavy
 def test_it_adapts_as_its_equations_say() -> None:
     rows, spikes = by_backend(PARAMETERS)
     expected, times = by_formula(PARAMETERS)

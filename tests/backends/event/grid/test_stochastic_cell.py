@@ -40,6 +40,7 @@ def noisy(sim: Any, n: int = 1000) -> Any:
     return cells
 
 
+@pytest.mark.heavy
 def test_currents_and_thresholds_after_spikes_are_those_of_nest() -> None:
     sim = simulator()
     jumps = {"a_eta": [(0.1, 0.1, 0.1), (0.0, 0.0, 0.0)], "a_gamma": [(0.0, 0.0, 0.0), (5.0, 5.0, 5.0)]}
