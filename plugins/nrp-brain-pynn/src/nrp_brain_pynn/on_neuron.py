@@ -141,6 +141,7 @@ class NeuronDriver(LateWeightsDriver):
                         self._parallel.spike_record(int(ident), self._times, self._gids)
         self._watch_thresholds()
         self._crossed = np.empty(0, np.int64)
+        self._taken = self._finished = 0  # steps up to which spikes were returned, and simulated
         sim.run_until(0.0)  # later calls need an initialised simulator
 
     def _watch_thresholds(self) -> None:
@@ -210,7 +211,6 @@ class NeuronDriver(LateWeightsDriver):
         sim.run_until(milliseconds(step * self.grid.step_ns))
 
     def _finish(self, step: int) -> None:
-        self._began = self._step
         sim.run_until(milliseconds((step - 1) * self.grid.step_ns))
         below = self._watch.below()
         sim.run_until(milliseconds(step * self.grid.step_ns))
@@ -224,9 +224,10 @@ class NeuronDriver(LateWeightsDriver):
         neurons = self._gid_to_id[self._gids.as_numpy().astype(np.int64)]
         self._times.resize(0)
         self._gids.resize(0)
-        fresh = steps > self._began
+        fresh = steps > self._taken
         neurons = np.concatenate([neurons[fresh], self._crossed])
         steps = np.concatenate([steps[fresh], np.full(len(self._crossed), self._finished)])
+        self._taken = self._finished
         if self._parallel.nhost() > 1:
             parts = self._parallel.py_allgather((neurons, steps))
             neurons, steps = (np.concatenate(column) for column in zip(*parts, strict=True))
