@@ -36,6 +36,27 @@ RESULTS_SUFFIX = ".diff"
 _OF_RUNS = ("brains", "worlds", "controls", "seeds", "vary", "overrides", "models", "results", "jobs")
 """Parameters that affect runs."""
 
+Brains = Annotated[
+    str,
+    typer.Option(metavar="A,B", envvar="NRP_BRAINS", help="Brain backends; by default the experiment's."),
+]
+Worlds = Annotated[
+    str,
+    typer.Option(metavar="X,Y", envvar="NRP_WORLDS", help="World backends; by default the experiment's."),
+]
+Controls = Annotated[
+    str,
+    typer.Option(
+        metavar="A,B",
+        envvar="NRP_CONTROLS",
+        help="Controls of the wiring, compared with the original: rewire, signs, weights, all of these, "
+        "or 'silence: CELLS'.",
+    ),
+]
+Jobs = Annotated[
+    int | None, typer.Option(metavar="N", envvar="NRP_JOBS", min=1, help="Number of runs in parallel.")
+]
+
 
 def diff(
     context: typer.Context,
@@ -51,23 +72,9 @@ def diff(
         Path | None,
         typer.Argument(metavar="DIR2", help="The second recording: compare the two without a run."),
     ] = None,
-    brains: Annotated[
-        str,
-        typer.Option(metavar="A,B", envvar="NRP_BRAINS", help="Brain backends; by default the experiment's."),
-    ] = "",
-    worlds: Annotated[
-        str,
-        typer.Option(metavar="X,Y", envvar="NRP_WORLDS", help="World backends; by default the experiment's."),
-    ] = "",
-    controls: Annotated[
-        str,
-        typer.Option(
-            metavar="A,B",
-            envvar="NRP_CONTROLS",
-            help="Controls of the wiring, compared with the original: rewire, signs, weights, all of these, "
-            "or 'silence: CELLS'.",
-        ),
-    ] = "",
+    brains: Brains = "",
+    worlds: Worlds = "",
+    controls: Controls = "",
     seeds: Annotated[
         int,
         typer.Option(
@@ -115,9 +122,7 @@ def diff(
             help="Folder of the recorded runs; existing runs are reused.",
         ),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option(metavar="N", envvar="NRP_JOBS", min=1, help="Number of runs in parallel.")
-    ] = None,
+    jobs: Jobs = None,
     html: Annotated[
         Path | None,
         typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Also write an HTML page."),

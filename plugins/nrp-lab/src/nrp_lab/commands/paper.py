@@ -17,7 +17,7 @@ from nrp_core.cli.options import (
     require_folder_of,
 )
 from nrp_core.cli.output import NO, document
-from nrp_lab.commands.diff import chosen_controls, names
+from nrp_lab.commands.diff import Brains, Controls, Jobs, Worlds, chosen_controls, names
 
 if TYPE_CHECKING:
     from nrp_lab.paper.verification import Verification
@@ -45,25 +45,16 @@ def paper(
     verify: Annotated[
         bool, typer.Option("--verify", help="Repeat the runs of an archive; fail if one is different.")
     ] = False,
-    brains: Annotated[
-        str, typer.Option(metavar="A,B", help="Brain backends; by default the experiment's.")
-    ] = "",
-    worlds: Annotated[
-        str, typer.Option(metavar="X,Y", help="World backends; by default the experiment's.")
-    ] = "",
-    controls: Annotated[
-        str,
-        typer.Option(
-            metavar="A,B", help="Controls of the wiring to run as well: rewire, signs, weights, all."
-        ),
-    ] = "",
+    brains: Brains = "",
+    worlds: Worlds = "",
+    controls: Controls = "",
     seeds: Annotated[
         int,
         typer.Option(metavar="N", min=1, help="Number of seeds, counted up from the experiment's."),
     ] = 3,
     overrides: Overrides = None,
     models: Models = None,
-    jobs: Annotated[int | None, typer.Option(metavar="N", min=1, help="Number of runs in parallel.")] = None,
+    jobs: Jobs = None,
     json: Json = False,
 ) -> None:
     """Pack an experiment as one archive that others can repeat: runs, figures, methods and verdict.
