@@ -54,8 +54,7 @@ class EventBrain(Brain):
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._ahead: list[tuple[IntArray, FloatArray]] = []
         self._wired = wired(network)
-        engine = build_engine(self._wired, options.tolerance)
-        self._initial = self._engine = engine
+        self._initial = engine = build_engine(self._wired, options.tolerance)
         self._rewards, more = rewards_of(
             network, engine.row_of, None, engine._asdict(), lambda: self._plastic
         )
