@@ -4,7 +4,7 @@ import type { TopicInfo } from "../state/types";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
 import { Empty, Panel } from "../ui/Panel";
-import { PAST, type Past, useTopic } from "../wire";
+import { PAST, type Past, useTopic, wire } from "../wire";
 import { type AnyImage, drawImage } from "./drawImage";
 import "./camera.css";
 
@@ -55,13 +55,21 @@ function CameraView({ topic }: { topic: string }) {
     told.current = next;
     setShown(next);
   };
-  useTopic<Past>(PAST, (past) => past.topic === topic && past.count === 0 && show("nothing"));
+  const jumps = useRef(0);
+  useTopic<Past>(PAST, (past) => {
+    if (past.topic !== topic) return;
+    wire.skip(topic);
+    jumps.current++; // an image that is being decoded is not shown either
+    if (past.count === 0) show("nothing");
+  });
   useTopic<AnyImage>(
     topic,
     (image) => {
       if (!canvas.current) return;
+      const jump = jumps.current;
       drawImage(canvas.current, image)
         .then((range) => {
+          if (jump !== jumps.current) return;
           const text = range ? `${range[0].toFixed(2)} m to ${range[1].toFixed(2)} m` : "";
           if (caption.current && caption.current.textContent !== text) caption.current.textContent = text;
           show("picture");

@@ -54,6 +54,11 @@ export class Wire {
     this.subscriptions.recall(topic);
   }
 
+  /** Does not deliver the message of a topic that waits for the next frame, because it is no longer true. */
+  skip(topic: string): void {
+    this.subscriptions.skip(topic);
+  }
+
   /** Calls a service; the promise fails with the server's one sentence. */
   call<T = object>(name: string, request: object = {}): Promise<T> {
     return this.calls.call(name, request) as Promise<T>;

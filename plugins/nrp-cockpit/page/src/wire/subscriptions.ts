@@ -56,6 +56,12 @@ export class Subscriptions {
     this.bind(topic, channel);
   }
 
+  /** Drops the message of a topic that waits for the next frame. */
+  skip(name: string): void {
+    const topic = this.topics.get(name);
+    if (topic) topic.waiting = null;
+  }
+
   withdrawn(channelId: number): void {
     for (const topic of this.topics.values()) if (topic.channel?.id === channelId) this.unbind(topic);
   }
