@@ -55,6 +55,20 @@ def test_a_good_layout_has_no_problem(tmp_path: Path, channels: Channels) -> Non
         layout.save({**GOOD, "trees": {}})
 
 
+def test_a_layout_has_some_panels_and_several_of_a_kind(tmp_path: Path, channels: Channels) -> None:
+    layout = Layout(tmp_path / "it.cockpit.json", channels)
+    given = {
+        **GOOD,
+        "tree": {"direction": "row", "sizes": [1, 1, 1], "parts": ["camera", "camera 2", "traces 3"]},
+        "traces": [{"topic": "/husky/cmd_vel", "path": "linear.x", "panel": "traces 3"}],
+        "choices": {"camera 2": "/husky/camera"},
+    }
+    layout.save(given)
+    assert layout.load() == {"layout": given}
+    with pytest.raises(ExperimentError, match="there is no panel 'cmera 2'; did you mean 'camera'"):
+        layout.save({**given, "choices": {"cmera 2": "/husky/camera"}})
+
+
 def test_the_panels_are_those_of_the_page() -> None:
     source = Path(__file__).parents[1] / "page" / "src" / "layout" / "tree.ts"
     (listed,) = re.findall(r"PANELS = \[(.*?)\] as const", source.read_text())
@@ -81,7 +95,10 @@ def changed(keys: list[Any], value: Any) -> str:
         (changed(["version"], 2), ":2:14: version: should be 1, not 2"),
         (changed(["tree", "parts", 0], "scen"),
          ":11:7: tree.parts.0: there is no panel 'scen'; did you mean 'scene'?"),
-        (changed(["tree", "parts", 0], "map"), ":3:11: tree: the panel 'scene' is not in it"),
+        (changed(["tree", "parts", 0], "scene 1"),
+         ":11:7: tree.parts.0: 'scene 1': the panels of a kind are 'scene', 'scene 2', 'scene 3' and so on"),
+        (changed(["tree"], {"direction": "row", "parts": [], "sizes": []}),
+         ":3:11: tree: there is no panel in it"),
         (changed(["tree", "parts", 1, "parts", 0], "scene"), ":3:11: tree: the panel 'scene' is twice in it"),
         (changed(["tree", "parts", 1, "direction"], "diagonal"),
          ":13:22: tree.parts.1.direction: should be 'row' or 'column', not 'diagonal'"),

@@ -147,7 +147,7 @@ def test_every_experiment_opens_and_runs_on_every_pair_without_a_complaint(
         shown = page.get_by_role("banner")
         expect(shown).to_contain_text(brain)
         expect(shown).to_contain_text(world)
-        for panel in ("Scene", "Camera", "From above", "Brain", "Spikes", "Devices and topics"):
+        for panel in ("Scene", "From above", "Brain", "Spikes", "Devices and topics"):
             expect(page.get_by_role("region", name=panel, exact=False).first).to_be_visible()
 
 

@@ -1,9 +1,11 @@
-import { useRef, useState } from "react";
+import { useContext, useRef, useState } from "react";
+import { usePanelChoice } from "../state/panelChoices";
 import { useRun } from "../state/run";
 import type { TopicInfo } from "../state/types";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
 import { Empty, Panel } from "../ui/Panel";
+import { PanelContext } from "../ui/panelContext";
 import { PAST, type Past, useTopic, wire } from "../wire";
 import { type AnyImage, drawImage } from "./drawImage";
 import "./camera.css";
@@ -11,12 +13,15 @@ import "./camera.css";
 const IMAGE = /^sensor_msgs\/(msg\/)?(Compressed)?Image$/;
 const NONE: readonly TopicInfo[] = [];
 
+export const isCamera = ({ type }: TopicInfo): boolean => IMAGE.test(type);
+
 /** What a camera of the run sees. */
 export function CameraPanel() {
   const topics = useRun((run) => run.experiment?.topics ?? NONE);
-  const cameras = topics.filter(({ type }) => IMAGE.test(type));
-  const [chosen, setChosen] = useState<string | null>(null);
-  const camera = cameras.find(({ name }) => name === chosen) ?? cameras[0];
+  const cameras = topics.filter(isCamera);
+  const { number } = useContext(PanelContext);
+  const [chosen, setChosen] = usePanelChoice<string>("");
+  const camera = cameras.find(({ name }) => name === chosen) ?? cameras[(number - 1) % cameras.length];
   if (!camera)
     return (
       <Panel title="Camera">

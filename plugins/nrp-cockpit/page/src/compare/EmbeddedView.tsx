@@ -17,7 +17,7 @@ export default function EmbeddedView() {
   return (
     <main id="main" className="embedded">
       <Suspense fallback={null}>
-        <SplitView node={SHOWN} />
+        <SplitView node={SHOWN} fixed />
       </Suspense>
       <Notices />
     </main>

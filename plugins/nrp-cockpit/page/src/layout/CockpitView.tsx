@@ -5,14 +5,14 @@ import { Timeline } from "../timeline/Timeline";
 import { PanelFrame } from "./PanelFrame";
 import { SplitView } from "./SplitView";
 import { loadLayout, useLayout } from "./store";
-import { PANELS } from "./tree";
+import { panelsOf } from "./tree";
 import "./layout.css";
 
 /** The cockpit: the panels where the layout puts them, over the timeline. */
 export function CockpitView() {
   const tree = useLayout((state) => state.tree);
   const open = useView((state) => state.full);
-  const full = PANELS.find((id) => id === open);
+  const full = panelsOf(tree).find((id) => id === open);
   const ready = useRun((run) => run.experiment !== null);
   useEffect(() => {
     if (ready) void loadLayout();

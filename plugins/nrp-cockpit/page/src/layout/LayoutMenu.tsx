@@ -1,12 +1,17 @@
 import { barredBy, useRun } from "../state/run";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
-import { presetLayout, resetLayout } from "./store";
+import { isShown, rooms } from "./rooms";
+import { add, presetLayout, resetLayout } from "./store";
+import { PANELS } from "./tree";
 
 /** What can be done with the layout as a whole. */
 export function LayoutMenu() {
   const barred = useRun(barredBy);
+  const experiment = useRun((run) => run.experiment);
+  const kinds = PANELS.filter((kind) => isShown(kind, experiment));
   const items = [
+    ...kinds.map((kind) => ({ label: `Add ${rooms[kind].title}`, onSelect: () => add(kind) })),
     { label: "Reset the layout", onSelect: () => void resetLayout() },
     { label: "Save as preset", disabled: barred, onSelect: () => void presetLayout() },
   ];

@@ -1,13 +1,13 @@
-import { type DragEvent, type HTMLAttributes, useMemo } from "react";
+import { type DragEvent, type HTMLAttributes, useMemo, useState } from "react";
 import { useAfterPicture } from "../state/picture";
-import { setFull, useView } from "../state/view";
+import { useView } from "../state/view";
 import { Boundary } from "../ui/Boundary";
-import { IconButton } from "../ui/Button";
 import { Panel } from "../ui/Panel";
 import { PanelContext } from "../ui/panelContext";
+import { FrameTools } from "./FrameTools";
 import { rooms } from "./rooms";
-import { swap } from "./store";
-import type { PanelId } from "./tree";
+import { moveTo, swap } from "./store";
+import { kindOf, numberOf, type PanelId, type Side } from "./tree";
 
 const DRAGGED = "application/x-nrp-panel";
 
@@ -19,41 +19,71 @@ const headProps = (id: PanelId): HTMLAttributes<HTMLDivElement> => ({
   },
 });
 
-/** A place in the layout: the room that stands there, its full-size button, and its head as a handle to move it. */
-export function PanelFrame({ id }: { id: PanelId }) {
+interface FrameProps {
+  id: PanelId;
+  /** Whether it stays where it is. */
+  fixed?: boolean;
+}
+
+/** A place in the layout: the room that stands there, its tools, and its head as a handle to move it. */
+export function PanelFrame({ id, fixed = false }: FrameProps) {
   const full = useView((state) => state.full === id);
-  const { component: Room, title } = rooms[id];
+  const { component: Room, title } = rooms[kindOf(id)];
   const after = useAfterPicture();
-  const comes = after || id === "scene";
+  const comes = after || kindOf(id) === "scene";
+  const { drop, ...handlers } = useDrop(id);
   const frame = useMemo(
     () => ({
-      headProps: headProps(id),
-      frameTools: (
-        <IconButton
-          icon={full ? "shrink" : "expand"}
-          label={full ? "Leave full size" : "Full size"}
-          shortcut={full ? "Esc" : "Enter"}
-          kind="ghost"
-          small
-          onClick={() => setFull(full ? null : id)}
-        />
-      ),
+      id,
+      number: numberOf(id),
+      headProps: fixed ? {} : headProps(id),
+      frameTools: fixed ? null : <FrameTools id={id} full={full} />,
     }),
-    [id, full],
+    [id, full, fixed],
   );
-  const over = (event: DragEvent) => {
-    if (event.dataTransfer.types.includes(DRAGGED)) event.preventDefault();
-  };
-  const drop = (event: DragEvent) => {
-    const dragged = event.dataTransfer.getData(DRAGGED) as PanelId | "";
-    if (dragged && dragged !== id) swap(dragged, id);
-  };
   return (
-    // biome-ignore lint/a11y/noStaticElementInteractions: only a place to drop on; the menu of the layout does the same
-    <div className="frame" data-panel={id} tabIndex={-1} onDragOver={over} onDrop={drop}>
+    <div className="frame" data-panel={id} data-drop={drop} tabIndex={-1} {...(fixed ? {} : handlers)}>
       <PanelContext value={frame}>
         <Boundary title={title}>{comes ? <Room /> : <Panel title={title}>{null}</Panel>}</Boundary>
       </PanelContext>
     </div>
   );
+}
+
+type Drop = Side | "swap";
+
+/** Beyond this share of a panel from its middle, another is dropped beside it, and otherwise in its place. */
+const BESIDE = 0.25;
+
+function dropAt({ clientX, clientY, currentTarget }: DragEvent): Drop {
+  const { left, top, width, height } = currentTarget.getBoundingClientRect();
+  const x = (clientX - left) / width - 0.5;
+  const y = (clientY - top) / height - 0.5;
+  if (Math.max(Math.abs(x), Math.abs(y)) < BESIDE) return "swap";
+  if (Math.abs(x) > Math.abs(y)) return x < 0 ? "left" : "right";
+  return y < 0 ? "above" : "below";
+}
+
+/** Takes panels that are dropped; says where one would go. */
+function useDrop(id: PanelId) {
+  const [drop, setDrop] = useState<Drop>();
+  return {
+    drop,
+    onDragOver: (event: DragEvent) => {
+      if (!event.dataTransfer.types.includes(DRAGGED)) return;
+      event.preventDefault();
+      setDrop(dropAt(event));
+    },
+    onDragLeave: ({ currentTarget, relatedTarget }: DragEvent) => {
+      if (!currentTarget.contains(relatedTarget as globalThis.Node | null)) setDrop(undefined);
+    },
+    onDrop: (event: DragEvent) => {
+      setDrop(undefined);
+      const dragged = event.dataTransfer.getData(DRAGGED) as PanelId | "";
+      if (!dragged || dragged === id) return;
+      const where = dropAt(event);
+      if (where === "swap") swap(dragged, id);
+      else moveTo(dragged, id, where);
+    },
+  };
 }

@@ -1,24 +1,37 @@
 import { type ComponentType, lazy } from "react";
 import { BrainPanel } from "../brain/BrainPanel";
-import { CameraPanel } from "../camera/CameraPanel";
+import { CameraPanel, isCamera } from "../camera/CameraPanel";
 import { InspectorPanel } from "../inspector/InspectorPanel";
 import { MapPanel } from "../map/MapPanel";
 import { SpikesPanel } from "../plots/SpikesPanel";
 import { TracesPanel } from "../plots/TracesPanel";
-import type { PanelId } from "./tree";
+import type { Experiment } from "../state/types";
+import type { Kind, Node } from "./tree";
+import { kindOf } from "./tree";
 
 interface Room {
   title: string;
   component: ComponentType;
+  /** Whether a run has anything for it; by default each has. */
+  isFor?: (experiment: Experiment) => boolean;
 }
 
-/** The rooms of the cockpit by the ids of the layout; the scene with three.js is fetched after the first picture. */
-export const rooms: Record<PanelId, Room> = {
-  scene: { title: "Scene", component: lazy(() => import("../scene/ScenePanel")) },
-  camera: { title: "Camera", component: CameraPanel },
-  map: { title: "From above", component: MapPanel },
-  brain: { title: "Brain", component: BrainPanel },
-  spikes: { title: "Spikes", component: SpikesPanel },
+const hasCells = ({ populations }: Experiment) => populations.length > 0;
+const hasRoom = ({ bodies, robots }: Experiment) => bodies.length + robots.length > 0;
+
+/** The rooms of the cockpit by the kinds of the layout; the scene with three.js is fetched after the first picture. */
+export const rooms: Record<Kind, Room> = {
+  scene: { title: "Scene", component: lazy(() => import("../scene/ScenePanel")), isFor: hasRoom },
+  camera: { title: "Camera", component: CameraPanel, isFor: ({ topics }) => topics.some(isCamera) },
+  map: { title: "From above", component: MapPanel, isFor: hasRoom },
+  brain: { title: "Brain", component: BrainPanel, isFor: hasCells },
+  spikes: { title: "Spikes", component: SpikesPanel, isFor: hasCells },
   traces: { title: "Devices and topics", component: TracesPanel },
   inspector: { title: "Selected", component: InspectorPanel },
 };
+
+/** Whether a run has anything to show in a panel, or in one of several; all may have until it is described. */
+export function isShown(node: Node, experiment: Experiment | null): boolean {
+  if (typeof node !== "string") return node.parts.some((part) => isShown(part, experiment));
+  return experiment === null || (rooms[kindOf(node)].isFor?.(experiment) ?? true);
+}

@@ -2,12 +2,29 @@ import { create } from "zustand";
 import { firstTraces } from "../plots/groups";
 import { command } from "../state/commands";
 import { notify } from "../state/notices";
+import { usePanelChoices } from "../state/panelChoices";
 import { useRun } from "../state/run";
 import { type Trace, useTraces } from "../state/traces";
-import { defaultTree, moveBorder, type Node, type PanelId, type Path, type Split, swapPanels } from "./tree";
+import {
+  append,
+  defaultTree,
+  freeId,
+  type Kind,
+  kindOf,
+  moveBorder,
+  type PanelId,
+  type Path,
+  panelsOf,
+  putBeside,
+  replace,
+  type Side,
+  type Split,
+  swapPanels,
+  without,
+} from "./tree";
 
 interface Layout {
-  tree: Node;
+  tree: Split;
 }
 
 export const useLayout = create<Layout>(() => ({ tree: defaultTree }));
@@ -19,6 +36,7 @@ const layoutNow = () => ({
   version: 1,
   tree: useLayout.getState().tree,
   traces: useTraces.getState().traces,
+  choices: usePanelChoices.getState().choices,
 });
 
 /** Saves for the user, shortly after the last change. A viewer who may not save keeps it for the visit. */
@@ -28,19 +46,36 @@ function saveSoon(): void {
   timer = window.setTimeout(() => void command("layout/save", { layout: layoutNow() }), SAVE_AFTER_MS);
 }
 
-function change(tree: Node): void {
-  useLayout.setState({ tree });
+/** Changes the tree; what a closed panel showed is forgotten. */
+function change(to: (tree: Split) => Split): void {
+  const before = panelsOf(useLayout.getState().tree);
+  useLayout.setState(({ tree }) => ({ tree: to(tree) }));
+  const there = new Set<string>(panelsOf(useLayout.getState().tree));
+  for (const id of before.filter((one) => !there.has(one))) {
+    usePanelChoices.setState(({ choices: { [id]: _, ...choices } }) => ({ choices }));
+    useTraces.setState(({ traces }) => ({ traces: traces.filter(({ panel = "traces" }) => panel !== id) }));
+  }
   saveSoon();
 }
 
-export const resize = (path: Path, index: number, share: number): void =>
-  change(moveBorder(useLayout.getState().tree, path, index, share));
-export const swap = (a: PanelId, b: PanelId): void => change(swapPanels(useLayout.getState().tree, a, b));
+export const resize = (path: Path, between: readonly [number, number], share: number): void =>
+  change((tree) => moveBorder(tree, path, between, share));
+export const swap = (a: PanelId, b: PanelId): void => change((tree) => swapPanels(tree, a, b));
+/** Moves a panel to one side of another. */
+export const moveTo = (moved: PanelId, id: PanelId, side: Side): void =>
+  change((tree) => putBeside(without(tree, moved), id, side, moved));
+/** Opens another panel of the same kind beside one. */
+export const split = (id: PanelId, side: Side): void =>
+  change((tree) => putBeside(tree, id, side, freeId(tree, kindOf(id))));
+export const become = (id: PanelId, kind: Kind): void =>
+  change((tree) => replace(tree, id, freeId(tree, kind)));
+export const close = (id: PanelId): void => change((tree) => without(tree, id));
+export const add = (kind: Kind): void => change((tree) => append(tree, freeId(tree, kind)));
 
 let loaded = false;
 
 interface Saved {
-  layout?: { tree: Split; traces: readonly Trace[] };
+  layout?: { tree: Split; traces: readonly Trace[]; choices?: Record<string, string> };
   problem?: string;
 }
 
@@ -49,7 +84,13 @@ export async function loadLayout(): Promise<void> {
   if (loaded) return;
   loaded = true;
   take((await command<Saved>("layout/load")) ?? {});
-  useTraces.subscribe(({ chosen }) => chosen && saveSoon());
+  useTraces.subscribe(({ traces, chosen }) => {
+    if (!chosen) return;
+    const there = new Set<string>(panelsOf(useLayout.getState().tree));
+    if (!there.has("traces") && traces.some(({ panel = "traces" }) => panel === "traces")) add("traces");
+    else saveSoon();
+  });
+  usePanelChoices.subscribe(({ chosen }) => chosen && saveSoon());
 }
 
 function take({ layout, problem }: Saved): void {
@@ -57,6 +98,7 @@ function take({ layout, problem }: Saved): void {
   if (layout) {
     useLayout.setState({ tree: layout.tree });
     useTraces.setState({ traces: layout.traces, chosen: false });
+    usePanelChoices.setState({ choices: layout.choices ?? {}, chosen: false });
   }
 }
 
@@ -68,6 +110,7 @@ export async function resetLayout(): Promise<void> {
   if (!saved) return;
   useLayout.setState({ tree: defaultTree });
   useTraces.setState({ traces: experiment ? firstTraces(experiment) : [], chosen: false });
+  usePanelChoices.setState({ choices: {}, chosen: false });
   take(saved);
 }
 

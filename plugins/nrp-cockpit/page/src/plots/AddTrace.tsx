@@ -6,7 +6,7 @@ import { offeredTraces } from "./offered";
 import { keyOf } from "./traceStore";
 
 /** A button that opens the list of all numbers of all topics, to be searched by words. */
-export function AddTrace() {
+export function AddTrace({ panel }: { panel: string }) {
   const experiment = useRun((run) => run.experiment);
   return (
     <Chooser
@@ -24,7 +24,7 @@ export function AddTrace() {
         </>
       )}
       none="No number matches."
-      onChoose={addTrace}
+      onChoose={(trace) => addTrace({ ...trace, panel })}
     >
       Add
     </Chooser>

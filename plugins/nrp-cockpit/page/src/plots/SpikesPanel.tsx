@@ -1,4 +1,5 @@
-import { useCallback, useMemo, useRef, useState } from "react";
+import { useCallback, useMemo, useRef } from "react";
+import { usePanelChoice } from "../state/panelChoices";
 import { useRun } from "../state/run";
 import { select, useSelection } from "../state/selection";
 import type { Population } from "../state/types";
@@ -22,7 +23,7 @@ const NONE: readonly Population[] = [];
 /** The spikes of all populations over the common window of time, or their mean rates. */
 export function SpikesPanel() {
   const populations = useRun((run) => run.experiment?.populations ?? NONE);
-  const [kind, setKind] = useState<Kind>("spikes");
+  const [kind, setKind] = usePanelChoice<Kind>("spikes");
   const count = useRef<HTMLSpanElement>(null);
   const tools = (
     <>

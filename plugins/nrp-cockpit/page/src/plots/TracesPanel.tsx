@@ -1,8 +1,9 @@
-import { type DragEvent, useEffect } from "react";
+import { type DragEvent, useContext, useEffect, useMemo } from "react";
 import { useRun } from "../state/run";
 import { carriesTrace, dropTrace, useTraces } from "../state/traces";
 import type { Device, TopicInfo } from "../state/types";
 import { Empty, Panel } from "../ui/Panel";
+import { PanelContext } from "../ui/panelContext";
 import { AddTrace } from "./AddTrace";
 import { firstTraces, groupsOf } from "./groups";
 import { TraceGroup } from "./TraceGroup";
@@ -16,22 +17,24 @@ const over = (event: DragEvent) => carriesTrace(event.dataTransfer) && event.pre
 
 /** Curves of devices and of fields of topics over the common window of time. */
 export function TracesPanel() {
-  const traces = useTraces((state) => state.traces);
+  const { id } = useContext(PanelContext);
+  const all = useTraces((state) => state.traces);
+  const traces = useMemo(() => all.filter(({ panel = "traces" }) => panel === id), [all, id]);
   const devices = useRun((run) => run.experiment?.devices ?? NONE);
   const topics = useRun((run) => run.experiment?.topics ?? NO_TOPICS);
-  useFirstTraces();
+  useFirstTraces(id);
   useTraceValues(traces);
   const groups = groupsOf(traces, devices, topics);
   const tools = (
     <>
-      <AddTrace />
+      <AddTrace panel={id} />
       <WindowTools plot="curves" />
     </>
   );
   return (
     <Panel title="Devices and topics" tools={tools} className="plot traces scroll">
       {/* biome-ignore lint/a11y/noStaticElementInteractions: only a place to drop on; the menu Add does the same */}
-      <div className="traces-drop" onDragOver={over} onDrop={(event) => dropTrace(event.dataTransfer)}>
+      <div className="traces-drop" onDragOver={over} onDrop={(event) => dropTrace(event.dataTransfer, id)}>
         {groups.length === 0 && <Empty>Drag a variable here, or choose Add.</Empty>}
         {groups.map((group, at) => (
           <TraceGroup key={group.title} group={group} last={at === groups.length - 1} />
@@ -43,14 +46,14 @@ export function TracesPanel() {
 
 let offered = "";
 
-/** Shows the first curves of a run once, unless some are shown already. */
-function useFirstTraces(): void {
+/** Shows the first curves of a run once, in the first panel, unless some are shown already. */
+function useFirstTraces(panel: string): void {
   const experiment = useRun((run) => run.experiment);
   useEffect(() => {
-    if (!experiment || experiment.file === offered) return;
+    if (!experiment || experiment.file === offered || panel !== "traces") return;
     const traces = firstTraces(experiment);
     if (traces.length === 0) return; // the functions that have devices may come later
     offered = experiment.file;
     if (useTraces.getState().traces.length === 0) useTraces.setState({ traces });
-  }, [experiment]);
+  }, [experiment, panel]);
 }

@@ -1,8 +1,9 @@
 import { useEffect, useRef, useState } from "react";
+import { usePanelChoice } from "../state/panelChoices";
 import { useRun } from "../state/run";
 import { Empty, Panel } from "../ui/Panel";
 import { Axes } from "./Axes";
-import { type Mode, useChoices } from "./choices";
+import type { Mode } from "./choices";
 import { Labels } from "./Labels";
 import { SceneTools } from "./SceneTools";
 import { type Steering, steer } from "./steering";
@@ -16,7 +17,7 @@ type Pushed = Parameters<Steering["onPush"]>[0];
 
 /** The world in three dimensions. */
 export default function ScenePanel() {
-  const mode = useChoices((choices) => choices.mode);
+  const [mode, setMode] = usePanelChoice<Mode>("orbit");
   const canvas = useRef<HTMLCanvasElement>(null);
   const made = useViewer(canvas);
   const viewer = made instanceof Viewer ? made : null;
@@ -29,7 +30,7 @@ export default function ScenePanel() {
       title="Scene"
       sub={experiment && `${experiment.world} · ${experiment.bodies.length} models`}
       className="scene"
-      tools={<SceneTools onFit={() => viewer?.fit()} />}
+      tools={<SceneTools mode={mode} onMode={setMode} onFit={() => viewer?.fit()} />}
     >
       {/* biome-ignore lint/a11y/noInteractiveElementToNoninteractiveRole: it acts on keys of its own */}
       <canvas

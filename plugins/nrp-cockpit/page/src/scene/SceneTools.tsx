@@ -1,6 +1,6 @@
 import { IconButton } from "../ui/Button";
 import { Segmented, Toggles } from "../ui/Segmented";
-import { type Layer, type Mode, setMode, toggleLayer, useChoices } from "./choices";
+import { type Layer, type Mode, toggleLayer, useChoices } from "./choices";
 import { useOfferedLayers } from "./useSights";
 
 const MODES: { value: Mode; label: string }[] = [
@@ -16,15 +16,20 @@ const LAYERS: { value: Layer; label: string }[] = [
   { value: "trail", label: "Trail" },
 ];
 
+interface ToolsProps {
+  mode: Mode;
+  onMode: (mode: Mode) => void;
+  onFit: () => void;
+}
+
 /** The controls in the head of the scene. */
-export function SceneTools({ onFit }: { onFit: () => void }) {
-  const mode = useChoices((choices) => choices.mode);
+export function SceneTools({ mode, onMode, onFit }: ToolsProps) {
   const layers = useChoices((choices) => choices.layers);
   const offered = useOfferedLayers();
   const choices = LAYERS.filter(({ value }) => offered.has(value));
   return (
     <>
-      <Segmented label="View" choices={MODES} value={mode} onChange={setMode} />
+      <Segmented label="View" choices={MODES} value={mode} onChange={onMode} />
       <Toggles label="Shown" choices={choices} on={layers} onToggle={toggleLayer} />
       <IconButton icon="fit" label="Fit" shortcut="F" kind="ghost" small data-key="fit" onClick={onFit} />
     </>

@@ -5,21 +5,19 @@ export type Mode = "orbit" | "follow" | "above";
 export type Layer = "trail" | "frustum" | "rays" | "contacts";
 
 interface Choices {
-  mode: Mode;
   layers: ReadonlySet<Layer>;
-  /** From where the scene was last seen; null: not yet. */
-  view: Orbit | null;
+  /** From where the scene was last seen in each panel, by the panel's id. */
+  views: Readonly<Record<string, Orbit>>;
 }
 
 /** How the person wants to see the scene; kept while its panel is closed or opens in full size. */
 export const useChoices = create<Choices>(() => ({
-  mode: "orbit",
   layers: new Set(["trail", "frustum", "rays"]),
-  view: null,
+  views: {},
 }));
 
-export const setMode = (mode: Mode): void => useChoices.setState({ mode });
-export const keepView = (view: Orbit): void => useChoices.setState({ view });
+export const keepView = (panel: string, view: Orbit): void =>
+  useChoices.setState(({ views }) => ({ views: { ...views, [panel]: view } }));
 
 export function toggleLayer(layer: Layer): void {
   useChoices.setState(({ layers }) => {

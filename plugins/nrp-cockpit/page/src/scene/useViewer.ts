@@ -1,17 +1,19 @@
-import { type RefObject, useEffect, useState } from "react";
+import { type RefObject, useContext, useEffect, useState } from "react";
 import { waitNoLonger } from "../state/picture";
 import { useSelection } from "../state/selection";
 import { useView } from "../state/view";
+import { PanelContext } from "../ui/panelContext";
 import { Viewer } from "./viewer";
 
 /** The viewer of a canvas, for as long as it is mounted; a sentence if the browser cannot draw it. */
 export function useViewer(canvas: RefObject<HTMLCanvasElement | null>): Viewer | string | null {
+  const { id } = useContext(PanelContext);
   const [viewer, setViewer] = useState<Viewer | string | null>(null);
   useEffect(() => {
     if (!canvas.current) return;
     let made: Viewer | null = null;
     try {
-      made = new Viewer(canvas.current);
+      made = new Viewer(canvas.current, id);
       setViewer(made);
     } catch {
       waitNoLonger();
@@ -21,7 +23,7 @@ export function useViewer(canvas: RefObject<HTMLCanvasElement | null>): Viewer |
       made?.dispose();
       setViewer(null);
     };
-  }, [canvas]);
+  }, [canvas, id]);
   const dark = useView((state) => state.dark);
   const selected = useSelection(({ selected: one }) => (one?.kind === "body" ? one.name : null));
   // biome-ignore lint/correctness/useExhaustiveDependencies: the colours are read anew when the theme changes

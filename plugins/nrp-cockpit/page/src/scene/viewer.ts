@@ -63,8 +63,8 @@ export class Viewer {
   private readonly unfollow: () => void;
   private walls: ShapeMesh[] = [];
   private selected: string | null = null;
-  private orbit = useChoices.getState().view ?? START;
-  private placed = useChoices.getState().view !== null;
+  private orbit: Orbit;
+  private placed: boolean;
   private frame = 0;
   private timer = 0;
   private drawn_ms = 0;
@@ -76,7 +76,13 @@ export class Viewer {
   private styled = false;
 
   /** @throws Error if the browser has no WebGL. */
-  constructor(private readonly canvas: HTMLCanvasElement) {
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly panel: string,
+  ) {
+    const seen = useChoices.getState().views[panel];
+    this.orbit = seen ?? START;
+    this.placed = seen !== undefined;
     const { context, fine } = drawingOn(canvas);
     this.renderer = new WebGLRenderer({ canvas, context });
     this.renderer.debug.checkShaderErrors = import.meta.env.DEV; // to ask for errors waits for the compiler
@@ -108,7 +114,7 @@ export class Viewer {
   set view(view: Orbit) {
     this.orbit = view;
     this.placed = true;
-    keepView(view);
+    keepView(this.panel, view);
     this.invalidate();
   }
 

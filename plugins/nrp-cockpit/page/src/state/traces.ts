@@ -4,6 +4,8 @@ import { create } from "zustand";
 export interface Trace {
   topic: string;
   path: string;
+  /** The panel that it is in, by default the first one with curves. */
+  panel?: string;
 }
 
 interface Traces {
@@ -16,7 +18,8 @@ export const useTraces = create<Traces>(() => ({ traces: [], chosen: false }));
 
 /** Adds a curve to the plots, from any room (a drag or a menu). */
 export function addTrace(trace: Trace): void {
-  const same = (one: Trace) => one.topic === trace.topic && one.path === trace.path;
+  const { topic, path, panel = "traces" } = trace;
+  const same = (one: Trace) => one.topic === topic && one.path === path && (one.panel ?? "traces") === panel;
   useTraces.setState(({ traces }) =>
     traces.some(same) ? { traces } : { traces: [...traces, trace], chosen: true },
   );
@@ -36,8 +39,8 @@ export function dragTrace(data: DataTransfer, { topic, path }: Trace): void {
 
 export const carriesTrace = (data: DataTransfer): boolean => data.types.includes(DRAGGED);
 
-/** Adds the curve that was dropped, if one was. */
-export function dropTrace(data: DataTransfer): void {
+/** Adds the curve that was dropped on a panel, if one was. */
+export function dropTrace(data: DataTransfer, panel: string): void {
   const carried = data.getData(DRAGGED);
-  if (carried) addTrace(JSON.parse(carried));
+  if (carried) addTrace({ ...JSON.parse(carried), panel });
 }

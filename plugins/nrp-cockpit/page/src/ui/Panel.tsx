@@ -15,11 +15,15 @@ interface PanelProps {
 
 /** One room's frame: a region with a head; the frame adds the buttons that the layout offers to every panel. */
 export function Panel({ title, label = title, sub, tools, className = "", children }: PanelProps) {
-  const { frameTools, headProps } = useContext(PanelContext);
+  const { number, frameTools, headProps } = useContext(PanelContext);
+  const which = number > 1 ? ` ${number}` : "";
   return (
-    <section className="panel" aria-label={label}>
+    <section className="panel" aria-label={label + which}>
       <div className="panel-head" {...headProps}>
-        <h2>{title}</h2>
+        <h2>
+          {title}
+          {which}
+        </h2>
         {sub !== undefined && <span className="panel-sub cut">{sub}</span>}
         <span className="grow" />
         {tools}

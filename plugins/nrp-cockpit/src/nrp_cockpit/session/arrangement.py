@@ -11,12 +11,15 @@ from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.section import Section
 
 PANELS: Final = ("scene", "camera", "map", "brain", "spikes", "traces", "inspector")
-"""The panels of the page, as in ``page/src/layout/tree.ts``."""
+"""The kinds of panels of the page, as in ``page/src/layout/tree.ts``."""
 
 
 def _known(panel: str) -> str:
-    if panel not in PANELS:
-        raise ValueError(f"there is no panel '{panel}'{did_you_mean(panel, PANELS)}")
+    kind, space, number = panel.partition(" ")
+    if kind not in PANELS:
+        raise ValueError(f"there is no panel '{panel}'{did_you_mean(kind, PANELS)}")
+    if space and not (number.isdecimal() and int(number) > 1):
+        raise ValueError(f"'{panel}': the panels of a kind are '{kind}', '{kind} 2', '{kind} 3' and so on")
     return panel
 
 
@@ -35,7 +38,7 @@ class Split(Section):
         ],
         ...,
     ]
-    """Names of panels, and splits."""
+    """Panels by their kind, the second one as in ``camera 2``, and splits."""
     sizes: tuple[Annotated[float, Field(gt=0)], ...]
     """One for each part; only their ratios count."""
 
@@ -61,6 +64,8 @@ class Curve(Section):
     """The topic of its messages."""
     path: str
     """The field in a message, such as ``linear.x`` or ``position[0]``."""
+    panel: _Panel = "traces"
+    """The panel that it is in."""
 
 
 class Arrangement(Section):
@@ -69,14 +74,18 @@ class Arrangement(Section):
     version: Literal[1]
     """The version of the form."""
     tree: Split
-    """Where the panels are; each once."""
+    """Where the panels are; each at most once."""
     traces: tuple[Curve, ...]
     """The curves of the plots."""
+    choices: dict[_Panel, str] = Field(default_factory=dict)
+    """What some panels show of several things, such as the topic of a camera."""
 
     @model_validator(mode="after")
-    def _holds_every_panel_once(self) -> Self:
-        found = list(self.tree.panels())
-        for panel in PANELS:
-            if found.count(panel) != 1:
-                raise ValueError(f"tree: the panel '{panel}' is {'twice' if panel in found else 'not'} in it")
+    def _holds_panels_once(self) -> Self:
+        panels = list(self.tree.panels())
+        if not panels:
+            raise ValueError("tree: there is no panel in it")
+        for panel in panels:
+            if panels.count(panel) > 1:
+                raise ValueError(f"tree: the panel '{panel}' is twice in it")
         return self

@@ -54,7 +54,7 @@ class Layout:
             arrangement, tree = read_form(path, Arrangement, _WHAT)
         except ExperimentError as error:
             return {"problem": f"{error}; the page has its usual layout"}
-        found = {"layout": arrangement.model_dump(mode="json")}
+        found = {"layout": arrangement.model_dump(mode="json", exclude_defaults=True)}
         for i, curve in enumerate(arrangement.traces):
             for key, flaw in self._flaws(curve):
                 return found | {"problem": str(tree.place_of("traces", i, key).error(flaw))}
