@@ -114,8 +114,9 @@ def _cells_in_equations() -> Iterator[str]:
     for name, cell in cells_in_equations().items():
         yield f"## `{name}`\n\nOf {SOURCES[name]}. A cell in equations, for a grid of `event`:\n"
         cell_equations = cell.equations
-        lines = [line.strip() for line in cell_equations.equations.strip().splitlines()]
+        lines = [line.strip() for line in cell_equations.equations.splitlines() if line.strip()]
         spike = [f"threshold: {cell_equations.threshold}", f"reset: {cell_equations.reset}"]
+        spike += [f"on_step: {cell_equations.on_step}"] if cell_equations.on_step else []
         effects = [f"{receptor}: {effect}" for receptor, effect in cell_equations.receptors.items()]
         yield "\n".join(["```text", *lines, *spike, *effects, "```", ""])
         defaults = cell.default_parameters.items()

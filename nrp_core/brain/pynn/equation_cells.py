@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from functools import cache
 from math import e
-from typing import Final
+from typing import Any, Final
 
 from pyNN.parameters import ArrayParameter
 from pyNN.standardmodels import cells
@@ -24,7 +24,7 @@ _LEVELS: Final = range(1, 6)
 SOURCES: Final = {
     "IF_cond_exp_gsfa_grr": "Muller et al. (2007), Neural Computation 19:2958",
     "GIF_cond_exp": "Pozzorini et al. (2015), PLoS Comput Biol 11:e1004275",
-    "Izhikevich_cond_dual": "sPyNNaker 7.4.1",
+    **dict.fromkeys(("Izhikevich_cond_dual", "IF_curr_dual_exp", "IF_curr_exp_sEMD"), "sPyNNaker 7.4.1"),
     **dict.fromkeys((f"GLIF{level}_curr_alpha" for level in _LEVELS), _GLIF),
 }
 """The source of each cell."""
@@ -37,6 +37,8 @@ def cells_in_equations() -> dict[str, type]:
         "IF_cond_exp_gsfa_grr": _adapting(),
         "GIF_cond_exp": _stochastic(),
         "Izhikevich_cond_dual": _izhikevich_dual(),
+        "IF_curr_dual_exp": _leaky_dual("IF_curr_dual_exp", "isyn_exc + isyn_exc2"),
+        "IF_curr_exp_sEMD": _motion_detector(),
         **{f"GLIF{level}_curr_alpha": _glif(level) for level in _LEVELS},
     }
 
@@ -112,12 +114,14 @@ def _izhikevich_dual() -> type:
     """
     return equation_cell(
         """
-        isyn = (gsyn_exc + gsyn_exc2)*(e_rev_E - v) + gsyn_inh*(e_rev_I - v) : nA
-        dv/dt = (0.04*v*v/mV + 5*v + 140*mV)/ms - u + (isyn + i_offset)*mV/(nA*ms) : mV
+        gsyn_exc = isyn_exc + isyn_exc2 : uS (recorded)
+        gsyn_inh = isyn_inh : uS (recorded)
+        current = gsyn_exc*(e_rev_E - v) + gsyn_inh*(e_rev_I - v) : nA
+        dv/dt = (0.04*v*v/mV + 5*v + 140*mV)/ms - u + (current + i_offset)*mV/(nA*ms) : mV
         du/dt = a*(b*v - u) : mV/ms
-        dgsyn_exc/dt = -gsyn_exc/tau_syn_E : uS
-        dgsyn_exc2/dt = -gsyn_exc2/tau_syn_E2 : uS
-        dgsyn_inh/dt = -gsyn_inh/tau_syn_I : uS
+        disyn_exc/dt = -isyn_exc/tau_syn_E : uS
+        disyn_exc2/dt = -isyn_exc2/tau_syn_E2 : uS
+        disyn_inh/dt = -isyn_inh/tau_syn_I : uS
         """,
         threshold="v >= 30*mV",
         reset="v = c; u += d",
@@ -126,10 +130,59 @@ def _izhikevich_dual() -> type:
             "tau_syn_E": "5 ms", "tau_syn_E2": "5 ms", "tau_syn_I": "5 ms", "e_rev_E": "0 mV",
             "e_rev_I": "-70 mV",
         },
-        receptors={"excitatory": "gsyn_exc", "excitatory2": "gsyn_exc2", "inhibitory": "gsyn_inh"},
+        receptors={"excitatory": "isyn_exc", "excitatory2": "isyn_exc2", "inhibitory": "isyn_inh"},
         initial={"v": "-70 mV", "u": "-14 mV/ms"},
         name="Izhikevich_cond_dual",
     )  # fmt: skip
+
+
+def _leaky_dual(name: str, excitation: str, more: str = "", **others: Any) -> type:
+    """Return a leaky cell of sPyNNaker with two excitatory receptors and an inhibitory one.
+
+    Args:
+        name: its name.
+        excitation: the excitatory current.
+        more: further equations.
+        others: further arguments of :func:`equation_cell`.
+    """
+    own = others.pop("parameters", {})
+    return equation_cell(
+        f"""
+        gsyn_exc = {excitation} : nA (recorded)
+        gsyn_inh = isyn_inh : nA (recorded)
+        dv/dt = (v_rest - v)/tau_m + (gsyn_exc - gsyn_inh + i_offset)/cm : mV (unless refractory)
+        disyn_exc/dt = -isyn_exc/tau_syn_E : nA
+        disyn_exc2/dt = -isyn_exc2/tau_syn_E2 : nA
+        disyn_inh/dt = -isyn_inh/tau_syn_I : nA
+        {more}
+        """,
+        threshold="v >= v_thresh", reset="v = v_reset", refractory="tau_refrac",
+        parameters={
+            "tau_m": "20 ms", "cm": "1 nF", "v_rest": "-65 mV", "v_reset": "-65 mV", "v_thresh": "-50 mV",
+            "tau_syn_E": "5 ms", "tau_syn_E2": "5 ms", "tau_syn_I": "5 ms", "tau_refrac": "0.1 ms",
+            "i_offset": "0 nA", **own,
+        },
+        receptors={
+            "excitatory": "isyn_exc", "excitatory2": "isyn_exc2", "inhibitory": "isyn_inh -= weight",
+        },
+        initial={"v": "-65 mV"}, name=name, **others,
+    )  # fmt: skip
+
+
+def _motion_detector() -> type:
+    """Return sPyNNaker's ``IF_curr_exp_sEMD``, the spiking elementary motion detector.
+
+    Excitation is the second input times the value that the first one had when the second began. As on the
+    machine this is decided in each step; an input of less than the machine's smallest current is 0.
+    """
+    return _leaky_dual(
+        "IF_curr_exp_sEMD",
+        "isyn_exc2*multiplicator*scaling_factor",
+        "dmultiplicator/dt = 0*nA/ms : nA\n        dexc2_old/dt = 0*nA/ms : nA",
+        on_step="multiplicator += int(multiplicator == 0*nA and exc2_old < 2**-15*nA)*isyn_exc; "
+        "multiplicator *= int(isyn_exc2 >= 0.001*nA); exc2_old = isyn_exc2",
+        parameters={"scaling_factor": "1 /nA"},
+    )
 
 
 _E: Final = f"{e!r}"

@@ -104,6 +104,7 @@ def equation_cell(
     reset: str = "",
     refractory: str = "0 ms",
     *,
+    on_step: str = "",
     parameters: Mapping[str, Any] = _NOTHING,
     initial: Mapping[str, Any] = _NOTHING,
     receptors: Mapping[str, str] = _NOTHING,
@@ -124,6 +125,7 @@ def equation_cell(
         reset: assignments to state variables after a spike, one a line or divided by ``;``.
         refractory: a time such as ``2 ms``, an expression of parameters, or a condition in which the cell
             does not spike.
+        on_step: assignments to state variables in each step, after the spikes that arrive there.
         parameters: default value and unit of each parameter, e.g. ``{"tau": "20 ms"}``. Currents are
             injected into a parameter of the name ``i_offset``.
         initial: values of state variables at time 0, e.g. ``{"v": "-65 mV"}``; by default 0.
@@ -136,7 +138,10 @@ def equation_cell(
     Raises:
         NetworkError: the texts do not fit together; the message names the line.
     """
-    texts = {"equations": equations, "threshold": threshold, "reset": reset, "refractory": refractory}
+    texts = {
+        "equations": equations, "threshold": threshold, "reset": reset, "refractory": refractory,
+        "on_step": on_step,
+    }  # fmt: skip
     require_texts(CELL_TYPE, {**texts}, _CELL_EXAMPLES, unknown)
     require_dictionaries(CELL_TYPE, {"parameters": parameters, "initial": initial, "receptors": receptors})
     defaults = {
@@ -156,7 +161,7 @@ def equation_cell(
 
 _CELL_EXAMPLES: Final = {
     "equations": "dv/dt = -v/tau : mV", "threshold": "v > v_thresh", "reset": "v = v_reset",
-    "refractory": "2 ms",
+    "refractory": "2 ms", "on_step": "w += a*(v - v_rest)",
 }  # fmt: skip
 
 

@@ -378,6 +378,20 @@ def test_a_cell_that_is_not_emulated_runs_in_floating_point(tmp_path: Path) -> N
     assert script.data.filter(name="v")[0][0, 0] == -65.0
 
 
+@pytest.mark.parametrize("cell", ["IF_curr_dual_exp", "Izhikevich_cond_dual"])
+def test_the_recorded_excitation_is_that_of_both_receptors(cell: str, tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + f"cell = p.Population(1, p.extra_models.{cell}())\n"
+        "source = p.Population(1, p.SpikeSourceArray([5.0]))\n"
+        "for weight, receptor in ((0.25, 'excitatory'), (0.5, 'excitatory2')):\n"
+        "    p.Projection(source, cell, p.AllToAllConnector(), p.StaticSynapse(weight, delay=1.0),\n"
+        "        receptor_type=receptor)\n"
+        "cell.record('gsyn_exc')\np.run(20)\ngsyn = cell.get_data().segments[0].analogsignals[0]\n",
+    )
+    assert float(script.gsyn[6, 0]) == pytest.approx(0.75)
+
+
 @pytest.mark.parametrize("name", ["spynnaker8", "pyNN.spiNNaker"])
 def test_all_names_of_the_simulator_come_by_a_star(tmp_path: Path, name: str) -> None:
     script = run(

@@ -81,9 +81,9 @@ def test_a_misspelt_name_gets_the_right_one(sim: ModuleType) -> None:
 
 
 def test_the_standard_models_are_listed(sim: ModuleType) -> None:
-    further = ["IF_cond_exp_gsfa_grr", "GIF_cond_exp", "Izhikevich_cond_dual"]
+    further = ["IF_cond_exp_gsfa_grr", "GIF_cond_exp", "Izhikevich_cond_dual", "IF_curr_dual_exp"]
     glif = [f"GLIF{level}_curr_alpha" for level in range(1, 6)]
-    assert sim.list_standard_models() == [*CELLS, *further, *glif]
+    assert sim.list_standard_models() == [*CELLS, *further, "IF_curr_exp_sEMD", *glif]
 
 
 def test_setup_forgets_what_was_built_and_keeps_the_time_step(sim: ModuleType) -> None:

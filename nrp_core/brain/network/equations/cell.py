@@ -84,13 +84,18 @@ def read(texts: Texts) -> Model:
     threshold = resolved(_threshold(texts.threshold, names), {*own, RANDOM, STEP})
     refractory, lasts = _refractory(texts.refractory, names)
     targets = {name: variable.unit.dimension for name, variable in variables.items()}
-    changes = assignments_of(texts.reset, "reset", CELL_TYPE, targets, names)
-    reset = tuple((name, resolved(value, own)) for name, value in changes)
+    reset, on_step = (
+        tuple(
+            (name, resolved(value, own))
+            for name, value in assignments_of(text, where, CELL_TYPE, targets, names)
+        )
+        for where, text in (("reset", texts.reset), ("on_step", texts.on_step))
+    )
     effects = _receptors(texts.receptors, variables, names)
     receptors = {name: replace(one, factor=resolved(one.factor, own)) for name, one in effects.items()}
     model = Model(
         variables, definitions, parameters, threshold, reset, resolved(refractory, own), lasts,
-        receptors, RUNGE_KUTTA, {line.name: line.unit for line in lines if line.recorded},
+        receptors, RUNGE_KUTTA, {line.name: line.unit for line in lines if line.recorded}, on_step,
     )  # fmt: skip
     return replace(model, method=_method(texts.method, model))
 

@@ -137,6 +137,7 @@ class Model:
         receptors: effects of spikes by receptor.
         method: ``exact`` or ``runge_kutta``.
         recorded: units of the definitions that can be recorded.
+        on_step: variables and their values at each grid point, after spikes have arrived, in this order.
     """
 
     variables: Mapping[str, Variable]
@@ -149,6 +150,7 @@ class Model:
     receptors: Mapping[str, Effect]
     method: str
     recorded: Mapping[str, Unit]
+    on_step: tuple[tuple[str, ast.expr], ...] = ()
 
     @property
     def is_random(self) -> bool:
@@ -185,6 +187,7 @@ class Texts:
         receptors: effect of a spike by receptor, e.g. ``ge += weight``.
         units: unit of each parameter.
         method: ``exact``, ``runge_kutta``, or empty for the first where it is possible.
+        on_step: assignments at each grid point, after the spikes that arrive there.
     """
 
     equations: str
@@ -194,6 +197,7 @@ class Texts:
     receptors: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     method: str = ""
+    on_step: str = ""
 
 
 def known_value(node: ast.expr, known: Mapping[str, Any], definitions: Mapping[str, ast.expr]) -> Any:

@@ -76,6 +76,8 @@ def excess_of(model: Model) -> Coefficients | None:
 
 def obstacle(model: Model) -> str:
     """Return why the course of a cell between events is not known in advance, or an empty text."""
+    if model.on_step:
+        return "changes its state in every step"
     if model.method != EXACT:
         return "has equations that are not linear, or are integrated"
     if model.is_random:

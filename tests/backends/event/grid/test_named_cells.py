@@ -59,3 +59,69 @@ def test_the_second_excitation_of_an_izhikevich_cell_is_that_of_its_equations() 
     after = solve_ivp(rates, (5.0, 20.0), [*before[:2], 0.05], rtol=1e-10, atol=1e-10, t_eval=[8.0, 20.0])
     assert v[[50, 80, 200]] == pytest.approx([before[0], *after.y[0]], abs=1e-5)
     assert after.y[0].max() > before[0] + 1.0
+
+
+FIRST_MS, SECOND_MS = [5.0, 31.0, 100.0, 160.0, 188.0], [10.0, 31.0, 105.0, 130.0, 160.0, 200.0]
+"""Arrivals one by one and together; those at 31 and 130 ms come before the second input has decayed to 0."""
+
+
+def walk_of_motion_detector(n: int, tau_1: float, tau_2: float) -> Any:
+    """Return v and the factor by the formulas of ``synapse_types_semd_impl.h`` of sPyNNaker 7.4.1.
+
+    They are walked tick by tick, with the exact course of the leaky membrane in a tick.
+    """
+    v, first, second, multiplicator, old = -65.0, 0.0, 0.0, 0.0, 0.0
+    found = []
+    for tick in range(n):
+        first += 2.0 * (tick in FIRST_MS)
+        second += 3.0 * (tick in SECOND_MS)
+        if second >= 0.001 and multiplicator == 0.0 and old == 0.0:
+            multiplicator = first
+        elif second < 0.001:
+            multiplicator = 0.0
+        old = second
+        found.append((v, multiplicator))
+        current, decay, leak = second * multiplicator * 1.5, np.exp(-1.0 / tau_2), np.exp(-1.0 / 20.0)
+        v = -65.0 + (v + 65.0) * leak + current * (decay - leak) / (1.0 / 20.0 - 1.0 / tau_2)
+        first, second = first * np.exp(-1.0 / tau_1), second * decay
+        second = 0.0 if second < 2.0**-15 else second  # the smallest number of the machine
+    return np.array(found).T
+
+
+def test_a_motion_detector_is_that_of_the_source_of_spynnaker() -> None:
+    sim.setup(timestep=1.0)
+    kind = sim.IF_curr_exp_sEMD(tau_syn_E=20.0, tau_syn_E2=2.5, scaling_factor=1.5, v_thresh=1e3)
+    cell = sim.Population(1, kind)
+    for receptor, weight, arrivals in (("excitatory", 2.0, FIRST_MS), ("excitatory2", 3.0, SECOND_MS)):
+        source = sim.Population(1, sim.SpikeSourceArray(spike_times=[one - 1.0 for one in arrivals]))
+        synapse = sim.StaticSynapse(weight=weight, delay=1.0)
+        sim.Projection(source, cell, sim.AllToAllConnector(), synapse, receptor_type=receptor)
+    cell.record(["multiplicator", "v"])
+    sim.run(240.0)
+    segment = cell.get_data().segments[0]
+    v, multiplicator = (np.asarray(segment.filter(name=name)[0])[:240, 0] for name in ("v", "multiplicator"))
+    expected_v, expected = walk_of_motion_detector(240, 20.0, 2.5)
+    assert len(set(expected.round(6))) == 5  # it is set to four values, and to 0
+    assert multiplicator == pytest.approx(expected, abs=1e-9)
+    assert v == pytest.approx(expected_v, abs=1e-3)
+
+
+def test_a_leaky_cell_adds_two_excitations_of_different_duration() -> None:
+    """An exponential current of 1 nA and tau in a leaky cell of 1 nF: a difference of two exponentials."""
+    sim.setup(timestep=1.0)
+    cell = sim.Population(1, sim.IF_curr_dual_exp(tau_syn_E=2.0, tau_syn_E2=10.0, tau_syn_I=4.0))
+    expected, t = -65.0, np.arange(20.0)
+    for receptor, weight, tau in (
+        ("excitatory", 1.0, 2.0),
+        ("excitatory2", 0.5, 10.0),
+        ("inhibitory", -0.7, 4.0),
+    ):
+        source = sim.Population(1, sim.SpikeSourceArray(spike_times=[4.0]))
+        synapse = sim.StaticSynapse(weight=weight, delay=1.0)
+        sim.Projection(source, cell, sim.AllToAllConnector(), synapse, receptor_type=receptor)
+        rise = (np.exp(-t / 20.0) - np.exp(-t / tau)) / (1.0 / tau - 1.0 / 20.0)
+        expected = expected + weight * rise
+    cell.record("v")
+    sim.run(25.0)
+    v = np.asarray(cell.get_data().segments[0].filter(name="v")[0])[5:25, 0]
+    assert v == pytest.approx(expected, abs=1e-6)

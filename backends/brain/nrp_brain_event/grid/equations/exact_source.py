@@ -58,7 +58,7 @@ def driven_test(model: Model) -> Iterator[str]:
 def bounded(model: Model) -> set[str]:
     """Return the variables that are finite if the errors are below the tolerance."""
     factors = factors_of(model)
-    changed = {effect.variable for effect in model.receptors.values()}
+    changed = {effect.variable for effect in model.receptors.values()} | {name for name, _ in model.on_step}
     return {*(factors.keys() - changed), *(key for one in factors.values() for key in one.bound)}
 
 

@@ -182,7 +182,7 @@ def tested_again(model: Model) -> bool:
         names = {*names_in(waiting.pop())} - met
         met |= names
         waiting += [model.definitions[name] for name in names & model.definitions.keys()]
-    effects = {effect.variable for effect in model.receptors.values()}
+    effects = {effect.variable for effect in model.receptors.values()} | {name for name, _ in model.on_step}
     free = {name for name, variable in model.variables.items() if not variable.held or name in effects}
     return model.is_random or not model.lasts or not met.isdisjoint({TIME, *free})
 

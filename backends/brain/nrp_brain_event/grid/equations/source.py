@@ -153,7 +153,9 @@ def _moving(model: Model, load: Sequence[str], *, driven: bool) -> Iterator[str]
 
 
 def arrived(model: Model, only: str = "") -> Iterator[str]:
-    """Yield the lines for spikes that arrive at the grid point; some onto held variables are lost.
+    """Yield the lines for spikes that arrive at the grid point, and for what the cell does there afterwards.
+
+    Some spikes onto held variables are lost.
 
     Args:
         model: the cell.
@@ -167,6 +169,13 @@ def arrived(model: Model, only: str = "") -> Iterator[str]:
         more = f"fma({GAIN}{receptor}, {arrived}, {variable})"
         yield f"{variable} = {more}" + (f" if {condition} else {variable}" if condition else "")
         yield f"{arrived} = 0.0" + (f" if {only} else {arrived}" if only else "")
+    if model.on_step:
+        yield "t = step * h"
+    for name, value in model.on_step:
+        yield from needed([value], model)
+        yield f"{STATE}{name} = {source_of(value, model)}" + (
+            f" if {only} else {STATE}{name}" if only else ""
+        )
 
 
 def tested(model: Model) -> Iterator[str]:

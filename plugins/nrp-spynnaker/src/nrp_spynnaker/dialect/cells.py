@@ -100,7 +100,7 @@ _OWN_NAMES: Final = {
 }
 """Its names of cells, and the cell types that they are."""
 
-_IN_EQUATIONS: Final = ("Izhikevich_cond_dual",)
+IN_EQUATIONS: Final = ("Izhikevich_cond_dual", "IF_curr_dual_exp", "IF_curr_exp_sEMD")
 """Its cells that are given as equations, and not emulated."""
 _FORMER: Final = "_init"
 """The end of the names of initial values in version 7, such as ``v_init``."""
@@ -118,7 +118,7 @@ def cell_types(pynn: Mapping[str, Any]) -> dict[str, type]:
         pynn: the names of a PyNN simulator.
     """
     own = {name: _own(pynn[name], name, name) for name in CELLS}
-    own |= {name: _own(pynn[name], name, pynn[name].cell_type) for name in _IN_EQUATIONS}
+    own |= {name: _own(pynn[name], name, pynn[name].cell_type) for name in IN_EQUATIONS}
     return own | {name: _own(pynn[cell], name, cell) for name, cell in _OWN_NAMES.items()}
 
 

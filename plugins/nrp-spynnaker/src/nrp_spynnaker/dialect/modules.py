@@ -14,7 +14,7 @@ from pyNN import common, space
 from nrp_core.brain.pynn.arguments import InvalidValueError, refuse_misspelt
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_spynnaker.dialect import neo_compare, neo_convertor, unsupported
-from nrp_spynnaker.dialect.cells import cell_types, spike_injector, variable_poisson
+from nrp_spynnaker.dialect.cells import IN_EQUATIONS, cell_types, spike_injector, variable_poisson
 from nrp_spynnaker.dialect.connections import Hub, RatesConnection, SpikesConnection
 from nrp_spynnaker.dialect.connectors import (
     AllButMeConnector,
@@ -251,7 +251,7 @@ class Dialect:
         }  # fmt: skip
 
     def _extra_models(self, names: Mapping[str, Any]) -> ModuleType:
-        cells = ("Izhikevich_cond", "Izhikevich_cond_dual", "IFCurDelta", "IF_curr_delta", "IZK_cond_exp")
+        cells = (*IN_EQUATIONS, "Izhikevich_cond", "IFCurDelta", "IF_curr_delta", "IZK_cond_exp")
         own = {name: names[name] for name in (*cells, *(c.__name__ for c in _EXTRA))}
         own["WTAConnector"] = own["AllButMeConnector"]  # its name before 7.4
         own["Vogels2011Rule"] = vogels_rule(names["Vogels2011Rule"])

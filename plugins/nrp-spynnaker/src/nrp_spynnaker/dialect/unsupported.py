@@ -8,7 +8,6 @@ from typing import Any, Final, NoReturn
 from nrp_core.errors import CapabilityError, did_you_mean
 
 _CALCIUM, _STOCHASTIC = "a threshold that adapts with calcium", "a random threshold"
-_THREE = "it has a third receptor; sim.PointNeuron(sim.LIF(), ...) has any number"
 _POOLED: Final = (
     "how the machine numbers its weights is not known; FromListConnector takes synapses one by one"
 )
@@ -28,8 +27,6 @@ CELLS: Final = {
     "StocSigma": f"it has {_STOCHASTIC}",
     "IFCurrDeltaFixedProb": f"it has {_STOCHASTIC}",
     "IFTruncDelta": "its voltage is cut off at rest",
-    "IF_curr_dual_exp": _THREE,
-    "IF_curr_exp_sEMD": "its second receptor multiplies the first",
     "IFCondExpCerebellum": "its reversal potentials are set by a cerebellum model of the iCub",
     "IF_cond_exp_stoc": f"it has {_STOCHASTIC}",
     "IF_curr_exp_ca2_adaptive": f"it has {_CALCIUM}; EIF_cond_exp_isfa_ista adapts too",
