@@ -27,9 +27,12 @@ _SHORT = {"transfer_functions": "functions", "engine": "loop"}
 
 
 def display() -> Display:
-    """Return the display that suits standard error."""
+    """Return the display that suits standard error.
+
+    Notebooks ask for colours (``FORCE_COLOR``), but keep every update of a bar as an output of its own.
+    """
     console = Console(stderr=True, highlight=False)
-    return Bar(console) if console.is_terminal else Lines()
+    return Bar(console) if console.is_terminal and sys.stderr.isatty() else Lines()
 
 
 def shares_text(shares: Mapping[str, float]) -> str:

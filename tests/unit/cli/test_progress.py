@@ -10,7 +10,7 @@ from rich.console import Console
 
 from nrp_core._support.stopwatch import work
 from nrp_core.cli import progress
-from nrp_core.cli.progress import HINT, SCRIPT_HINT, Bar, Lines
+from nrp_core.cli.progress import HINT, SCRIPT_HINT, Bar, Lines, display
 
 SHARES = {"brain": 0.1, "world": 0.6, "transfer_functions": 0.2, "engine": 0.1}
 
@@ -46,6 +46,12 @@ def test_without_a_terminal_a_line_comes_now_and_then(clock: Any, capsys: pytest
         "50.0 of 60 s, 5.0 x real time (brain 10%, world 60%, functions 20%, loop 10%)",
         "100.0 of 60 s, 5.0 x real time (brain 10%, world 60%, functions 20%, loop 10%)",
     ]
+
+
+def test_a_notebook_that_asks_for_colours_gets_no_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("FORCE_COLOR", "CLICOLOR_FORCE", "CLICOLOR"):  # as the kernel of Jupyter sets them
+        monkeypatch.setenv(name, "1")
+    assert isinstance(display(), Lines)
 
 
 def test_a_long_task_is_explained(
