@@ -22,6 +22,7 @@ from nrp_core.paths import path_of
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Images, check_folder
+from nrp_core.recording.recording import recorded
 from nrp_core.world.world import World
 
 
@@ -142,7 +143,8 @@ def run(
                 simulation, folder, images=images, files=files, snapshots_ns=snapshots_ns
             )
             _run_recorded(simulation, until_s, capsule)
-        return simulation.result()
+        result = simulation.result()
+        return result if folder is None else recorded(result, folder)
 
 
 def _require_options(images: object, snapshots_s: object, on_step: object) -> None:

@@ -1,13 +1,15 @@
-"""A recording with its figures and videos, as users open it."""
+"""A recording with its figures and videos, as users open it, and the result of a run that has one."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.experiment.running.result import Result
 from nrp_core.paths import path_of
 from nrp_core.recording.reading.recording import RecordingReader
 
@@ -82,6 +84,32 @@ class Recording(RecordingReader):
         target = path_of(path)
         video.video(self, target, video.VideoOptions(view=_one_of(video.ViewKind, view), **options))
         return target
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class RecordedResult(Result):
+    """The result of a run that was recorded.
+
+    Args:
+        folder: the folder of the recording.
+    """
+
+    folder: Path
+
+    @property
+    def recording(self) -> Recording:
+        """The recording of the run."""
+        return Recording(self.folder)
+
+    def to_dict(self) -> dict[str, Any]:
+        data = Result.to_dict(self)
+        del data["folder"]
+        return data
+
+
+def recorded(result: Result, folder: Path) -> RecordedResult:
+    """Return a result with the folder of its recording."""
+    return RecordedResult(**{each.name: getattr(result, each.name) for each in fields(result)}, folder=folder)
 
 
 def _one_of(kinds: type[Kind], name: str) -> Kind:

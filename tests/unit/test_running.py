@@ -35,6 +35,16 @@ def test_a_run_is_recorded_with_all_that_it_used(tmp_path: Path) -> None:
     assert result.seed == 5
 
 
+def test_a_recorded_result_draws_itself(fakes: None, drive_to_the_wall: Path, tmp_path: Path) -> None:
+    result = nrp_core.run(drive_to_the_wall, record=tmp_path / "recording")
+    assert result.plot("trajectory", end_s=1.0).axes
+    assert result.recording.file == nrp_core.Recording(tmp_path / "recording").file
+    plain = nrp_core.run(drive_to_the_wall)
+    assert plain.to_dict().keys() == result.to_dict().keys()
+    with pytest.raises(ExperimentError, match="record="):
+        plain.plot()
+
+
 def test_a_folder_that_holds_something_is_refused_before_anything_is_opened(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(ExperimentError, match="it is not empty"):

@@ -15,6 +15,7 @@ from nrp_core._support.named_values import Named
 from nrp_core._support.overview import Overview, Row
 from nrp_core.cle.engine import Failure
 from nrp_core.clock import seconds
+from nrp_core.errors import ExperimentError
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.findings import Code, Finding, Level, Weight
 from nrp_core.findings.problems import ProblemGroup, grouped, is_complete, lines_of, ordered
@@ -264,6 +265,23 @@ class Result(Overview):
         """The judgement of the run, as all summaries print it."""
         criteria = {name: outcome.passed for name, outcome in self.criteria.items()}
         return Judgement(self.state, tuple(self.problems), criteria, self.sim_time_s, self.duration_s)
+
+    @property
+    def recording(self) -> Any:
+        """The :class:`~nrp_core.Recording` of the run.
+
+        Raises:
+            ExperimentError: it was not recorded.
+        """
+        raise ExperimentError("the run was not recorded; run(..., record='folder') records it")
+
+    def plot(self, what: str = "run", **options: Any) -> Any:
+        """Draw the run, if it was recorded; see :meth:`.Recording.plot`."""
+        return self.recording.plot(what, **options)
+
+    def video(self, **options: Any) -> Any:
+        """Write a video of the run, if it was recorded; see :meth:`.Recording.video`."""
+        return self.recording.video(**options)
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON."""

@@ -38,6 +38,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.observers import Participant, RunObserver, StepObserver
 from nrp_core.experiment.running.opening import OpenExperiment
+from nrp_core.experiment.running.picture import Picture, image_of
 from nrp_core.findings.refusals import SCENE_CHANGES
 from nrp_core.paths import path_of
 
@@ -254,6 +255,30 @@ class Run(OpenExperiment):
     def _after_step(self, loop: ClosedLoop) -> None:
         for observer in self.observers:
             observer.after_step(self)
+
+    # -- looking
+
+    @checks_arguments()
+    def show(self, of: Iterable[str] | str | None = None, *, width: int = 640, height: int = 480) -> Picture:
+        """Return a picture of the run as it is now, which notebooks show; it changes nothing.
+
+        Args:
+            of: names of models in the middle of the picture, or one; by default the robots. With an empty
+                list the whole scene is in it.
+            width: the width of the image, pixels.
+            height: its height, pixels.
+
+        Raises:
+            SceneError: the scene cannot be drawn, or there is no such model.
+        """
+        names = (of,) if isinstance(of, str) else tuple(self._observation.poses() if of is None else of)
+        cells = {name: len(self.brain.network.neurons(name)) for name in self.spikes}
+        rates_hz = {
+            name: count / cells[name] / self.now_s if self.now_s else 0.0
+            for name, count in self.spikes.items()
+        }
+        title = f"{self.experiment.name} at {self.now_s:g} s"
+        return Picture(image_of(self.world, width, height, names), title, rates_hz)
 
     # -- going back
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from nrp_core.recording.layout import MUSCLES, WORLD_FRAME, Role
 from nrp_core.recording.writing.signals import PERIOD_NS, Add, RecordEntry, Signal, about_role
-from nrp_core.world.drives.muscles import Muscle, drawn_muscles, path_points
+from nrp_core.world.drives.muscles import drawn_muscles, drawn_paths
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.foxglove_msgs import Color, LinePrimitive, SceneEntity, SceneUpdate
 from nrp_core.world.messages.geometry_msgs import Point
 from nrp_core.world.render.tubes import activation_rgba
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.model import Scene
 from nrp_core.world.world import World
 
 
@@ -32,20 +31,13 @@ class MusclePaths(Signal):
         if now_ns < self._due_ns or not self._muscles:
             return
         self._due_ns = (now_ns // PERIOD_NS + 1) * PERIOD_NS
-        lines = [line for model, muscles in self._muscles for line in self._lines(model, muscles)]
-        entity = SceneEntity(Time.from_ns(now_ns), WORLD_FRAME, "muscles", lines=lines)
-        add(RecordEntry(now_ns, MUSCLES, SceneUpdate, self._about, message=SceneUpdate([], [entity])))
-
-    def _lines(self, model: Model, muscles: list[Muscle]) -> list[LinePrimitive]:
-        engine = self._world.engine
-        links = {point.link for muscle in muscles for point in muscle.path} - {WORLD}
-        places = {link: engine.link_motion(model.name, link).pose for link in links}
-        states = engine.actuator_states(model.name, [muscle.name for muscle in muscles])
-        return [
+        lines = [
             LinePrimitive(
                 thickness=2 * muscle.radius,
-                points=[Point(*point) for point in path_points(muscle, {WORLD: model.pose, **places})],
+                points=[Point(*point) for point in points],
                 color=Color(*activation_rgba(activation)),
             )
-            for muscle, activation in zip(muscles, states[3].tolist(), strict=True)
+            for muscle, points, activation in drawn_paths(self._world.engine, self._muscles)
         ]
+        entity = SceneEntity(Time.from_ns(now_ns), WORLD_FRAME, "muscles", lines=lines)
+        add(RecordEntry(now_ns, MUSCLES, SceneUpdate, self._about, message=SceneUpdate([], [entity])))

@@ -11,7 +11,7 @@ A tension is positive where the muscle pulls; a velocity is positive where it le
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import dist
@@ -209,6 +209,23 @@ def path_points(muscle: Muscle, places: Mapping[str, Pose]) -> list[Vector]:
         places: the poses of the links on its path, and of ``world``.
     """
     return [(places[each.link] @ Pose(each.position)).position for each in muscle.path]
+
+
+def drawn_paths(
+    engine: Engine, drawn: Sequence[tuple[Model, list[Muscle]]]
+) -> Iterator[tuple[Muscle, list[Vector], float]]:
+    """Yield muscles with the points of their paths now, m, and their activations, 0 to 1.
+
+    Args:
+        engine: the engine that moves them.
+        drawn: the muscles, as :func:`drawn_muscles` returns them for the current scene.
+    """
+    for model, muscles in drawn:
+        links = {point.link for muscle in muscles for point in muscle.path} - {WORLD}
+        places = {link: engine.link_motion(model.name, link).pose for link in links}
+        states = engine.actuator_states(model.name, [muscle.name for muscle in muscles])
+        for muscle, activation in zip(muscles, states[3].tolist(), strict=True):
+            yield muscle, path_points(muscle, {WORLD: model.pose, **places}), activation
 
 
 def path_length(muscle: Muscle, places: Mapping[str, Pose]) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import radians, tan
 
 import numpy as np
@@ -12,10 +13,10 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.cameras import Optics, looking
 from nrp_core.world.render.raster import FaceView
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
-from nrp_core.world.render.tubes import Tubes
-from nrp_core.world.rigid import Pose, matrix_of
+from nrp_core.world.render.tubes import Tubes, activation_rgba
+from nrp_core.world.rigid import BodyPath, Pose, matrix_of
 from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.model import Rgba, Scene
 from nrp_core.world.scene.posture import body_poses
 
 _LIGHT = np.array([0.45, -0.1, 0.9])  # towards it
@@ -42,17 +43,18 @@ class ShadedView:
         self.optics = Optics(width * samples, height * samples, vertical_fov, near=_NEAR_M, far=1e4)
         self._nearness = np.empty((self.optics.height, self.optics.width), np.float32)
 
-    def draw(self, vertices: FloatArray, eye: FloatArray) -> npt.NDArray[np.uint8]:
+    def draw(self, vertices: FloatArray, eye: FloatArray, near_m: float = _NEAR_M) -> npt.NDArray[np.uint8]:
         """Return an image, RGB, shape ``(height, width, 3)``.
 
         Args:
             vertices: those of the mesh, in the world, shape ``(n, 3)``.
             eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
+            near_m: what is nearer is not drawn, m.
         """
         import cv2
 
         optics = self.optics
-        seen = self._faces.draw(vertices, eye, optics.focal, optics.near, optics.far, self._nearness)
+        seen = self._faces.draw(vertices, eye, optics.focal, near_m, optics.far, self._nearness)
         shade = self._shade(vertices)
         large = np.take(self._palette(shade), seen, axis=0)
         textures = self._mesh.textures
@@ -83,8 +85,27 @@ class ShadedView:
 FIELD_OF_VIEW = radians(40)
 
 _FROM_ROBOT, _FROM_ROOM = (radians(35), radians(25)), (radians(60), radians(62))  # yaw and height of the eye
-_FILLED = 0.9  # maximum share of the image
+_FILLED, _WITH_PLACE = 0.9, 0.6  # maximum share of the image: of a whole scene, of some models in their place
+_CUT = (
+    0.7  # what is nearer than this share of the distance to these models is left out, as a wall before them
+)
 _CLEARANCE = 0.02  # minimum distance from the eye, in multiples of the scene's extent
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Where everything is, if not where it starts.
+
+    Args:
+        frames: writes rotation and translation to the world of bodies, shape ``(n, 3, 4)``.
+        muscles: the path in the world of each muscle that is drawn, m, shape ``(k, 3)``; its radius, m; and
+            its colour.
+        colors: the colours of visuals that were set, by path, ``model/link/visual``.
+    """
+
+    frames: Callable[[Sequence[BodyPath], FloatArray], None]
+    muscles: Sequence[tuple[FloatArray, float, Rgba]] = ()
+    colors: Mapping[str, Rgba] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -102,49 +123,86 @@ class _Subject:
     framed: npt.NDArray[np.bool_]
 
 
-def portrait(scene: Scene, width: int = 960, height: int = 720) -> npt.NDArray[np.uint8]:
-    """Return an image of a scene, all joints where they start; RGB, shape ``(height, width, 3)``.
+def portrait(
+    scene: Scene,
+    width: int = 960,
+    height: int = 720,
+    *,
+    moment: Moment | None = None,
+    of: Collection[str] = (),
+) -> npt.NDArray[np.uint8]:
+    """Return an image of a scene; RGB, shape ``(height, width, 3)``.
+
+    Args:
+        scene: the scene.
+        width: the width of the image, pixels.
+        height: its height, pixels.
+        moment: where everything is; by default all joints are where they start.
+        of: names of models in the middle of the image, before which nothing else is drawn; by default all
+            models are in it, except endless scenery.
 
     Raises:
         SceneError: the scene cannot be drawn, for example because a mesh cannot be read.
     """
-    subject = _subject(scene)
+    subject = _subject(scene, moment or _start(scene), of)
     view = ShadedView(subject.mesh, width, height, vertical_fov=FIELD_OF_VIEW)
-    eye = np.eye(3, 4)
-    if len(subject.mesh.faces):
-        eye = _eye(subject, view.optics, any(not model.static for model in scene.models))
-    return view.draw(subject.vertices, eye)
+    if not len(subject.mesh.faces):
+        return view.draw(subject.vertices, np.eye(3, 4))
+    is_robot = any(not model.static for model in scene.models)
+    eye = _eye(subject, view.optics, is_robot, _WITH_PLACE if of else _FILLED)
+    distances_m = (eye[:, 3] - subject.vertices[subject.framed]) @ eye[:, 2]
+    return view.draw(subject.vertices, eye, _CUT * float(distances_m.min()) if of else _NEAR_M)
 
 
-def _subject(scene: Scene) -> _Subject:
-    tubes, tube_frames = _muscles(scene)
-    bodies = {model.name: bodies_of(model) for model in (*scene.models, *tubes.models)}
-    numbers = frames_of(bodies)
-    mesh = SceneMesh(bodies, numbers)
+def _subject(scene: Scene, moment: Moment, of: Collection[str]) -> _Subject:
+    tubes = Tubes([len(path) for path, *_ in moment.muscles], [radius for _, radius, _ in moment.muscles])
+    bodies = {model.name: bodies_of(model) for model in scene.models}
+    paths = list(frames_of(bodies))
+    pieces = {model.name: bodies_of(model) for model in tubes.models}
+    numbers = frames_of({**bodies, **pieces})
+    mesh = SceneMesh({**bodies, **pieces}, numbers)
     frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))
-    poses = {model.name: body_poses(model, bodies[model.name]) for model in scene.models}
-    for (name, index), number in numbers.items():
-        frames[number] = matrix_of(poses[name][index]) if name in poses else tube_frames[name]
+    moment.frames(paths, frames[1 : 1 + len(paths)])
+    for name, frame in tubes.frames([path for path, *_ in moment.muscles]).items():
+        frames[numbers[name, 0]] = frame
+    for visual, rgba in _colors(moment, tubes):
+        mesh.set_color(visual, rgba)
     vertices = mesh.in_world(frames)
-    return _Subject(mesh, vertices, mesh.framed(vertices))
+    mine = np.isin(mesh.vertex_frames, [number for (name, _), number in numbers.items() if name in of])
+    return _Subject(mesh, vertices, mine if mine.any() else mesh.framed(vertices))
 
 
-def _muscles(scene: Scene) -> tuple[Tubes, dict[str, FloatArray]]:
-    """Return the muscles of a scene as tubes, and their frames where all joints start."""
-    drawn = [(model, drive.tube(model)) for model in scene.models for drive in model.drives]
-    shapes = [(model.pose, *tube) for model, tube in drawn if tube is not None]
-    tubes = Tubes([len(points) for _, points, _ in shapes], [radius for *_, radius in shapes])
-    paths = [np.array([(place @ Pose(point)).position for point in points]) for place, points, _ in shapes]
-    return tubes, tubes.frames(paths)
+def _colors(moment: Moment, tubes: Tubes) -> Iterator[tuple[str, Rgba]]:
+    """Yield the colours of visuals that are not those of the scene."""
+    yield from moment.colors.items()
+    for number, (*_, rgba) in enumerate(moment.muscles):
+        yield from ((visual, rgba) for visual in tubes.visuals(number))
 
 
-def _eye(subject: _Subject, optics: Optics, is_robot: bool) -> FloatArray:
+def _start(scene: Scene) -> Moment:
+    """Return where everything starts."""
+
+    def frames(paths: Sequence[BodyPath], rows: FloatArray) -> None:
+        for row, (model, index) in zip(rows, paths, strict=True):
+            row[:] = matrix_of(poses[model][index])
+
+    poses = {model.name: body_poses(model, bodies_of(model)) for model in scene.models}
+    muscles = [
+        (np.array([(model.pose @ Pose(point)).position for point in points]), radius, activation_rgba(0.0))
+        for model in scene.models
+        for drive in model.drives
+        for points, radius in [tube for tube in [drive.tube(model)] if tube is not None]
+    ]
+    return Moment(frames, muscles)
+
+
+def _eye(subject: _Subject, optics: Optics, is_robot: bool, filled: float) -> FloatArray:
     """Return the pose of the camera: outside, above, and as near as possible with everything in view."""
     yaw, up = _FROM_ROBOT if is_robot else _FROM_ROOM
     turn = Pose.from_rpy((0.0, 0.0, 0.0), 0.0, up, yaw + np.pi)
     axes = matrix_of(turn)[:, :3]
     points = subject.vertices[subject.framed] @ axes  # ahead, left, up
-    high = _FILLED * tan(optics.vertical_fov / 2)
+    high = filled * tan(optics.vertical_fov / 2)
     wide = high * optics.width / optics.height
     eye = np.append(-points.max(), (points.min(axis=0) + points.max(axis=0))[1:] / 2)
     for _ in range(4):  # nearer objects are larger: centre the image in a few iterations

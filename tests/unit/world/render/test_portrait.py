@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nrp_core.world.render.portrait import portrait
+from nrp_core.world.render.portrait import Moment, portrait
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Plane, Scene, Sphere, Visual
 
@@ -92,3 +92,35 @@ def test_joints_are_where_they_start(kind, axis, start, place):
 
 def test_nothing_is_an_image_of_nothing():
     assert not drawn(portrait(Scene(()), 40, 30)).any()
+
+
+def test_a_model_is_drawn_where_it_is_now_in_its_present_colour():
+    robot = Link("base", inertial=Inertial(1.0), visuals=(Visual("v", Box((1, 1, 1)), rgba=RED),))
+    wall = prop(Box((0.1, 8, 8)), Pose((-8, 0, 4)), rgba=GREEN, name="wall")
+    scene = Scene((Model("robot", (robot,)), wall))
+
+    def frames(paths, rows):
+        assert list(paths) == [("robot", 0)]
+        rows[:] = np.column_stack([np.eye(3), (5, 0, 0)])
+
+    moment = Moment(frames, colors={"robot/base/v": (0.0, 0.0, 1.0, 1.0)})
+    whole = portrait(scene, 120, 90, moment=moment)
+    seen = (whole[:, :, 2] > 90) & (whole[:, :, 0] < 20)
+    assert 0 < seen.sum() < 0.1 * seen.size
+    image = portrait(scene, 120, 90, moment=moment, of=["robot"])
+    rows, columns = np.nonzero((image[:, :, 2] > 90) & (image[:, :, 0] < 20))
+    assert 0.5 < max(np.ptp(rows) / 90, np.ptp(columns) / 120) < 0.7
+    assert abs(columns.mean() - 59.5) < 8
+
+
+def test_a_wall_before_the_model_that_fills_the_image_is_left_out():
+    robot = Link("base", inertial=Inertial(1.0), visuals=(Visual("v", Box((1, 1, 1)), rgba=RED),))
+    around = [
+        prop(Box((0.1, 4, 9) if x else (4, 0.1, 9)), Pose((x, y, 0)), GREEN, f"wall {x} {y}")
+        for x, y in ((2, 0), (-2, 0), (0, 2), (0, -2))
+    ]
+    scene = Scene((Model("robot", (robot,)), *around))
+    whole, image = portrait(scene, 120, 90), portrait(scene, 120, 90, of=["robot"])
+    red, hidden = (((each[:, :, 0] > 80) & (each[:, :, 1] < 20)).sum() for each in (image, whole))
+    assert red > 800
+    assert hidden == 0
