@@ -129,9 +129,6 @@ cam = PinholeCamera()
 
 ByteArray = npt.NDArray[np.uint8]
 
-RED_HSV = ((0, 30, 30), (0, 255, 255))
-"""The HSV range that :func:`detect_red` counts as red, in OpenCV's 8-bit HSV (hue 0..179)."""
-
 _HSV = ("hue", "saturation", "value")
 _CHANNELS = {"rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4, "8UC4": 4, "mono8": 1, "8UC1": 1}
 
@@ -177,13 +174,11 @@ def detect_red(image: Image | None) -> RedShares:
     """
     if not _has_pixels(image):
         return RedShares()
-    import cv2
+    from nrp_core.dsl.red_pixels import count_red
 
-    mask = _matching(image, *RED_HSV)
-    half = mask.shape[1] // 2
-    red_left = cv2.countNonZero(mask[:, :half]) if half else 0
-    red_right = cv2.countNonZero(mask[:, half:])
-    size = mask.size
+    pixels = rgb_array(image)
+    size = pixels.shape[0] * pixels.shape[1]
+    red_left, red_right = count_red(pixels)
     return RedShares(2.0 * red_left / size, 2.0 * red_right / size, (size - red_left - red_right) / size)
 
 

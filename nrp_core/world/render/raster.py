@@ -5,7 +5,9 @@ The image depends only on the poses of the bodies and not on the engine.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -74,6 +76,29 @@ class FaceView:
 _WORLD = np.eye(3, 4)
 
 
+class WorkArrays(NamedTuple):
+    """What a renderer fills for each image, of the image's shape.
+
+    Args:
+        nearness: reciprocals of the depths.
+        seen: the number of the visual.
+    """
+
+    nearness: NearnessArray
+    seen: npt.NDArray[np.int32]
+
+
+_kept = threading.local()
+
+
+def work_arrays(height: int, width: int) -> WorkArrays:
+    """Return arrays for images of a size; all renderers on a thread share them, until the next image."""
+    sizes: dict[tuple[int, int], WorkArrays] = _kept.__dict__.setdefault("sizes", {})
+    if (size := (height, width)) not in sizes:
+        sizes[size] = WorkArrays(np.empty(size, np.float32), np.empty(size, np.int32))
+    return sizes[size]
+
+
 class RasterCameras(Cameras):
     """Draws any camera of a scene.
 
@@ -103,9 +128,6 @@ class RasterCameras(Cameras):
         )
         self._optics = optics
         self._eyes = {path: self._eye(bodies[path[0]], path, numbers) for path in optics}
-        sizes = {path: (each.height, each.width) for path, each in optics.items()}
-        self._work = {path: np.empty(size, np.float32) for path, size in sizes.items()}
-        self._seen = {path: np.empty(size, np.int32) for path, size in sizes.items()}
 
     def image(self, path: CameraPath) -> ImageArray:
         if self._mesh.textures is not None:
@@ -137,7 +159,9 @@ class RasterCameras(Cameras):
         mesh, optics = self._mesh, self._optics[path]
         points = to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD)
         eye = self._eye_in_world(path)
-        seen = self._view.draw(points, eye, optics.focal, optics.near, optics.far, self._work[path])
+        seen = self._view.draw(
+            points, eye, optics.focal, optics.near, optics.far, self._work_of(path).nearness
+        )
         return seen, points, eye
 
     def _lay_images(
@@ -145,7 +169,11 @@ class RasterCameras(Cameras):
     ) -> None:
         mesh, focal = self._mesh, self._optics[path].focal
         if mesh.textures is not None:
-            mesh.textures.lay(seen, self._work[path], focal, eye, points, mesh.faces, image)
+            mesh.textures.lay(seen, self._work_of(path).nearness, focal, eye, points, mesh.faces, image)
+
+    def _work_of(self, path: CameraPath) -> WorkArrays:
+        optics = self._optics[path]
+        return work_arrays(optics.height, optics.width)
 
     def _eye_in_world(self, path: CameraPath) -> FloatArray:
         frame, eye = self._eyes[path]
@@ -154,7 +182,7 @@ class RasterCameras(Cameras):
 
     def depth(self, path: CameraPath) -> DepthArray:
         surfaces = self._draw(path)
-        return np.where(surfaces == NOTHING, np.inf, 1.0 / self._work[path]).astype(np.float32)
+        return np.where(surfaces == NOTHING, np.inf, 1.0 / self._work_of(path).nearness).astype(np.float32)
 
     def segments(self, path: CameraPath) -> SegmentArray:
         return self._segments[self._draw(path)]
@@ -163,10 +191,10 @@ class RasterCameras(Cameras):
         """Return the visual at each pixel and store the reciprocal depths; valid until the next call."""
         self._read(self._frames[WORLD_FRAME + 1 :])
         optics, (frame, eye), mesh = self._optics[path], self._eyes[path], self._mesh
-        surfaces = self._seen[path]
+        nearness, surfaces = self._work_of(path)
         scene = (mesh.vertices, mesh.vertex_frames, mesh.faces, mesh.surfaces, mesh.shown, self._frames)
         lens = (optics.focal, optics.near, optics.far)
-        draw(*scene, frame, eye, *lens, self._work[path], surfaces)
+        draw(*scene, frame, eye, *lens, nearness, surfaces)
         return surfaces
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
