@@ -66,7 +66,8 @@ class RealisticCameras(RasterCameras):
         self._mapped = ()
 
     def image(self, path: CameraPath) -> ImageArray:
-        mesh, lamps, optics, nearness = self._mesh, self._lamps, self._optics[path], self._work[path]
+        mesh, lamps, optics = self._mesh, self._lamps, self._optics[path]
+        nearness = self._work_of(path).nearness
         image, seen, points, eye = self._draw_flat(path)
         self._map_shadows(points)
         colors = mesh.palette[:-1] / 255
