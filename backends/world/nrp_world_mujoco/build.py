@@ -22,7 +22,7 @@ from nrp_core.world.robot_setup import HELD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
-from nrp_world_mujoco.library import compile_spec, mujoco
+from nrp_world_mujoco.library import compile_spec, mujoco, pos_quat, scalar_first
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.muscles import add_muscles
 from nrp_world_mujoco.native import NativeElements, holders, let_weigh_nothing
@@ -33,8 +33,6 @@ from nrp_world_mujoco.shapes import (
     Shapes,
     add_joint,
     close_loops,
-    pos_quat,
-    scalar_first,
     shortest,
     tie_models,
 )
@@ -133,7 +131,8 @@ class _Builder:
         self._scene, self._spec, self._optics, self._with_visuals = scene, spec, optics, with_visuals
         self._physical = physical
         self._stiff = shortest(spec)
-        self._shapes = Shapes(spec, scene)
+        self._native = NativeElements(spec)
+        self._shapes = Shapes(spec, scene, self._native.warnings)
         self._bodies: dict[str, list[tuple[Body, Any]]] = {}
         self._joints: dict[str, list[tuple[Joint, Any]]] = {}
         self._drives: dict[tuple[str, str], tuple[PlanarServo, list[Any]]] = {}
@@ -145,7 +144,6 @@ class _Builder:
         self._collisions: dict[str, list[Any]] = {}
         self._links: dict[str, tuple[Any, Pose]] = {}
         self._links_of: dict[str, dict[str, tuple[Any, Pose]]] = {}
-        self._native = NativeElements(spec)
 
     def built(self) -> Built:
         for model in self._scene.models:

@@ -25,11 +25,10 @@ from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Decays, Drive, MujocoBatchEngine
-from nrp_world_mujoco.library import SAID, mujoco
+from nrp_world_mujoco.library import SAID, mujoco, scalar_first
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.muscles import ActuatorGroup, PresentState
 from nrp_world_mujoco.options import MujocoOptions
-from nrp_world_mujoco.shapes import scalar_first
 
 
 class MujocoEngine(JointedEngine):

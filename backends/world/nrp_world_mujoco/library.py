@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from ctypes.util import find_library
 from typing import Any
 
+from nrp_core.world.rigid import Pose, Quaternion
+
 VISUALS = 1
 """The geom group of visuals."""
 COLLISIONS = 3
@@ -76,6 +78,17 @@ def structures() -> Mapping[str, Any]:
 
     described: Mapping[str, Any] = STRUCTS
     return described
+
+
+def pos_quat(pose: Pose) -> dict[str, Any]:
+    """Return a pose as MuJoCo's arguments."""
+    return {"pos": pose.position, "quat": scalar_first(pose.orientation)}
+
+
+def scalar_first(orientation: Quaternion) -> Quaternion:
+    """Return a quaternion in MuJoCo's order, w first."""
+    x, y, z, w = orientation
+    return w, x, y, z
 
 
 mujoco = _import()

@@ -19,8 +19,7 @@ from nrp_core.findings import Code, Findings
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.origin import Native
-from nrp_world_mujoco.library import mujoco
-from nrp_world_mujoco.shapes import pos_quat
+from nrp_world_mujoco.library import mujoco, pos_quat
 
 SECTIONS = ("site", "wrap", "tendon", "equality", "contact", "actuator", "sensor")
 """The elements that are read here, in the order in which they are added."""

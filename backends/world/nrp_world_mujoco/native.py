@@ -19,7 +19,7 @@ from nrp_core.world.scene.inertia import LEAST_MOMENT
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.origin import Native
 from nrp_core.world.scene.reading.repairs import LEAST_MASS
-from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.library import mujoco, pos_quat
 from nrp_world_mujoco.mechanisms import (
     PLACE,
     SECTIONS,
@@ -32,7 +32,6 @@ from nrp_world_mujoco.mechanisms import (
     write_element,
 )
 from nrp_world_mujoco.schema import attributes_of, field_of
-from nrp_world_mujoco.shapes import pos_quat
 
 _HARDLY_ANY = 4 * LEAST_MOMENT
 

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Final
 
-import numpy as np
-
-from nrp_core._support.arrays import FloatArray
+from nrp_core.findings import Findings
 from nrp_core.world.render.cameras import drawn, flat
-from nrp_core.world.rigid import Pose, Quaternion, Vector
+from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.loops import Freedom, Tie
-from nrp_core.world.scene.meshes.shapes import heights_of
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -31,8 +27,9 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.world.scene.tessellation import box_around, triangles_of
-from nrp_world_mujoco.library import COLLISIONS, VISUALS, mujoco
+from nrp_core.world.scene.tessellation import triangles_of
+from nrp_world_mujoco.library import COLLISIONS, VISUALS, mujoco, pos_quat
+from nrp_world_mujoco.surfaces import Surfaces
 
 FAR_AWAY = 1e9
 SMALLEST = 1e-12  # MuJoCo refuses an empty range
@@ -71,58 +68,13 @@ def _range(joint: Joint | Freedom) -> list[float]:
     return [lower, max(min(joint.upper, FAR_AWAY), lower + SMALLEST)]
 
 
-THICKNESS = 1.0
-"""Thickness of the ground below the lowest point of a height map, m."""
-MIN_EXTENT = 1e-6
-"""Minimum height of a height map in MuJoCo, m."""
-
-
-@dataclass(frozen=True)
-class _Cell:
-    """A convex part of a surface.
-
-    Args:
-        pose: its pose in the frame of the surface.
-        shape: the arguments of its geoms.
-    """
-
-    pose: Pose
-    shape: Mapping[str, Any]
-
-    def placed(self, pose: Pose) -> dict[str, Any]:
-        """Return the arguments of its geom for a pose of the surface."""
-        return {**self.shape, **pos_quat(pose @ self.pose)}
-
-
-def _boxes_of(cells: Sequence[FloatArray]) -> dict[int, _Cell]:
-    """Return as boxes the cells with a rectangle as their front, and the same behind it, by their numbers."""
-    numbers = [number for number, corners in enumerate(cells) if len(corners) == 8]
-    if not numbers:
-        return {}
-    corners = np.stack([cells[number] for number in numbers])
-    front, back = corners[:, :4], corners[:, 4:]
-    edges = np.stack([front[:, 1] - front[:, 0], front[:, 3] - front[:, 0], front[:, 0] - back[:, 0]], axis=1)
-    sizes = np.linalg.norm(edges, axis=2)
-    axes = edges / sizes[:, :, None]
-    closed = np.abs(front[:, 0] - front[:, 1] + front[:, 2] - front[:, 3]).max(axis=1) <= 1e-6
-    square = np.abs(axes @ axes.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2)) <= 1e-4
-    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-    orientation, found = np.empty(4), {}
-    for each in np.flatnonzero(closed & square).tolist():
-        mujoco.mju_mat2Quat(orientation, axes[each].T.ravel())
-        w, x, y, z = orientation.tolist()
-        pose = Pose(tuple(corners[each].mean(axis=0).tolist()), (x, y, z, w))
-        found[numbers[each]] = _Cell(pose, {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": sizes[each] / 2})
-    return found
-
-
 class Shapes:
     """Adds shapes to the bodies of a specification; a mesh is loaded once."""
 
-    def __init__(self, spec: Any, scene: Scene) -> None:
-        self._spec, self._scene = spec, scene
+    def __init__(self, spec: Any, scene: Scene, warnings: Findings) -> None:
+        self._spec = spec
         self._meshes: dict[Mesh, str] = {}
-        self._cells: dict[Mesh, list[_Cell]] = {}
+        self._surfaces = Surfaces(spec, scene, warnings)
 
     def add_visual(self, body: Any, visual: Visual, place: Pose) -> Any:
         """Add a visual of a link at ``place`` in a body, and return its geom."""
@@ -149,13 +101,9 @@ class Shapes:
         geometry, pose = collision.geometry, place @ collision.pose
         if not isinstance(geometry, ConcaveMesh):
             return [body.add_geom(name=name, **touching, **self._arguments(geometry, pose))]
-        if ground := self._ground_of(geometry, name):
-            hfield, place = ground
-            field = {"type": mujoco.mjtGeom.mjGEOM_HFIELD, "hfieldname": hfield, **pos_quat(pose @ place)}
-            return [body.add_geom(name=name, **touching, **field)]
         return [
-            body.add_geom(name=f"{name}/{number}" if number else name, **touching, **cell.placed(pose))
-            for number, cell in enumerate(self._cells_of(geometry))
+            body.add_geom(name=f"{name}/{number}" if number else name, **touching, **part.placed(pose))
+            for number, part in enumerate(self._surfaces.parts(name))
         ]
 
     def _arguments(self, geometry: Geometry, pose: Pose) -> dict[str, Any]:
@@ -180,70 +128,9 @@ class Shapes:
             case Plane():
                 return {"type": kinds.mjGEOM_PLANE, "size": [0, 0, 1], **pos_quat(pose)}
             case Heightmap():
-                name, bottom = self._ground(geometry)
-                return {"type": kinds.mjGEOM_HFIELD, "hfieldname": name, **pos_quat(pose @ bottom)}
+                return self._surfaces.height_map(geometry).placed(pose)
             case Mesh():
                 return {"type": kinds.mjGEOM_MESH, "meshname": self._mesh(geometry), **pos_quat(pose)}
-
-    def _ground(self, ground: Heightmap) -> tuple[str, Pose]:
-        """Load a height map; return its name, and the height of its lowest point."""
-        x, y, z = ground.scale
-        return self._field(ground, (x / 2, y / 2), heights_of(ground) * z)
-
-    def _field(self, mesh: Mesh, half: tuple[float, float], heights: FloatArray) -> tuple[str, Pose]:
-        """Load heights on a rectangle about the origin; return their name, and the lowest point."""
-        lowest, extent = float(heights.min()), max(float(np.ptp(heights)), MIN_EXTENT)
-        rows, columns = heights.shape
-        if mesh not in self._meshes:
-            self._meshes[mesh] = f"ground{len(self._meshes)}"
-            self._spec.add_hfield(
-                name=self._meshes[mesh], nrow=rows, ncol=columns,
-                size=[*half, extent, THICKNESS], userdata=((heights - lowest) / extent).ravel(),
-            )  # fmt: skip
-        return self._meshes[mesh], Pose((0.0, 0.0, lowest))
-
-    def _ground_of(self, surface: ConcaveMesh, name: str) -> tuple[str, Pose] | None:
-        """Load a surface as heights; None if it is not a ground, or if something is beneath it."""
-        from nrp_core.world.scene.meshes.ground import ground_of  # compiled code takes time to load
-
-        ground = ground_of(*triangles_of(surface))
-        if ground is None or ground.is_above(self._others_from(name)):
-            return None
-        x, y = ((ground.low + ground.high) / 2).tolist()
-        across, along = ((ground.high - ground.low) / 2).tolist()
-        field, bottom = self._field(surface, (across, along), ground.heights)
-        return field, Pose((x, y, 0.0)) @ bottom
-
-    def _others_from(self, name: str) -> FloatArray:
-        """Return the middles of the other collisions in the frame of one, shape ``(n, 3)``."""
-        shapes = {
-            f"{model.name}/{link.name}/{each.name}": (model.pose @ link.pose @ each.pose, each.geometry)
-            for model in self._scene.models
-            for link in model.links
-            for each in link.collisions
-        }
-        back = shapes.pop(name)[0].inverse()
-        boxes = (box_around([(back @ pose, geometry)]) for pose, geometry in shapes.values())
-        return np.array([(low + high) / 2 for low, high in filter(None, boxes)]).reshape(-1, 3)
-
-    def _cells_of(self, surface: ConcaveMesh) -> list[_Cell]:
-        """Load the convex cells of a surface, once."""
-        if surface not in self._cells:
-            from nrp_core.world.scene.meshes.cells import cells  # compiled code takes time to load
-
-            number, (vertices, faces) = len(self._cells), triangles_of(surface)
-            found = cells(vertices[faces], surface.depth)
-            boxes = _boxes_of(found)
-            self._cells[surface] = [
-                boxes.get(cell) or self._cell(f"cell{number}/{cell}", corners)
-                for cell, corners in enumerate(found)
-            ]
-        return self._cells[surface]
-
-    def _cell(self, name: str, corners: FloatArray) -> _Cell:
-        element = self._spec.add_mesh(name=name, uservert=corners.ravel())
-        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # not used
-        return _Cell(Pose(), {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name})
 
     def _mesh(self, mesh: Mesh) -> str:
         if mesh not in self._meshes:
@@ -254,17 +141,6 @@ class Shapes:
             )
             element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # not used
         return self._meshes[mesh]
-
-
-def pos_quat(pose: Pose) -> dict[str, Any]:
-    """Return a pose as MuJoCo's arguments."""
-    return {"pos": pose.position, "quat": scalar_first(pose.orientation)}
-
-
-def scalar_first(orientation: Quaternion) -> Quaternion:
-    """Return a quaternion in MuJoCo's order, w first."""
-    x, y, z, w = orientation
-    return w, x, y, z
 
 
 LIGHT: Final = 1e-3

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.meshes.cells import cells
+from nrp_core.world.scene.meshes.cells import cells, merged_cells
 from nrp_core.world.scene.meshes.concave import concave_parts
 from nrp_core.world.scene.meshes.ground import ground_of
 from nrp_core.world.scene.meshes.stl import write_stl
@@ -211,6 +211,37 @@ def test_cells_are_computed_once(monkeypatch):
     again = cells(part.triangles, part.depth)
     assert len(first) > 1
     assert all(np.array_equal(one, other) for one, other in zip(first, again, strict=True))
+
+
+def test_merged_cells_are_few_cover_the_surface_and_stay_as_near_it_as_they_say():
+    surface, most = hills(65), 300
+    made, error = merged_cells(surface, 0.01, most)
+    assert len(cells(surface, 0.01)) > 4 * most
+    assert most / 4 < len(made) <= most
+    assert 0.01 < error < 0.3
+    a, b, c = surface[::4].swapaxes(0, 1)
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    for above, inside in ((-0.004, True), (2 * error, False), (-2 * error, False)):
+        points = (a + b + c) / 3 + above * normals
+        filled = np.zeros(len(points), bool)
+        for hull in (ConvexHull(each).equations for each in made):
+            filled |= (points @ hull[:, :3].T + hull[:, 3] < 1e-6).all(axis=1)
+        assert filled.all() if inside else not filled.any()
+
+
+def test_a_room_of_very_many_cells_has_fewer_for_mujoco_and_says_how_exact_they_are(
+    backend, open_world, advance, tmp_path, monkeypatch
+):
+    pytest.importorskip("mujoco")
+    monkeypatch.setattr("nrp_world_mujoco.surfaces.MAX_CELLS", 600)
+    surface = np.concatenate([hills(33), hills(33) + np.array([0, 0, 1])])
+    world = open_world(room(tmp_path, surface, "1 0 2.2"))
+    advance(world, 1.0)
+    reported = [each.message for each in world.engine.warnings if each.code == Code.NRP258]
+    off = float(re.search(r"([\d.]+) m off", reported[0]).group(1)) if reported else 0.0
+    assert bool(reported) == ("Mujoco" in type(backend).__name__)
+    assert world.model_motion("ball").pose.position[2] == pytest.approx(1.75 + RADIUS, abs=0.02 + off)
 
 
 def test_cells_of_a_floor_leave_its_pit_open():

@@ -7,15 +7,17 @@ A cell is the hull of its polygons and of the same moved into the solid.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.distance import cdist
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.cache import cached_folder
 from nrp_core._support.jit import jit
+from nrp_core.world.scene.meshes.convex import simple_hull
 from nrp_core.world.scene.meshes.triangles import Points, Triangles, weld_vertices
 
 MAX_ERROR = 2e-3
@@ -32,6 +34,8 @@ _MIN_WIDTH = 1e-4  # m; nothing falls through narrower gaps
 _ALIGNED = 0.8  # minimum cosine of the angle between polygons that are joined to one
 _SMOOTH = 0.9  # the same across an edge where the surface goes on
 _PASSES = 4
+_WIDER = 2**0.25  # the next side of the cubes in which cells are merged
+_NARROWEST = 1e-6  # the first side, as a share of the extent
 
 
 def cells(triangles: Triangles, depth: float) -> list[Points]:
@@ -43,22 +47,66 @@ def cells(triangles: Triangles, depth: float) -> list[Points]:
         triangles: a surface whose triangles face outwards.
         depth: minimum thickness of the solid behind it, m.
     """
+    return _kept(triangles, depth, 0, lambda: (_computed(triangles, depth), 0.0))[0]
+
+
+def merged_cells(triangles: Triangles, depth: float, most: int) -> tuple[list[Points], float]:
+    """Return at most ``most`` cells: those of :func:`cells` where they are large, hulls of several elsewhere.
+
+    Returns:
+        The corners of each, and the greatest distance from the surface at the middles of their triangles, m.
+    """
+    return _kept(triangles, depth, most, lambda: _merged(cells(triangles, depth), most))
+
+
+def _kept(
+    triangles: Triangles, depth: float, most: int, compute: Callable[[], tuple[list[Points], float]]
+) -> tuple[list[Points], float]:
     digest = hashlib.blake2b(triangles.tobytes(), digest_size=16)
-    digest.update(repr((triangles.dtype.str, depth)).encode() + Path(__file__).read_bytes())
+    digest.update(repr((triangles.dtype.str, depth, most)).encode() + Path(__file__).read_bytes())
 
     def fill(folder: Path) -> None:
-        found = _computed(triangles, depth)
-        np.savez(
-            folder / _FILE, counts=[len(each) for each in found], corners=np.concatenate([_NONE, *found])
-        )
+        found, error = compute()
+        counts, corners = [len(each) for each in found], np.concatenate([_NONE, *found])
+        np.savez(folder / _FILE, counts=counts, corners=corners, error=error)
 
     folder = cached_folder("cells", digest.hexdigest(), fill, lambda folder: (folder / _FILE).is_file())
     with np.load(folder / _FILE) as kept:
-        return (
-            np.split(kept["corners"], np.cumsum(kept["counts"][:-1], dtype=int))
-            if len(kept["counts"])
-            else []
-        )
+        ends = np.cumsum(kept["counts"], dtype=int)
+        return np.split(kept["corners"], ends[:-1]) if len(ends) else [], float(kept["error"])
+
+
+def _merged(found: Sequence[Points], most: int) -> tuple[list[Points], float]:
+    """Return the hulls of small cells in the same cube, of the narrowest cubes for which they are few."""
+    starts = np.cumsum([0, *map(len, found[:-1])])
+    corners = np.concatenate(found)
+    low, high = (each.reduceat(corners, starts) for each in (np.minimum, np.maximum))
+    extents = (high - low).max(axis=1)
+    side = max(float(extents.min()), _NARROWEST * float((high.max(axis=0) - low.min(axis=0)).max()))
+    while True:
+        places = np.floor((low + high - 2 * low.min(axis=0)) / (2 * side)).astype(np.int64)
+        codes = places @ [1 << 42, 1 << 21, 1]
+        codes[extents > side] = -1 - np.flatnonzero(extents > side)
+        kinds, groups = np.unique(codes, return_inverse=True)
+        if len(kinds) <= most:
+            break
+        side *= _WIDER
+    order = np.argsort(groups, kind="stable")
+    members = np.split(order, np.cumsum(np.bincount(groups))[:-1])
+    parts = [_hull([found[i] for i in each.tolist()]) for each in members]
+    return [part for part, _ in parts], max(error for _, error in parts)
+
+
+def _hull(members: Sequence[Points]) -> tuple[Points, float]:
+    """Return the corners of the hull of cells, and the greatest distance of its sides from theirs, m."""
+    if len(members) == 1:
+        return members[0], 0.0
+    points = np.concatenate(members)
+    hull = simple_hull(points)
+    middles = hull.points[hull.simplices].mean(axis=1)
+    far = cdist(middles, points).min(axis=1).max()
+    outside = (points @ hull.equations[:, :3].T + hull.equations[:, 3]).max()
+    return hull.points[hull.vertices], float(max(far, outside))
 
 
 def _computed(triangles: Triangles, depth: float) -> list[Points]:
