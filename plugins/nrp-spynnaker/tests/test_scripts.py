@@ -177,6 +177,24 @@ def test_parts_of_a_cell_on_a_core_are_left_out(tmp_path: Path, given: str, kept
     assert script.cells.hints.get("neurons_per_core") == kept
 
 
+def test_packets_of_a_machine_are_refused_at_their_line(tmp_path: Path) -> None:
+    error = refused(tmp_path, "p.Population(9, cell, label='x').record(['v', 'packets-per-timestep'])")
+    assert isinstance(error, CapabilityError)
+    assert f"{tmp_path / 'script.py'}:" in str(error)
+    assert "'packets-per-timestep' counts the packets that each core" in str(error)
+
+
+@pytest.mark.parametrize(
+    "given", ["p.Population(600, kind, neurons_per_core=512)", "p.Population(600, kind)"]
+)
+def test_a_core_takes_at_most_256_neurons(tmp_path: Path, given: str) -> None:
+    """As ``PopulationVertex.get_max_atoms_per_core`` of sPyNNaker 7.4.1."""
+    setting = "" if "512" in given else "p.set_number_of_neurons_per_core(p.IF_curr_exp, 300)\n"
+    script = run(tmp_path, f"{HEAD}{setting}kind = p.IF_curr_exp()\ncells = {given}\np.run(1)\n")
+    assert script.cells.hints["neurons_per_core"] == 256
+    assert any("at most 256 neurons" in text for text in script.p.network().remarks)
+
+
 @pytest.mark.parametrize("name", ["per_dimension_per_core(7)", "per_core(n_atoms=7)"])
 def test_a_type_of_cells_takes_the_number_on_a_core_itself(tmp_path: Path, name: str) -> None:
     setting = f"p.IF_curr_exp.set_model_max_atoms_{name}\n"
@@ -298,7 +316,6 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
             "'ab']; p.run(1)",
             "cannot receive spikes at UDP port",
         ),
-        ("p.Population(9, cell, label='x', neurons_per_core=300); p.run(1)", "neurons_per_core is 300"),
         ("p.Population(1, p.external_devices.SpikeInjector(virtual_kei=1))", "did you mean 'virtual_key'"),
     ],
 )  # fmt: skip

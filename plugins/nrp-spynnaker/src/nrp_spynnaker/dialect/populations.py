@@ -30,6 +30,9 @@ _HINTS: Final = {
     "spikes_per_second": "spikes_per_second",
     "ring_buffer_sigma": "ring_buffer_sigma",
 }
+_PACKETS: Final = "packets-per-timestep"
+_MOST_ON_CORE: Final = 256
+"""Neurons that a core takes."""
 _WITHOUT_EFFECT: Final = {
     "incoming_spike_buffer_size": "no spike is lost here",
     "drop_late_spikes": "no spike is late here",
@@ -288,6 +291,7 @@ class Population(_Cells, populations.Population):
         owner, given = f"population '{self.label}'", {**own, **(additional_parameters or {}), **settings}
         defaults = self._simulator.state.hints_by_cell.get(type(cellclass), {})
         self.hints = {**defaults, **hints_of(owner, given)}
+        self._limit_cells_per_core()
         if constraints:
             self._place(*constraints if isinstance(constraints, list) else [constraints])
         if hasattr(cellclass, "hub"):
@@ -299,6 +303,12 @@ class Population(_Cells, populations.Population):
 
     def record(self, variables: Any = SPIKES, *arguments: Any, **options: Any) -> None:
         """Record variables of all cells; ``all`` are those that its cells have."""
+        if variables == _PACKETS or (isinstance(variables, (list, tuple)) and _PACKETS in variables):
+            raise CapabilityError(
+                f"population '{self.label}': '{_PACKETS}' counts the packets that each core of a real "
+                "machine has handled in each step, which depends on their time of arrival; "
+                "record('spikes') of the sources gives the spikes that the population receives"
+            )
         super().record(self.celltype.recordable if variables == "all" else variables, *arguments, **options)
 
     @by_name
@@ -334,6 +344,17 @@ class Population(_Cells, populations.Population):
         """Set the largest number of cells on a core of the machine."""
         count = cells_per_core(f"population '{self.label}'", max_atoms_per_core)
         self.hints = {**self.hints, "neurons_per_core": count}
+        self._limit_cells_per_core()
+
+    def _limit_cells_per_core(self) -> None:
+        """Reduce the number of neurons on a core to what a core takes, as sPyNNaker does."""
+        count = self.hints.get("neurons_per_core", 0.0)
+        if count > _MOST_ON_CORE and self.celltype.receptor_types:
+            self.hints = {**self.hints, "neurons_per_core": float(_MOST_ON_CORE)}
+            self._simulator.state.remark(
+                f"population '{self.label}': neurons_per_core is {count:g}, but a core takes at most "
+                f"{_MOST_ON_CORE} neurons; it has {_MOST_ON_CORE}"
+            )
 
     def _place(self, constraint: Any = None, *_: Any, **__: Any) -> None:
         if getattr(constraint, "size", None) is not None:
