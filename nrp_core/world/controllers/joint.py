@@ -14,7 +14,7 @@ from nrp_core.world.messages.geometry_msgs import Quaternion
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.part import Part
 from nrp_core.world.rigid import Quaternion as Orientation
-from nrp_core.world.rigid import ServoTarget
+from nrp_core.world.rigid import ServoTarget, rotation_by
 from nrp_core.world.scene.devices import JointController
 from nrp_core.world.scene.merged_bodies import stiff_gains
 from nrp_core.world.scene.model import Model
@@ -25,7 +25,7 @@ _TOLERANCE = 0.01
 
 
 class OrientationPart(Part):
-    """Leads a ball joint to the orientations of its controller.
+    """Leads a ball joint to the orientations of its controller, until the first one to that of its start.
 
     Args:
         controller: the data of the controller.
@@ -38,23 +38,43 @@ class OrientationPart(Part):
         what = f"orientation of the child of {model}/{controller.joint} in the joint's frame"
         self.topics = (TopicInfo(controller.topic, Quaternion, Direction.IN, what=what),)
         self._wanted: Orientation | None = None
+        self._holds = controller.holds
+        self._is_start = False
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         x, y, z, w = (float(each) for each in (message.x, message.y, message.z, message.w))
         norm = sqrt(x * x + y * y + z * z + w * w)
         if not (isfinite(norm) and abs(norm - 1.0) <= _TOLERANCE):
             raise TopicError(f"{topic}: ({x:g}, {y:g}, {z:g}, {w:g}) is not a unit quaternion")
+        self._is_start = False
         self._set_target((x / norm, y / norm, z / norm, w / norm))
 
+    def begin(self) -> None:
+        if self._holds and self._wanted is None and self._engine.capabilities.joint_control:
+            self._hold()
+
+    def _hold(self) -> None:
+        """Hold the present orientation until the first command."""
+        joints = self._engine.joint_states(self._model)
+        x, y, z = (float(joints.positions[joints.names.index(f"{self._joint}_{axis}")]) for axis in "xyz")
+        self._is_start = True
+        self._set_target(rotation_by((x, y, z)))
+
+    def on_model_moved(self) -> None:
+        if self._is_start:
+            self._hold()
+
     def reset(self) -> None:
-        self._wanted = None
+        self._wanted, self._is_start = None, False
 
     def save(self) -> object:
-        return self._wanted
+        return self._wanted, self._is_start
 
     def restore(self, saved: Any) -> None:
-        if saved is not None or self._wanted is not None:
-            self._set_target(saved)
+        before = self._wanted
+        wanted, self._is_start = saved
+        if wanted is not None or before is not None:
+            self._set_target(wanted)
 
     def _set_target(self, orientation: Orientation | None) -> None:
         self._wanted = orientation
