@@ -314,15 +314,38 @@ class Brain(Simulation):
             CapabilityError: the backend takes no rewards from outside.
             NetworkError: the projection does not learn from rewards, or the amount is not finite.
         """
+        population = self._rewarded(projection, amount)
+        if amount:
+            with guarded(self, "reward"):
+                self._do_reward(population, float(amount))
+
+    @final
+    def hold_reward(self, projection: str, value: float) -> None:
+        """Set a value that adds to the dopamine that a projection learns from, and does not decay.
+
+        It acts from this time on until the next call, or a reset. Without other rewards and without a
+        baseline, weights follow the product of eligibility and this value.
+
+        Args:
+            projection: as for :meth:`reward`; all cells onto which it goes have the value.
+            value: 0 at the beginning; negative as a punishment.
+
+        Raises:
+            CapabilityError, NetworkError: as for :meth:`reward`.
+        """
+        population = self._rewarded(projection, value)
+        with guarded(self, "reward"):
+            self._do_hold_reward(population, float(value))
+
+    def _rewarded(self, projection: str, value: float) -> str:
+        """Return the population whose dopamine a projection learns from; refuse impossible rewards."""
         self.require_ready()
         chosen = changes.rewarded(self.network, projection)
         if not self.capabilities.rewards:
             raise no_rewards(projection)
-        if not is_number(amount) or not isfinite(amount):
-            raise NetworkError(f"a reward of projection '{projection}' is {amount!r:.60}; it must be finite")
-        if amount:
-            with guarded(self, "reward"):
-                self._do_reward(chosen.post, float(amount))
+        if not is_number(value) or not isfinite(value):
+            raise NetworkError(f"a reward of projection '{projection}' is {value!r:.60}; it must be finite")
+        return chosen.post
 
     @final
     def read_synapse_state(self, projection: str, variable: str) -> FloatArray:
@@ -525,6 +548,10 @@ class Brain(Simulation):
 
     def _do_reward(self, population: str, amount: float) -> None:
         """Add to the dopamine of all cells of a population now."""
+        raise NotImplementedError(population)
+
+    def _do_hold_reward(self, population: str, value: float) -> None:
+        """Let a value add to the dopamine of all cells of a population from now on, instead of the last."""
         raise NotImplementedError(population)
 
     def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:

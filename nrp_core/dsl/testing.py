@@ -62,6 +62,7 @@ class MockBrain(Brain):
     Attributes:
         values: state of its neurons, by variable, shape ``(network.size,)``.
         rewards: the population and the dopamine of each reward since the beginning or a reset.
+        held_rewards: the value that is held now, by population.
 
     Raises:
         CapabilityError: the given capabilities do not cover the network.
@@ -96,6 +97,7 @@ class MockBrain(Brain):
         self._planned: list[Spikes] = []
         self._weights: dict[str, FloatArray] = {}
         self.rewards: list[tuple[str, float]] = []
+        self.held_rewards: dict[str, float] = {}
 
     def fire(self, neurons: npt.ArrayLike, times_ms: npt.ArrayLike) -> None:
         """Make neurons (global ids) spike at ascending times of the next step."""
@@ -126,10 +128,13 @@ class MockBrain(Brain):
     def _do_reward(self, population: str, amount: float) -> None:
         self.rewards.append((population, amount))
 
+    def _do_hold_reward(self, population: str, value: float) -> None:
+        self.held_rewards[population] = value
+
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None: ...
 
     def _do_reset(self, seed: int) -> None:
-        self._planned, self._weights, self.rewards = [], {}, []
+        self._planned, self._weights, self.rewards, self.held_rewards = [], {}, [], {}
 
     def _do_close(self) -> None: ...
 

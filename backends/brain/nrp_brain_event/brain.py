@@ -174,6 +174,10 @@ class EventBrain(Brain):
         assert self._rewards is not None
         self._rewards.reward(population, amount, self._now_ms.item(0))
 
+    def _do_hold_reward(self, population: str, value: float) -> None:
+        assert self._rewards is not None
+        self._rewards.hold(population, value, self._now_ms.item(0))
+
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         require_weights(projection)
         if self._engine.weight is self._initial.weight:

@@ -2,12 +2,13 @@
 
 A weight w follows the product of its eligibility c and the dopamine n above a baseline b::
 
-    dw/dt = c (n - b)    dc/dt = -c / tau_c    dn/dt = -n / tau_d
+    dw/dt = c (n + r - b)    dc/dt = -c / tau_c    dn/dt = -n / tau_d
 
-STDP changes c, a reward n. Between two of these events all three have a closed form. Dopamine is known before
-the synapses reach a time, so it is a list of its jumps. For each interval between two jumps the integral
-of ``exp(-t / tau_c) (n - b)`` is computed once for all synapses: passing an interval costs two
-multiplications. Where n - b changes sign, the weight is clipped there.
+STDP changes c, a reward n. A value r that is held, the reward of Florian's MSTDPET (2007, Neural Comput
+19:1468), lowers the baseline. Between two of these events all three have a closed form. Dopamine is known
+before the synapses reach a time, so it is a list of its jumps. For each interval between two jumps the
+integral of ``exp(-t / tau_c) (n + r - b)`` is computed once for all synapses: passing an interval costs two
+multiplications. Where n + r - b changes sign, the weight is clipped there.
 """
 
 from __future__ import annotations
@@ -58,7 +59,9 @@ class Jump(Record):
 
     time: float
     dopamine: float
-    """Just after the jump."""
+    """Just after the jump, without what is held."""
+    held: float
+    """Value that is added in the interval."""
     integral: float
     """Change of the weight in the interval for an eligibility of 1 at its beginning."""
     kept: float
@@ -93,17 +96,17 @@ class Dopamine(NamedTuple):
 
 
 @jit
-def _change(modulator: Modulator, dopamine: float, span: float) -> float:
+def _change(modulator: Modulator, baseline: float, dopamine: float, span: float) -> float:
     """Return the change of a weight with an eligibility of 1, in a time after dopamine had a value."""
     rise = -dopamine * modulator.tau_both * expm1(-span / modulator.tau_both)
-    return float(rise + modulator.baseline * modulator.tau_c * expm1(-span / modulator.tau_c))
+    return float(rise + baseline * modulator.tau_c * expm1(-span / modulator.tau_c))
 
 
 @jit
-def _passes(modulator: Modulator, dopamine: float, span: float) -> bool:
+def _passes(modulator: Modulator, baseline: float, dopamine: float, span: float) -> bool:
     """Return whether dopamine passes the baseline within a time."""
     later = dopamine * exp(-span / modulator.tau_d)
-    return bool((dopamine - modulator.baseline) * (later - modulator.baseline) < 0.0)
+    return bool((dopamine - baseline) * (later - baseline) < 0.0)
 
 
 @inlined
@@ -115,12 +118,13 @@ def _follow(modulator: Modulator, synapse: Plastic, change: float) -> None:
 def _pass(modulator: Modulator, jump: Jump, synapse: Plastic, slow: Slow, time: float, span: float) -> None:
     """Update weight and eligibility for a part of an interval."""
     dopamine = jump.dopamine * exp((jump.time - time) / modulator.tau_d)
-    if _passes(modulator, dopamine, span):
-        first = modulator.tau_d * log(dopamine / modulator.baseline)
-        _follow(modulator, synapse, slow.pre_slow * _change(modulator, dopamine, first))
+    baseline = modulator.baseline - jump.held
+    if _passes(modulator, baseline, dopamine, span):
+        first = modulator.tau_d * log(dopamine / baseline)
+        _follow(modulator, synapse, slow.pre_slow * _change(modulator, baseline, dopamine, first))
         slow.pre_slow *= exp(-first / modulator.tau_c)
-        dopamine, span = modulator.baseline, span - first
-    _follow(modulator, synapse, slow.pre_slow * _change(modulator, dopamine, span))
+        dopamine, span = baseline, span - first
+    _follow(modulator, synapse, slow.pre_slow * _change(modulator, baseline, dopamine, span))
     slow.pre_slow *= exp(-span / modulator.tau_c)
 
 
@@ -208,14 +212,15 @@ def add(places: Array, numbers: Array, times: Array, amounts: Array) -> None:
             continue
         span = time - last.time
         if span < inf:
-            last.integral = _change(modulator, last.dopamine, span)
+            baseline = modulator.baseline - last.held
+            last.integral = _change(modulator, baseline, last.dopamine, span)
             last.kept = exp(-span / modulator.tau_c)
-            last.turns = _passes(modulator, last.dopamine, span)
+            last.turns = _passes(modulator, baseline, last.dopamine, span)
         new = room.free
         jump = jumps[new]
         room.free = jump.after
         room.n_free -= 1
-        jump.time, jump.before, jump.after = time, index, -1
+        jump.time, jump.before, jump.after, jump.held = time, index, -1, last.held
         jump.dopamine = last.dopamine * exp(-span / modulator.tau_d) + amounts[k]
         last.after = modulator.last = new
         modulator.n += 1
@@ -269,7 +274,7 @@ def _level(dopamine: Dopamine, number: int, t: float) -> float:
     while dopamine.jumps[index].time > t:
         index = dopamine.jumps[index].before
     jump = dopamine.jumps[index]
-    return float(jump.dopamine * exp((jump.time - t) / dopamine.modulators[number].tau_d))
+    return float(jump.dopamine * exp((jump.time - t) / dopamine.modulators[number].tau_d) + jump.held)
 
 
 @jit

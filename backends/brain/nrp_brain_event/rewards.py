@@ -234,8 +234,23 @@ class Rewards:
 
     def reward(self, population: str, amount: float, now_ms: float) -> None:
         """Add to the dopamine of all cells of a population now."""
-        numbers = np.unique(self._shelf.arrays.of_row[self._row_of[self._network.ids_of(population)]])
+        numbers = self._numbers(population)
         self._add(numbers, np.full(len(numbers), now_ms), np.full(len(numbers), amount))
+
+    def hold(self, population: str, value: float, now_ms: float) -> None:
+        """Set the value that is held for all cells of a population, from now on."""
+        numbers = self._numbers(population)
+        last = self._shelf.arrays.modulators["last"][numbers]
+        if (self._shelf.arrays.jumps["held"][last] == value).all():
+            return
+        self._add(numbers, np.full(len(numbers), now_ms), np.zeros(len(numbers)))
+        modulators, jumps, *_ = self._shelf.arrays
+        jumps["held"][modulators["last"][numbers]] = value
+
+    def _numbers(self, population: str) -> IntArray:
+        """Return the modulators of the cells of a population."""
+        found: IntArray = np.unique(self._shelf.arrays.of_row[self._row_of[self._network.ids_of(population)]])
+        return found
 
     def run(
         self, now_ns: int, until_ns: int, run: Callable[[int], None],

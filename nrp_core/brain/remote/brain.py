@@ -139,6 +139,9 @@ class RemoteBrain(Brain):
     def _do_reward(self, population: str, amount: float) -> None:
         self._process.call("reward", population, amount)
 
+    def _do_hold_reward(self, population: str, value: float) -> None:
+        self._process.call("hold_reward", population, value)
+
     def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
         state: FloatArray = self._process.call("read_synapse_state", projection.label, variable)
         return state

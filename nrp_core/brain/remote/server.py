@@ -92,6 +92,10 @@ class BrainServer:
         """Add to the dopamine of all cells of a population."""
         self._brain._do_reward(population, amount)
 
+    def hold_reward(self, population: str, value: float) -> None:
+        """Set the value that adds to the dopamine of all cells of a population."""
+        self._brain._do_hold_reward(population, value)
+
     def read_synapse_state(self, label: str, variable: str) -> FloatArray:
         """Return a state variable of synapses that learn from rewards."""
         return self._brain._do_read_synapse_state(projection_of(self._brain.network, label), variable)
@@ -124,6 +128,7 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
         "set_weights",
         "set_plastic",
         "reward",
+        "hold_reward",
         "read_synapse_state",
         "save",
         "restore",

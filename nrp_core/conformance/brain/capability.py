@@ -331,6 +331,15 @@ class ChangeTests(BrainKit):
         assert (third - second) / (second - first) == pytest.approx(left, rel=0.05)
         later = math.exp(-400 / modulation.tau_c) - math.exp(-400 / modulation.tau_c - 400 / modulation.tau_d)
         assert (third - fourth) / (second - first) == pytest.approx(later, rel=0.05)
+        brain.hold_reward(name, 0.01)
+        self.run(brain, 900)
+        fade, left = 1 / modulation.tau_c + 1 / modulation.tau_d, math.exp(-600 / modulation.tau_c)
+        dopamine = math.exp(-600 / modulation.tau_d) - math.exp(-200 / modulation.tau_d)
+        decaying = left * dopamine * -math.expm1(-200 * fade) / fade
+        held = left * -math.expm1(-200 / modulation.tau_c) * modulation.tau_c
+        expected = (decaying + held) / (-math.expm1(-200 * fade) / fade)
+        change = float(brain.read_weights(name)[0]) - fourth
+        assert change / (second - first) == pytest.approx(expected, rel=0.05)
         with pytest.raises(NetworkError):
             brain.reward("force to n, excitatory", 1.0)
 

@@ -93,6 +93,8 @@ class RecordedBrain(Brain):
 
     def _do_reward(self, population: str, amount: float) -> None: ...
 
+    def _do_hold_reward(self, population: str, value: float) -> None: ...
+
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         self._weights[projection.label] = weights
 

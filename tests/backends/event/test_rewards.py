@@ -258,6 +258,57 @@ def test_neurons_reward_and_a_loop_rewards(
     assert w == pytest.approx(later[0] - expected[0], rel=1e-6)
 
 
+@pytest.mark.parametrize("options", MODES, ids=IDS)
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_held_reward_is_that_of_mstdpet(
+    shared: bool, options: dict[str, str], learning: Callable[..., Brain]
+) -> None:
+    """While r is held, the weight changes by ``r z tau_z (1 - exp(-D / tau_z))`` (Florian 2007)."""
+    tau_z, wires = 25.0, "pre-cell-excitatory"
+    late = 0.0 if shared else 1.0  # dopamine of a cell reaches its synapses after the dendritic delay
+    modulation = Neuromodulation(tau_c=tau_z, w_max=200.0, shared=shared, eligibility_limits=False)
+    brain = learning([10.0], [20.0], [], modulation, w0=5.0, **options)
+    held = [(15.0, 0.75), (40.0, 0.75), (40.0, -0.5), (70.0, 0.0), (100.0, 0.25)]
+    for t, value in held:
+        brain.run_until(round(t * MS))
+        brain.hold_reward(wires, value)
+    brain.run_until(150 * MS)
+    pair, z = 21.0, exp(-11 / 20)
+    expected = 5.0
+    for (since, value), (until, _) in zip(held, [*held[1:], (150.0 - late, 0.0)], strict=True):
+        since, until = max(since + late, pair), max(until + late, pair)
+        left = z * exp(-(since - pair) / tau_z)
+        expected += value * left * tau_z * (1 - exp(-(until - since) / tau_z))
+    assert state_of(brain) == pytest.approx([expected, z * exp(-129 / tau_z), 0.25], rel=1e-12)
+    brain.reset()
+    brain.run_until(150 * MS)
+    assert state_of(brain) == pytest.approx([5.0, z * exp(-129 / tau_z), 0.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("options", MODES, ids=IDS)
+def test_a_held_reward_is_a_lower_baseline(options: dict[str, str], learning: Callable[..., Brain]) -> None:
+    """Also where dopamine passes it and the weight is clipped, and after a snapshot."""
+    case = CASES["C"]
+    found = []
+    for baseline, held in ((2.0**-10, 0.0), (2.0**-8, 2.0**-8 - 2.0**-10)):
+        modulation = replace(NEST, baseline=baseline, w_max=1.35)
+        brain = learning(
+            case["pre"], case["post"], case["dopamine"], modulation, weight=1 / TAU_D,
+            rule=PAIRS | {"A_minus": 0.5}, **options,
+        )  # fmt: skip
+        if held:
+            brain.hold_reward("pre-cell-excitatory", held)
+        brain.run_until(150 * MS)
+        saved = brain.snapshot()
+        brain.hold_reward("pre-cell-excitatory", 1.0)
+        brain.run_until(170 * MS)
+        brain.restore(saved)
+        brain.run_until(1000 * MS)
+        found.append(np.subtract(state_of(brain), [0.0, 0.0, held]))
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+    assert found[0][0] != pytest.approx(1.0, rel=0.1)
+
+
 def test_a_reward_long_after_a_pair_brings_what_the_test_of_spynnaker_expects(
     learning: Callable[..., Brain],
 ) -> None:

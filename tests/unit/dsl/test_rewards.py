@@ -27,11 +27,11 @@ def network() -> Network:
     return sim.network()
 
 
-def function_with(load: Load, body: str, projection: str = "learned") -> TransferFunction:
+def function_with(load: Load, body: str, projection: str = "learned", settings: str = "") -> TransferFunction:
     lines = "\n            ".join(body.splitlines())
     (function,) = load(
         f"""
-        @nrp.MapReward("r", nrp.brain.projection("{projection}"))
+        @nrp.MapReward("r", nrp.brain.projection("{projection}"){settings})
         @nrp.Robot2Neuron()
         def f(t, r):
             {lines}
@@ -68,7 +68,10 @@ def test_what_a_function_sets_is_added_once_it_has_returned(
         ("r.value = 1.0\nraise RuntimeError('late')", RuntimeError, "late"),
         ("r.value = float('nan')", ValueError, "r.value is nan; a reward is a finite number"),
         ("r.value = [1.0]", ValueError, "a reward is a finite number"),
-        ("r.values = 1.0", AttributeError, "has no attribute 'values'; set its value"),
+        ("r.held = 1.0\nraise RuntimeError('late')", RuntimeError, "late"),
+        ("r.held = float('inf')", ValueError, "r.held is inf; a reward is a finite number"),
+        ("r.values = 1.0", AttributeError, "has no attribute 'values'"),
+        ("r.baseline = 1.0", AttributeError, "has no attribute 'baseline' to set"),
     ],
 )
 def test_a_function_that_fails_rewards_nothing(
@@ -78,7 +81,60 @@ def test_a_function_that_fails_rewards_nothing(
     rig = Rig(function_with(load, body), brain)
     with pytest.raises(error, match=message):
         rig.run()
-    assert brain.rewards == []
+    assert (brain.rewards, brain.held_rewards) == ([], {})
+
+
+def test_a_value_is_held_until_the_next_call(load: Load) -> None:
+    brain = MockBrain(network())
+    rig = Rig(function_with(load, "if t < 0.03: r.held = 1.0 - 50 * t"), brain)
+    seen = []
+    for t in (0.0, 0.02, 0.04):
+        rig.run(t)
+        seen.append(brain.held_rewards["b"])
+    assert seen == [1.0, 0.0, 0.0]
+    rig.run(0.0)
+    rig.function.active = False
+    assert brain.held_rewards["b"] == 0.0
+    rig.function.active = True
+    rig.run(0.0)
+    rig.function.unbind()
+    assert (brain.held_rewards["b"], brain.rewards) == (0.0, [])
+
+
+def test_a_function_holds_nothing_that_it_never_set(load: Load) -> None:
+    brain = MockBrain(network())
+    brain.hold_reward("learned", 2.0)
+    Rig(function_with(load, "r.value = 1.0"), brain).run()
+    assert brain.held_rewards == {"b": 2.0}
+
+
+def test_the_running_mean_of_rewards_is_subtracted(load: Load) -> None:
+    """From 0, each reward moves it by a fourth of the difference; calls without a reward do not."""
+    brain = MockBrain(network())
+    body = "r.held = 8.0\nif t != 0.02: r.value = 100 * t - r.baseline * 0"
+    rig = Rig(function_with(load, body, settings=", baseline=4"), brain)
+    held = []
+    for t in (0.0, 0.01, 0.02, 0.03, 0.04):
+        rig.run(t)
+        held.append(brain.held_rewards["b"])
+    means = [0.0, 0.25, 0.25 + 2.75 / 4]
+    assert [amount for _, amount in brain.rewards] == pytest.approx(
+        [1.0, 3.0 - means[1], 4.0 - means[2]], rel=1e-12
+    )
+    assert held == pytest.approx([8.0 * 0.75**n for n in range(5)], rel=1e-12)
+    saved = rig.function.save()
+    rig.function.reset()
+    rig.run(0.01)
+    assert brain.rewards[-1] == ("b", 1.0)
+    rig.function.restore(saved)
+    rig.run(0.04)
+    assert brain.rewards[-1][1] == pytest.approx(4.0 - (means[2] + (4.0 - means[2]) / 4), rel=1e-12)
+
+
+@pytest.mark.parametrize("given", ["0.5", "True", "float('inf')", "'10'"])
+def test_a_baseline_is_a_number_of_rewards(load: Load, given: str) -> None:
+    with pytest.raises(ExperimentError, match="over a number of rewards from 1 on"):
+        function_with(load, "pass", settings=f", baseline={given}")
 
 
 @pytest.mark.parametrize(

@@ -387,6 +387,10 @@ class GridBrain(Brain):
         assert self._rewards is not None
         self._rewards.reward(population, amount, _now(self._grid))
 
+    def _do_hold_reward(self, population: str, value: float) -> None:
+        assert self._rewards is not None
+        self._rewards.hold(population, value, _now(self._grid))
+
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         require_weights(projection)
         self._take(handle(unfolded(self._grid)))

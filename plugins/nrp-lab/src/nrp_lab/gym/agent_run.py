@@ -15,10 +15,11 @@ from gymnasium import spaces
 
 from nrp_core.checks.warnings import announcement
 from nrp_core.clock import seconds
-from nrp_core.dsl import TransferFunction
+from nrp_core.dsl import MapReward, TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Run
 from nrp_core.utilities import takes
+from nrp_lab.gym.brain_reward import BrainReward
 from nrp_lab.gym.spaces import SOURCE, Observed, act_on, observe
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float]
@@ -41,6 +42,7 @@ class Agent:
     terminate: Terminate | None
     steps: int
     same_noise: bool
+    reward_to: MapReward | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.steps, int) or self.steps < 1:
@@ -109,6 +111,7 @@ class AgentRun:
         ):  # their files may have kept values of the steps for the shapes
             run.continue_as(run.experiment)
             run.loop.change((), replaced)
+        self._brain_reward = None if agent.reward_to is None else BrainReward(run, agent.reward_to)
         self._start = run.snapshot() if agent.same_noise else None
         self.decided: dict[str, bool | None] = {}
         self._episodes = self._last_at_once = self._at_once = 0
@@ -129,10 +132,13 @@ class AgentRun:
         Args:
             draw: returns the seed of its noise.
         """
+        learned = {} if self._brain_reward is None else self._brain_reward.end_of_episode()
         if self._start is not None:
             self.run.restore(self._start)
         else:
             self.run.loop.reset(seed=draw())
+        for label, weights in learned.items():
+            self.run.brain.set_weights(label, weights)
         self.decided = dict.fromkeys(self.run.experiment.criteria)
         self._episodes += 1
 
@@ -167,6 +173,8 @@ class AgentRun:
             terminated = bool(ends)
             if terminated and now_ns == run.experiment.timestep:
                 self._ended_at_once()
+        if self._brain_reward is not None:
+            self._brain_reward.give(reward)
         return reward, terminated, now_ns >= run.experiment.duration
 
     def _ended_at_once(self) -> None:

@@ -10,6 +10,7 @@ import gymnasium
 import numpy as np
 
 from nrp_core.clock import seconds
+from nrp_core.dsl import MapReward
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Run
 from nrp_core.running import open_run
@@ -100,6 +101,10 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         steps: number of loop steps in each step of the environment.
         same_noise: whether all episodes have the noise of the experiment's seed; then a reset restores a
             snapshot.
+        reward_to: the projection of the brain that learns from the rewards, as
+            ``nrp.MapReward("reward", nrp.brain.projection("learned"), baseline=20)``. The reward of a step
+            acts from its end on. Learned weights of all projections are kept from episode to episode; between
+            two, the brain rests without input until the dopamine has decayed.
         render_mode: None or ``rgb_array``.
 
     Attributes:
@@ -123,12 +128,13 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         terminate: Terminate | None = None,
         steps: int = 1,
         same_noise: bool = False,
+        reward_to: MapReward | None = None,
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ExperimentError(f"render_mode is None or 'rgb_array', not {render_mode!r}")
         acted = bounds_by_name(act)
-        agent = Agent(observe, acted, reward, terminate, steps, same_noise)
+        agent = Agent(observe, acted, reward, terminate, steps, same_noise, reward_to)
         self.render_mode = render_mode
         self.run = open_run(experiment, overrides)
         try:

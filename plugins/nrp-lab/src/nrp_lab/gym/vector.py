@@ -16,6 +16,7 @@ from gymnasium.vector.utils import batch_space
 
 from nrp_core.brain import BoolArray, FloatArray
 from nrp_core.cle.batched_loops import SideBySide
+from nrp_core.dsl import MapReward
 from nrp_core.errors import ExperimentError, LifecycleError, SimulationError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.running import open_run
@@ -189,7 +190,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     names the copy, which can be reset with ``options={"reset_mask": ...}``.
 
     Args:
-        experiment, overrides, observe, act, reward, terminate, steps, same_noise: as for a single
+        experiment, overrides, observe, act, reward, terminate, steps, same_noise, reward_to: as for a single
             environment; ``reward`` and ``terminate`` are called for each copy.
         num_envs: number of copies.
         autoreset_mode: ``NextStep``, ``SameStep`` or ``Disabled``, as Gymnasium defines them.
@@ -221,6 +222,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         terminate: Terminate | None = None,
         steps: int = 1,
         same_noise: bool = False,
+        reward_to: MapReward | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int = 0,
         render_mode: str | None = None,
@@ -232,7 +234,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
                 f"copies have no render_mode ({render_mode!r}); render a single environment"
             )
         acted = bounds_by_name(act)
-        agent = Agent(observe, acted, reward, terminate, steps, same_noise)
+        agent = Agent(observe, acted, reward, terminate, steps, same_noise, reward_to)
         self.autoreset_mode = mode_of(autoreset_mode)
         self._opened = ExitStack()
         try:
