@@ -25,7 +25,7 @@ _DECLARED = re.compile(rb"(?>\s+|<!--.*?-->)*+(<\?xml\s[^>]*?encoding\s*=\s*[\"'
 _DECLARATION = re.compile(r"\A(?>\s+|<!--.*?-->)*+<\?xml\s.*?\?>", re.DOTALL)
 _LINE_END = re.compile(r"\r\n?")
 _SPECIAL = re.compile(
-    rf"<(?:{VERBATIM}|!--(?P<comment>.*?)(?P<end>-->|\Z)|(?P<doctype>!DOCTYPE))|(?P<bare>&(?!#?\w+;))",
+    rf"<(?:{VERBATIM}|!--(?P<comment>.*?)(?P<end>-->|\Z)|(?P<doctype>!DOCTYPE))|(?P<bare>&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[\da-fA-F]+);))",
     re.DOTALL,
 )
 
@@ -89,6 +89,7 @@ _QUOTED = r"""(?:"[^"]*"|'[^']*')"""
 _TAG = re.compile(
     rf"<(?:{VERBATIM}|!--.*?-->|(?P<end>/?)(?P<name>[^\s/>]+)[^\"'>]*(?:{_QUOTED}[^\"'>]*)*>)", re.DOTALL
 )
+_VALUE = re.compile(rf"({_QUOTED})([^\s/>]?)")
 _PREFIX = re.compile(r"[<\s]([A-Za-z_][\w.-]*):", re.ASCII)
 _DECLARED_PREFIX = re.compile(r"\sxmlns:([^\s=]+)")
 
@@ -286,8 +287,9 @@ def _parse(text: str) -> Any:
     except etree.XMLSyntaxError:
         errors = [entry for entry in parser.error_log if entry.level >= etree.ErrorLevels.ERROR]
     others = [entry for entry in errors if entry.type != etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE]
-    if not others and (declared := _with_prefixes(text)) != text:
-        return _parse(declared)
+    mended = _with_blanks(text) if others else _with_prefixes(text)
+    if mended != text:
+        return _parse(mended)
     first = (others or errors)[0]
     if first.type == etree.ErrorTypes.ERR_RESOURCE_LIMIT:
         reason = (
@@ -305,6 +307,15 @@ def _with_prefixes(text: str) -> str:
     declarations = "".join(f' xmlns:{prefix}="{prefix}"' for prefix in sorted(used))
     start = tags[0].end("name")
     return text[:start] + declarations + text[start:]
+
+
+def _with_blanks(text: str) -> str:
+    """Return a document with blanks between attributes and ``<`` in none, as MuJoCo and Gazebo forgive."""
+
+    def mended(value: re.Match[str]) -> str:
+        return re.sub("<(?!!)", "&lt;", value[1]) + (" " if value[2] else "") + value[2]
+
+    return _TAG.sub(lambda tag: _VALUE.sub(mended, tag[0]) if tag["name"] else tag[0], text)
 
 
 def _tags(text: str) -> Iterator[re.Match[str]]:

@@ -187,7 +187,24 @@ def test_an_undeclared_prefix_forgives_nothing_else(text: str) -> None:
         parse(text)
 
 
-@pytest.mark.parametrize("text", ["", "<a>", "<a></b>", "<a/><b/>", "<a b=1/>", "no xml", "<a>&nothing;</a>"])
+@pytest.mark.parametrize(
+    ("text", "attributes"),
+    [
+        ("x='1'y='2'", {"x": "1", "y": "2"}),
+        ("x=\"a'b\"y='>'", {"x": "a'b", "y": ">"}),
+        ("x='a < b'\ny='2'", {"x": "a < b", "y": "2"}),
+        ("x='&deg;'y='&lt;'", {"x": "&deg;", "y": "<"}),
+    ],
+)
+def test_attributes_are_read_as_by_tinyxml(text: str, attributes: dict[str, str]) -> None:
+    """The parser of MuJoCo and of Gazebo, whose words these are."""
+    root = parse(f"<a>\n<b {text}/><!-- x='1'y='2' --><![CDATA[<c x='1'y='2'>]]>\n<d/></a>")
+    assert root.children[0].attributes == attributes
+    assert root.text == "<c x='1'y='2'>"
+    assert root.children[1].line == 3 + text.count("\n")
+
+
+@pytest.mark.parametrize("text", ["", "<a>", "<a></b>", "<a/><b/>", "<a b=1/>", "no xml"])
 def test_xml_that_is_not_well_formed_is_refused_with_its_line(text: str) -> None:
     with pytest.raises(SceneError, match="not well-formed") as refusal:
         parse(text)
