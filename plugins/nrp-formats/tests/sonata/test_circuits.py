@@ -144,9 +144,55 @@ def test_a_list_is_a_series_of_pulses_and_a_node_set_may_be_in_place(circuit: Pa
     assert (sorted(always.neurons.tolist()), always.times_ms.tolist()) == (sorted(v1), [0.0, 1e9])
 
 
+def test_a_current_comes_from_a_table_in_the_unit_of_the_models(circuit: Path) -> None:
+    (circuit.parent / "clamp.csv").write_text("timestamps amps\n0.0 0.0\n5.0 150.0\n6.0 150.0\n9.5 -20.0\n")
+    (circuit.parent / "own.csv").write_text("t,I\n1,2\n2,4\n")
+    names = {"separator": ",", "timestamps_column": "t", "amplitudes_column": "I"}
+    network = clamped(
+        circuit,
+        one={"input_type": "csv", "node_set": "v1", "file": "clamp.csv"},
+        own={"input_type": "file", "node_set": "v1", "file": "$configdir/own.csv", **names},
+    )
+    one, own = network.currents
+    assert (one.times_ms.tolist(), own.times_ms.tolist()) == ([0.0, 5.0, 9.5], [1.0, 2.0])
+    assert one.amplitudes_na.tolist() == pytest.approx([0.0, 0.15, -0.02])
+    assert own.amplitudes_na.tolist() == pytest.approx([0.002, 0.004])
+
+
+@pytest.mark.parametrize(
+    ("settings", "times_ms"),
+    [
+        ({}, [0.0, 0.5, 1.0]),
+        ({"downsample": 0.0005, "delay": 10.0}, [10.0, 10.5, 11.0]),
+        ({"sweep_window": [0.5, 0.75], "delay": 2.0}, [2.5]),
+    ],
+)
+def test_a_current_comes_from_a_sweep_in_amperes(
+    settings: dict[str, Any], times_ms: list[float], circuit: Path
+) -> None:
+    with h5py.File(circuit.parent / "cell.nwb", "w") as file:
+        series = file.create_group("epochs/Sweep_6/stimulus/timeseries")
+        series["data"] = np.array([0.0, 0.0, 2e-10, 2e-10, 0.0, 0.0])
+        series["starting_time"] = 0.0
+        series["starting_time"].attrs["rate"] = 4000.0
+    entry = {"input_type": "nwb", "node_set": "v1", "file": "cell.nwb", "sweep_id": 6, **settings}
+    (current,) = clamped(circuit, sweep=entry).currents
+    expected = [0.0, 0.2, 0.0] if len(times_ms) == 3 else [0.2]
+    assert current.times_ms.tolist() == times_ms
+    assert current.amplitudes_na.tolist() == pytest.approx(expected)
+
+
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
+        ({"node_set": "v1", "input_type": "csv", "file": "no.csv"}, "no.csv cannot be read as a table"),
+        ({"node_set": "v1", "input_type": "csv"}, "'file' is None; it must be a path"),
+        (
+            {"node_set": "v1", "input_type": "csv", "file": "circuit_config.json"},
+            "has no column 'timestamps'",
+        ),
+        ({"node_set": "v1", "input_type": "nwb", "file": "nodes.h5"}, "has no stimulus of the sweep"),
+        ({"node_set": "v1", "input_type": "nwb", "file": "nodes.h5", "sweep_window": 3}, "must be two times"),
         ({"node_set": "v1", "duration": 1.0}, "'amp' is None; it must be a number"),
         ({"node_set": "v1", "amp": 1.0}, "'duration' is None; it must be a number"),
         ({"node_set": "v2", "amp": 1.0, "duration": 1.0}, "there is no node set 'v2'"),

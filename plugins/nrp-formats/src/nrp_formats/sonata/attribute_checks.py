@@ -141,8 +141,14 @@ def require_places(items: SonataItems, node_ids: IntArray) -> None:
                 )
 
 
+CURRENT_FILES: Final = ("csv", "file", "nwb", "allen")
+"""The input types of currents in files; the first two are tables, the others files of the Allen Institute."""
+
+
 def is_read_clamp(entry: Mapping[str, Any]) -> bool:
-    """Return whether an input is a current with values of its own, not one in a table of electrodes."""
+    """Return whether an input is a current that is read: all but those in a table of electrodes."""
+    if entry.get("module") == "IClamp" and entry.get("input_type") in CURRENT_FILES:
+        return True
     return entry.get("input_type") == "current_clamp" and ("amp" in entry or "electrode_file" not in entry)
 
 

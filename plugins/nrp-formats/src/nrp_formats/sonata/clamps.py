@@ -1,14 +1,18 @@
-"""SONATA's inputs of the type ``current_clamp`` as currents of a network.
+"""SONATA's inputs of currents as currents of a network.
 
-The keys ``amp``, ``delay`` and ``duration`` are those of BMTK: numbers, or lists of them for several pulses.
+The keys ``amp``, ``delay`` and ``duration`` of a ``current_clamp`` are those of BMTK: numbers, or lists of
+them for several pulses. Its module ``IClamp`` also takes currents from a table (``csv`` or ``file``) and from
+a sweep in a file of the Allen Cell Types Database (``nwb`` or ``allen``).
 """
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+import h5py
 import numpy as np
 
 from nrp_core.brain import FloatArray, InjectedCurrent, IntArray, Network
@@ -19,6 +23,7 @@ from nrp_formats.sonata.nodes import Nodes
 
 ALL: Final = "all"
 """The node set of all nodes, which no file defines."""
+NA_PER_A: Final = 1e9
 _OFFSET: Final = NestParameter("i_offset", 1.0, 0.0)
 
 
@@ -39,9 +44,9 @@ def read_clamps(
     for name, entry in clamps.items():
         try:
             chosen = _targets(name, entry, nodes, network)
-            times_ms, amplitudes = _course(entry)
+            times_ms, amplitudes, unit = _course(entry)
             for scale, cells in _by_unit(chosen, nodes, network):
-                yield InjectedCurrent(cells, times_ms, scale * amplitudes)
+                yield InjectedCurrent(cells, times_ms, (unit or scale) * amplitudes)
         except NetworkError as error:
             raise NetworkError(f"the input '{name}': {error.args[0]}", path=path) from None
 
@@ -61,7 +66,73 @@ def _targets(name: str, entry: Mapping[str, Any], nodes: Mapping[str, Nodes], ne
     return network.neurons(wanted)
 
 
-def _course(entry: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+def _course(entry: Mapping[str, Any]) -> tuple[FloatArray, FloatArray, float]:
+    """Return the times at which the current changes, ms, the currents from then on, and their unit in nA.
+
+    The unit is 0 for that of the models.
+    """
+    kind = entry.get("input_type")
+    if kind == "current_clamp":
+        return *_pulses(entry), 0.0
+    if not isinstance(file := entry.get("file"), str):
+        raise NetworkError(f"'file' is {file!r:.60}; it must be a path")
+    read, unit = (_table, 0.0) if kind in ("csv", "file") else (_sweep, NA_PER_A)
+    times_ms, amplitudes = read(entry, Path(file))
+    if not len(times_ms) or times_ms[0] < 0.0 or not (np.diff(times_ms) > 0.0).all():
+        raise NetworkError(f"the currents in {file} must be at times that ascend from 0 ms")
+    changes = np.append(True, np.diff(amplitudes) != 0.0)
+    return times_ms[changes], amplitudes[changes], unit
+
+
+def _table(entry: Mapping[str, Any], file: Path) -> tuple[FloatArray, FloatArray]:
+    """Return times, ms, and currents in a table, whose columns are separated by a space unless it says so."""
+    names = entry.get("timestamps_column", "timestamps"), entry.get("amplitudes_column", "amps")
+    try:
+        with file.open(encoding="utf-8", newline="") as lines:
+            rows = [*csv.DictReader(lines, delimiter=entry.get("separator", " "), skipinitialspace=True)]
+    except (OSError, TypeError, UnicodeDecodeError, csv.Error) as error:
+        raise NetworkError(f"{file} cannot be read as a table: {error}") from None
+    for name in names:
+        if not rows or name not in rows[0]:
+            known = [*rows[0]] if rows else []
+            raise NetworkError(
+                f"{file} has no column '{name}'{did_you_mean(str(name), known)}; 'separator', "
+                "'timestamps_column' and 'amplitudes_column' say how the table is written"
+            )
+    try:
+        times_ms, amplitudes = (np.array([float(row[name]) for row in rows]) for name in names)
+    except (TypeError, ValueError) as error:
+        raise NetworkError(f"{file} has a value that is not a number: {error}") from None
+    return times_ms, amplitudes
+
+
+def _sweep(entry: Mapping[str, Any], file: Path) -> tuple[FloatArray, FloatArray]:
+    """Return times, ms, and currents, A, of the stimulus of a sweep; its settings are those of BMTK.
+
+    ``downsample`` is an interval, s; ``sweep_window`` the first and the last time, ms, to which ``delay``
+    is added.
+    """
+    settings = {"downsample": 0.0, "sweep_window": [0.0, np.inf], "delay": 0.0, **entry}
+    interval_s, delay_ms = (_numbers(settings, key)[0] for key in ("downsample", "delay"))
+    window_ms = _numbers(settings, "sweep_window")
+    if len(window_ms) != 2:
+        raise NetworkError(f"'sweep_window' is {entry['sweep_window']!r:.60}; it must be two times in ms")
+    wanted = str(entry.get("sweep_id"))
+    name = f"Sweep_{int(float(wanted))}" if wanted.replace(".", "", 1).isdigit() else wanted
+    try:
+        with h5py.File(file, "r") as opened:
+            series = opened[f"epochs/{name}/stimulus/timeseries"]
+            rate_hz = float(series["starting_time"].attrs["rate"])
+            amplitudes = np.array(series["data"], float)
+    except (OSError, KeyError, ValueError) as error:
+        raise NetworkError(f"{file} has no stimulus of the sweep {wanted!r}: {error}") from None
+    stride = max(1, round(interval_s * rate_hz))
+    times_ms, amplitudes = np.arange(len(amplitudes))[::stride] * (1e3 / rate_hz), amplitudes[::stride]
+    inside = (times_ms >= window_ms[0]) & (times_ms <= window_ms[1])
+    return times_ms[inside] + delay_ms, amplitudes[inside]
+
+
+def _pulses(entry: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
     """Return the times at which the current changes, ms, and the currents from then on."""
     amplitudes, durations_ms = _numbers(entry, "amp"), _numbers(entry, "duration")
     delays_ms = _numbers(entry, "delay") if "delay" in entry else np.zeros(1)

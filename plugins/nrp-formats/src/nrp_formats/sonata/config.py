@@ -166,7 +166,7 @@ def _walked(value: Any, variables: Mapping[str, str], folder: Path) -> Any:
 
 
 def _is_path(key: str, value: object) -> bool:
-    return isinstance(value, str) and (key.endswith(("_file", "_dir")) or key in _CONFIGS)
+    return isinstance(value, str) and (key.endswith(("_file", "_dir")) or key in (*_CONFIGS, "file"))
 
 
 def _as_path(value: str, variables: Mapping[str, str], folder: Path) -> str:
