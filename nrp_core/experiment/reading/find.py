@@ -146,6 +146,12 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     return path.resolve()
 
 
+def experiments_in(folder: Path) -> list[Path]:
+    """Return the experiments in a folder; of those below it that are in YAML, only ``experiment.yaml``."""
+    here = [path for path in folder.iterdir() if _is_experiment(path) and not _is_other_yaml(path)]
+    return sorted(here) + sorted(_below(folder))
+
+
 def _in_archive(archive: Path) -> Path:
     suffixes, top = READERS.names(), unpack(archive)
     found = [path for path in top.rglob("*") if path.name[:1] != "." and _is_experiment(path)]

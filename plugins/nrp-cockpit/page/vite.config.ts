@@ -28,7 +28,7 @@ const link = (rel: string, fileName: string): HtmlTagDescriptor => ({
 });
 
 /** Views that a page with a recording in it does not have. */
-const NOT_SHARED = /^.*\/(DesignerView|CompareView|EmbeddedView|SweepPage)$/;
+const NOT_SHARED = /^.*\/(DesignerView|CompareView|EmbeddedView|StartPage|SweepPage)$/;
 
 /** The page for `nrp share`, which puts its one script and one style sheet into a file with a recording. */
 const shared: UserConfig = {

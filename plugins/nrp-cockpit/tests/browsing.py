@@ -89,9 +89,9 @@ class Cockpits:
     def __init__(self) -> None:
         self.running: list[subprocess.Popen[str]] = []
 
-    def open(self, experiment: str, *options: str) -> str:
-        """Return the address of a new cockpit."""
-        return self._serve("cockpit", experiment, *options)
+    def open(self, *words: str) -> str:
+        """Return the address of a new cockpit: of an experiment with options, or of its start page."""
+        return self._serve("cockpit", *words)
 
     def design(self, file: str, *options: str) -> str:
         """Return the address of a new designer."""

@@ -1,15 +1,15 @@
 import { lazy, Suspense } from "react";
 import { App } from "./App";
+import { useStart } from "./start/store";
 import { useSweep } from "./sweep/store";
 
+const StartPage = lazy(() => import("./start/StartPage"));
 const SweepPage = lazy(() => import("./sweep/SweepPage"));
 
-/** The page of a run, or of a sweep if that is what the server shows. */
+/** The page of a run, or of a sweep or of all that can be opened if that is what the server shows. */
 export function Root() {
-  if (!useSweep((state) => state.isOpen)) return <App />;
-  return (
-    <Suspense fallback={null}>
-      <SweepPage />
-    </Suspense>
-  );
+  const start = useStart((state) => state.isOpen);
+  const sweep = useSweep((state) => state.isOpen);
+  if (!start && !sweep) return <App />;
+  return <Suspense fallback={null}>{start ? <StartPage /> : <SweepPage />}</Suspense>;
 }

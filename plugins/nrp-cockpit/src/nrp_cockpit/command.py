@@ -23,24 +23,25 @@ from nrp_core.cli.output import warn
 from nrp_core.errors import ExperimentError
 
 if TYPE_CHECKING:
-    from nrp_cockpit.serving import Served
     from nrp_cockpit.session.layout import Layout
     from nrp_cockpit.session.session import Session
+    from nrp_cockpit.start.session import Served
     from nrp_cockpit.wire.hub import Hub
 
 Shown = Annotated[
-    str,
+    str | None,
     typer.Argument(
         metavar="EXPERIMENT",
         envvar="NRP_EXPERIMENT",
-        help="An installed experiment (nrp list), a YAML file or its folder, a recording, or a sweep.",
+        help="An installed experiment (nrp list), a YAML file or its folder, a recording, or a sweep; by "
+        "default a start page with all of them.",
         autocompletion=experiment_names,
     ),
 ]
 
 
 def cockpit(
-    experiment: Shown,
+    experiment: Shown = None,
     brain: BrainName = None,
     world: WorldName = None,
     overrides: Overrides = None,
@@ -67,21 +68,30 @@ def cockpit(
 ) -> None:
     """Watch and control a run in the browser, and go back in time; or show a recording or a sweep.
 
+    Without a name, the page shows what can be opened: installed experiments, and the experiments,
+    recordings and sweeps in the current folder.
+
     The first line on standard output is the address of the page. Ctrl-C ends the run.
     """
     from nrp_cockpit.serving import Serving
+    from nrp_cockpit.start.session import StartSession
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed)
 
-    def opened(hub: Hub, stack: ExitStack) -> Served:
-        kind = kind_of(experiment)
+    def open_named(name: str, hub: Hub, stack: ExitStack) -> Served:
+        kind = kind_of(name)
         if kind is None:
-            return stack.enter_context(open_run(experiment, settings, hub, other=compared(compare)))
+            return stack.enter_context(open_run(name, settings, hub, other=compared(compare)))
         if settings or (kind is Kind.SWEEP and (compare or play)):
             raise ExperimentError(f"{kind}: options of a run do not apply")
-        return open_sweep(experiment, hub) if kind is Kind.SWEEP else open_recording(experiment, hub, compare)
+        return open_sweep(name, hub) if kind is Kind.SWEEP else open_recording(name, hub, compare)
 
-    view = "sweep" if kind_of(experiment) is Kind.SWEEP else ""
+    def opened(hub: Hub, stack: ExitStack) -> Served:
+        if experiment is None:
+            return StartSession(hub, open_named)
+        return open_named(experiment, hub, stack)
+
+    view = "start" if experiment is None else "sweep" if kind_of(experiment) is Kind.SWEEP else ""
     Serving(host, port, tuple(origin or ()), browser=browser, play=play, view=view).serve(opened)
 
 

@@ -7,23 +7,13 @@ import webbrowser
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Protocol
 
 import typer
 
+from nrp_cockpit.start.session import Served
 from nrp_cockpit.wire.guard import LOOPBACK, Guard
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.server import Server
-
-
-class Served(Protocol):
-    """The interface of a session for the server."""
-
-    def play(self) -> None: ...
-
-    def serve(self) -> None: ...
-
-    def close(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,8 @@
 import { LayoutMenu } from "../layout/LayoutMenu";
+import { leave, useStart } from "../start/store";
 import { setHelp, toggleTheme, useView, VIEWS, type View } from "../state/view";
 import { Icon } from "../ui/Icon";
+import { Menu } from "../ui/Menu";
 
 const names: Record<View, string> = {
   cockpit: "Cockpit",
@@ -14,13 +16,7 @@ export function Rail({ views = VIEWS }: { views?: readonly View[] }) {
   const open = useView((state) => state.view);
   return (
     <nav className="rail" aria-label="Views">
-      <svg className="rail-logo" viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor">
-        <g strokeWidth="2.5" strokeLinecap="round">
-          <path d="M26 10A11.500 11.500 0 0 0 5.200 12M6 22a11.500 11.500 0 0 0 20.800-2" />
-          <circle cx="16" cy="16" r="3.500" fill="currentColor" />
-          <path d="m26.500 4.500-.3 5.700-5.600-.6M5.500 27.500l.3-5.700 5.600.6" />
-        </g>
-      </svg>
+      <Home />
       {views.map((view) => (
         <a key={view} href={`#/${view}`} aria-current={view === open ? "page" : undefined}>
           <Icon name={view} />
@@ -40,5 +36,26 @@ export function Rail({ views = VIEWS }: { views?: readonly View[] }) {
         </button>
       )}
     </nav>
+  );
+}
+
+/** The sign of the project, which leads to the start page if the server has one. */
+function Home() {
+  const canLeave = useStart(({ start, isOpen }) => start !== null && !isOpen);
+  const logo = (
+    <svg className="rail-logo" viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor">
+      <g strokeWidth="2.5" strokeLinecap="round">
+        <path d="M26 10A11.500 11.500 0 0 0 5.200 12M6 22a11.500 11.500 0 0 0 20.800-2" />
+        <circle cx="16" cy="16" r="3.500" fill="currentColor" />
+        <path d="m26.500 4.500-.3 5.700-5.600-.6M5.500 27.500l.3-5.700 5.600.6" />
+      </g>
+    </svg>
+  );
+  if (!canLeave) return logo;
+  const item = { label: "Close this and open another", onSelect: () => void leave() };
+  return (
+    <Menu label="Start page" items={[item]} className="">
+      {logo}
+    </Menu>
   );
 }

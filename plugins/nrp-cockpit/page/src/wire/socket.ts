@@ -23,6 +23,15 @@ export interface Source {
 
 const WAITS_S = [1, 2, 3, 5];
 
+/** The code with which the server closes a connection because it shows something else from now on. */
+const ANOTHER_RUN = 1012;
+
+/** Forgets all that the page knows, and which view was open. */
+function beginAnew(): void {
+  window.location.hash = "";
+  window.location.reload();
+}
+
 /** The socket's address: beside the page, with the page's own token and the run that it shows. */
 export function addressOf(page: Location): string {
   const url = new URL("ws", page.href.replace(/[?#].*/, ""));
@@ -59,7 +68,11 @@ export class Socket implements Source {
       this.listener.onLink({ state: "open" });
     };
     socket.onmessage = ({ data }) => this.listener.onData(data);
-    socket.onclose = async () => {
+    socket.onclose = async ({ code }) => {
+      if (code === ANOTHER_RUN) {
+        beginAnew();
+        return;
+      }
       const reason = opened ? null : await this.refusal();
       if (this.socket !== socket) return;
       if (reason) this.listener.onLink({ state: "refused", reason });

@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from nrp_cockpit.designer.designer import Designer, methods_of
-from nrp_cockpit.session.controls import services_of, validated
+from nrp_cockpit.session.controls import prefixed, services_of, validated
 from nrp_cockpit.session.opening import Opening, with_opening
 from nrp_cockpit.sharing.services import with_sharing
-from nrp_cockpit.wire.calls import PREFIX
 from nrp_cockpit.wire.hub import Services
-
-_DESIGNER = f"{PREFIX}designer/"
 
 
 def offer_services(opening: Opening, file: Path | None = None) -> None:
@@ -35,8 +32,7 @@ def offer_services(opening: Opening, file: Path | None = None) -> None:
 
 
 def _with_designer(services: Services, designer: Designer) -> Services:
-    steering, watching = methods_of(designer)
-    return Services(
-        {**services.steering, **{_DESIGNER + name: validated(call) for name, call in steering.items()}},
-        {**services.watching, **{_DESIGNER + name: validated(call) for name, call in watching.items()}},
+    of_designer = (
+        {f"designer/{name}": validated(call) for name, call in each.items()} for each in methods_of(designer)
     )
+    return services | prefixed(*of_designer)

@@ -199,4 +199,4 @@ def with_opening(services: Services, opening: Opening) -> Services:
         "compare": asked(session, opening.compare, "opening the other engines"),
         "part": asked(session, opening.part, "closing the second run"),
     }
-    return Services({**services.steering, **prefixed(more, {}).steering}, services.watching)
+    return services | prefixed(more, {})

@@ -27,5 +27,4 @@ def with_sharing(services: Services, recorded: Callable[[], Path | None]) -> Ser
         shared = shared_file(folder)
         return {"name": f"{folder.absolute().name}.html", "html": shared.html, "losses": shared.losses}
 
-    more = prefixed({"share": validated(share)}, {}).steering
-    return Services({**services.steering, **more}, services.watching)
+    return services | prefixed({"share": validated(share)}, {})

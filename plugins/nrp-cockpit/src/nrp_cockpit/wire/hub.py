@@ -36,6 +36,10 @@ class Services:
         """All names, in a fixed order."""
         return [*self.watching, *self.steering]
 
+    def __or__(self, more: Services) -> Services:
+        """Return these services and more."""
+        return Services({**self.steering, **more.steering}, {**self.watching, **more.watching})
+
 
 class Listener(Protocol):
     """One client, as the hub sees it."""
@@ -70,18 +74,20 @@ class Hub:
 
     Attributes:
         channels: the channels offered.
-        services: the services for clients.
+        services: the services for clients, with those that are :attr:`constant`.
+        constant: the services that stay when the others are replaced.
         memory: the past of topics that the run has it :meth:`remember`.
         subscribed: the topics with at least one subscriber; the same object until it changes.
         playback: the time and state of the session.
         joined: the number of subscriptions to each topic so far.
         beside: the hub of a second run on the same server, if any.
         wake: called when a client subscribes to a topic; the session sets it.
+        hand_over: has the server serve another hub, to which all clients connect anew; the server sets it.
     """
 
     def __init__(self) -> None:
         self.channels = Channels()
-        self.services = Services()
+        self._services = self.constant = Services()
         self.memory = Memory()
         self.subscribed: frozenset[str] = frozenset()
         self.joined: Counter[str] = Counter()
@@ -89,6 +95,7 @@ class Hub:
         self.playback = Playback()
         self.beside: Hub | None = None
         self.wake: Callable[[], None] = _nothing
+        self.hand_over: Callable[[Hub], None] = lambda _: None
         self._counts: Counter[str] = Counter()
         self._last: dict[str, Sent] = {}
         self._waiting: list[tuple[Sent, bool]] = []
@@ -96,6 +103,14 @@ class Hub:
         self._is_together = False
         self._loop: asyncio.AbstractEventLoop | None = None
         self._dropped_before = 0
+
+    @property
+    def services(self) -> Services:
+        return self._services | self.constant
+
+    @services.setter
+    def services(self, services: Services) -> None:
+        self._services = services
 
     # -- for the run
 

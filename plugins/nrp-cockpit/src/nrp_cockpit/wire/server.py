@@ -26,6 +26,8 @@ from nrp_core.errors import ExperimentError
 
 LARGEST_REQUEST = 8 << 20
 """Maximum size of a message from a client, bytes; the largest are sources of transfer functions."""
+ANOTHER_RUN = 1012
+"""The code with which connections are closed whose clients have to connect anew: the service restarts."""
 
 
 class Server:
@@ -59,6 +61,10 @@ class Server:
         self._thread.start()
         started.result()
 
+    def show(self, hub: Hub) -> None:
+        """Serve another hub, and have all clients connect anew."""
+        asyncio.run_coroutine_threadsafe(self._show(hub), self._loop).result()
+
     def close(self) -> None:
         """Disconnect all clients and stop; calling it again does nothing."""
         if self._thread.is_alive():
@@ -68,16 +74,27 @@ class Server:
     async def _run(self, started: Future[None]) -> None:
         self._loop, self._closing = asyncio.get_running_loop(), asyncio.Event()
         try:
-            listening = await self._listen()
+            self._listening = listening = await self._listen()
         except BaseException as error:
             started.set_exception(error)
             raise
-        self._hub.attach(self._loop)
+        self._attach(self._hub)
         started.set_result(None)
         await self._closing.wait()
         listening.close()
         await listening.wait_closed()
         self._hub.attach(None)
+
+    def _attach(self, hub: Hub) -> None:
+        hub.attach(self._loop)
+        hub.hand_over = self.show
+
+    async def _show(self, hub: Hub) -> None:
+        before, self._hub = self._hub, hub
+        self._attach(hub)
+        leaving = (one.close(ANOTHER_RUN, "something else was opened") for one in self._listening.connections)
+        await asyncio.gather(*leaving)
+        before.attach(None)
 
     async def _listen(self) -> Listening:
         quiet = logging.getLogger("nrp_cockpit.wire")

@@ -1,0 +1,98 @@
+import { useState } from "react";
+import { Notices } from "../shell/Notices";
+import { Rail } from "../shell/Rail";
+import { LinkState } from "../shell/StatusBar";
+import { IconButton } from "../ui/Button";
+import { Empty } from "../ui/Panel";
+import { partsOf, type Section, sectionsOf } from "./entries";
+import { type Entry, look, open, useStart } from "./store";
+import "../shell/shell.css";
+import "../toolbar/toolbar.css";
+import "./start.css";
+
+/** The start page: what can be opened, to be searched by words. */
+export default function StartPage() {
+  const start = useStart((state) => state.start);
+  const opening = useStart((state) => state.opening);
+  const [search, setSearch] = useState("");
+  const sections = start?.entries ? sectionsOf(start.entries, search) : [];
+  return (
+    <div className="app">
+      <a className="skip" href="#main">
+        Skip to content
+      </a>
+      <Rail views={[]} />
+      <header className="bar">
+        <h1 className="bar-name">Open a run</h1>
+        <input
+          className="input start-search"
+          type="search"
+          aria-label="Search"
+          placeholder="Search"
+          value={search}
+          onChange={(event) => setSearch(event.target.value)}
+        />
+        <IconButton icon="reset" label="Look again" kind="ghost" onClick={() => void look()} />
+        <span className="grow" />
+        <span className="mut f12 cut mono wide">{start?.folder}</span>
+      </header>
+      <main id="main" className="main start" tabIndex={-1} aria-busy={opening !== null}>
+        {!start && <Empty>Waiting for the experiments.</Empty>}
+        {sections.map((section) => (
+          <Entries key={section.title} section={section} />
+        ))}
+        {start && sections.length === 0 && <Empty>Nothing has these words.</Empty>}
+      </main>
+      <footer className="status">
+        <LinkState />
+        {opening && <span role="status">Opening {opening}</span>}
+      </footer>
+      <Notices />
+    </div>
+  );
+}
+
+function Entries({ section: { title, entries, none } }: { section: Section }) {
+  return (
+    <section aria-label={title}>
+      <h2>{title}</h2>
+      {entries.length === 0 && <p className="mut">{none}</p>}
+      <ul className="start-entries">
+        {entries.map((entry) => (
+          <li key={entry.name}>
+            <Card entry={entry} />
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
+
+function Card({ entry }: { entry: Entry }) {
+  const opening = useStart((state) => state.opening);
+  const { name, variant } = partsOf(entry);
+  const blocked = opening !== null || entry.error !== "";
+  return (
+    <button
+      type="button"
+      className="panel start-card"
+      aria-label={`Open ${entry.name}`}
+      aria-disabled={blocked || undefined}
+      aria-busy={opening === entry.name || undefined}
+      onClick={() => !blocked && void open(entry.name)}
+    >
+      <b>
+        {name}
+        {variant && <span className="mut"> / {variant}</span>}
+      </b>
+      <span className={entry.error ? "bad-t" : "mut"}>{entry.error || entry.text}</span>
+      <span className="row tight">
+        {entry.engines.map((engine) => (
+          <span key={engine} className="tag">
+            {engine}
+          </span>
+        ))}
+      </span>
+    </button>
+  );
+}

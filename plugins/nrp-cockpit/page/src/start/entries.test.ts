@@ -1,0 +1,32 @@
+import { expect, test } from "vitest";
+import { partsOf, sectionsOf } from "./entries";
+import type { Entry } from "./store";
+
+const entry = (name: string, more: Partial<Entry> = {}): Entry => ({
+  kind: "experiment",
+  name,
+  installed: true,
+  text: "",
+  engines: [],
+  error: "",
+  ...more,
+});
+
+test("entries are found by words of their name, text and engines, in any order", () => {
+  const entries = [
+    entry("fly", { text: "It tastes sugar.", engines: ["event", "mujoco"] }),
+    entry("./visit", { kind: "recording", installed: false, text: "fly, finished" }),
+    entry("./rate.sweep", { kind: "sweep", installed: false }),
+  ];
+  const names = (search: string) =>
+    sectionsOf(entries, search).map((one) => one.entries.map(({ name }) => name));
+  expect(names("")).toEqual([["fly"], [], ["./visit"], ["./rate.sweep"]]);
+  expect(names("MUJOCO sugar")).toEqual([["fly"]]);
+  expect(names("fly")).toEqual([["fly"], ["./visit"]]);
+  expect(names("bee")).toEqual([]);
+});
+
+test("a variant is told from its experiment, and a folder is no variant", () => {
+  expect(partsOf(entry("fly/silenced"))).toEqual({ name: "fly", variant: "silenced" });
+  expect(partsOf(entry("./my/fly.yaml", { installed: false }))).toEqual({ name: "my/fly.yaml", variant: "" });
+});

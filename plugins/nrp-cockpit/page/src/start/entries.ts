@@ -1,0 +1,50 @@
+import type { Entry } from "./store";
+
+export interface Section {
+  title: string;
+  entries: Entry[];
+  /** What is said when there are none. */
+  none: string;
+}
+
+const sections: { title: string; none: string; holds: (entry: Entry) => boolean }[] = [
+  {
+    title: "Installed experiments",
+    none: "No experiment is installed.",
+    holds: ({ kind, installed }) => kind === "experiment" && installed,
+  },
+  {
+    title: "Experiments in this folder",
+    none: "There is none; nrp new makes one.",
+    holds: ({ kind, installed }) => kind === "experiment" && !installed,
+  },
+  {
+    title: "Recordings in this folder",
+    none: "There is none; R records a run.",
+    holds: ({ kind }) => kind === "recording",
+  },
+  {
+    title: "Sweeps in this folder",
+    none: "There is none; nrp sweep makes one.",
+    holds: ({ kind }) => kind === "sweep",
+  },
+];
+
+/** The entries that have all the words in them, by where they come from; a search shows only where it finds any. */
+export function sectionsOf(entries: readonly Entry[], search: string): Section[] {
+  const words = search.toLowerCase().split(/\s+/).filter(Boolean);
+  const has = ({ name, text, engines }: Entry) => {
+    const all = [name, text, ...engines].join(" ").toLowerCase();
+    return words.every((word) => all.includes(word));
+  };
+  const found = entries.filter(has);
+  return sections
+    .map(({ title, none, holds }) => ({ title, none, entries: found.filter(holds) }))
+    .filter((section) => words.length === 0 || section.entries.length > 0);
+}
+
+/** The name of an experiment, and of the variant of it that a shipped name may have. */
+export function partsOf({ name, installed }: Entry): { name: string; variant: string } {
+  const [first = "", ...rest] = installed ? name.split("/") : [name.replace(/^\.[\\/]/, "")];
+  return { name: first, variant: rest.join("/") };
+}

@@ -1,0 +1,1 @@
+"""The start page: the experiments, recordings and sweeps that can be opened."""

@@ -1,0 +1,117 @@
+"""Serves the start page, and what is chosen on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from typing import Protocol
+
+from nrp_cockpit.session.controls import prefixed, validated
+from nrp_cockpit.session.requests import Requests
+from nrp_cockpit.start.gallery import gallery
+from nrp_cockpit.wire.hub import Hub
+from nrp_core.errors import ExperimentError, did_you_mean
+
+TOPIC = "/cockpit/start"
+_REST_S = 1.0
+
+
+class Served(Protocol):
+    """The interface of what is served: a session, or the page of a sweep."""
+
+    def play(self) -> None: ...
+
+    def serve(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+Open = Callable[[str, Hub, ExitStack], Served]
+"""Opens what has a name for the clients of a hub; the stack closes it."""
+
+
+class StartSession:
+    """Shows what can be opened, serves what clients choose, and is there again after it.
+
+    Args:
+        hub: of the clients.
+        opened: opens a choice.
+        folder: the folder whose contents are shown.
+    """
+
+    def __init__(self, hub: Hub, opened: Open, folder: Path = Path()) -> None:
+        self._hub, self._opened, self._folder = hub, opened, folder
+        self._requests = Requests()
+        self._chosen: tuple[Served, Hub, ExitStack] | None = None
+        self._names: list[str] = []
+        self._is_left = False
+        hub.offer_json(TOPIC)
+        hub.constant = prefixed(
+            {"start/open": self._asked(self.open)}, {"start/look": self._asked(self.look)}
+        )
+
+    def serve(self) -> None:
+        """Answer clients and serve their choices until :meth:`close` or Ctrl-C."""
+        try:
+            self.look()
+            while not self._requests.is_closed:
+                self._requests.wait(_REST_S)
+                self._requests.answer()
+                if self._chosen is not None:
+                    self._serve_chosen(*self._chosen)
+        except KeyboardInterrupt:
+            pass
+        finally:
+            self._requests.close()
+            self._requests.refuse()
+
+    def close(self) -> None:
+        """End :meth:`serve`; any thread may call this."""
+        self._requests.close()
+
+    def play(self) -> None:
+        """Do nothing: nothing is open."""
+
+    def look(self) -> None:
+        """Tell clients what can be opened now."""
+        found = gallery(self._folder)
+        self._names = [entry.name for entry in found]
+        folder = str(self._folder.absolute())
+        self._hub.send_json(TOPIC, {"folder": folder, "entries": [asdict(entry) for entry in found]})
+
+    def open(self, name: str) -> None:
+        """Open an entry; clients see it after this call.
+
+        Raises:
+            ExperimentError: it is not on the page, or cannot be opened.
+        """
+        if name not in self._names:
+            raise ExperimentError(f"the page does not show '{name}'{did_you_mean(name, self._names)}")
+        hub = Hub()
+        with ExitStack() as stack:
+            self._chosen = self._opened(name, hub, stack), hub, stack.pop_all()
+
+    def _serve_chosen(self, session: Served, hub: Hub, stack: ExitStack) -> None:
+        def leave() -> None:
+            self._is_left = True
+            session.close()
+
+        self._chosen, self._is_left = None, False
+        hub.offer_json(TOPIC)
+        hub.send_json(TOPIC, {"folder": str(self._folder.absolute()), "entries": None})
+        hub.constant = prefixed({"start/leave": leave}, {})
+        self._hub.hand_over(hub)
+        with stack:
+            session.serve()
+        if not self._is_left:
+            self.close()
+            return
+        self.look()
+        hub.hand_over(self._hub)
+
+    def _asked(self, method: Callable[..., None]) -> Callable[..., None]:
+        """Return a service that is called in the thread of :meth:`serve`."""
+        checked = validated(method)
+        return lambda **fields: self._requests.ask(lambda: checked(**fields))
