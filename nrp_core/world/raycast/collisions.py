@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import hypot, inf, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -154,6 +155,24 @@ def _cylinder(radius: float, half: float, origin: FloatArray, ray: FloatArray, r
     return best
 
 
+class _Scanner(NamedTuple):
+    """A scanner in a space.
+
+    Args:
+        frame: number of the frame that it moves with.
+        local: its rotation and translation in that frame, shape ``(3, 4)``.
+        directions: of its rays, shape ``(rays, 3)``.
+        hidden: the shapes that it ignores.
+        starts: minimum distance of a hit of each shape, m.
+    """
+
+    frame: int
+    local: FloatArray
+    directions: FloatArray
+    hidden: npt.NDArray[np.bool_]
+    starts: FloatArray
+
+
 class CollisionSpace:
     """All collision shapes of a scene.
 
@@ -173,6 +192,7 @@ class CollisionSpace:
         self._frames = np.tile(np.eye(3, 4), (1 + len(moving), 1, 1))
         self._read = reader(moving)
         shapes = [shape for model, each in bodies.items() for shape in _shapes_of(model, each)]
+        self._scanners: dict[tuple[str, str, Beams], _Scanner] = {}
         self._owners = [path for path, *_ in shapes]
         self._names = [name for _, name, *_ in shapes]
         self._shapes = [(collision.geometry, place @ collision.pose) for *_, collision, place in shapes]
@@ -203,26 +223,37 @@ class CollisionSpace:
         """
         nearest, farthest = beams.reach
         self._update()
-        index = body_of(self._bodies[model], link)
-        body = self._bodies[model][index]
-        held = next(part.pose for part in body.links if part.name == link)
-        local = matrix_of(place_in_frame(body) @ held @ beams.pose)
-        frame = self._frames[self._numbers.get((model, index), WORLD_FRAME)]
+        scanner = self._scanner(model, link, beams)
+        local, frame = scanner.local, self._frames[scanner.frame]
         turn, eye = frame[:, :3] @ local[:, :3], frame[:, :3] @ local[:, 3] + frame[:, 3]
-        rays = directions(beams) @ turn.T
+        rays = scanner.directions @ turn.T
         distances = np.full(len(rays), np.nextafter(farthest, inf))
-        hidden = np.array([path == (model, index) for path in self._owners], bool)
         # the nearest first, so that most of the others can be skipped
         order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
-        starts = np.where([owner == model for owner, _ in self._owners], nearest, 0.0)
         kinds, sizes, radii = self._kinds[order], self._sizes[order], self._radii[order]
         places, trees = self._places[order], self._trees
         meshes = trees.places[order], trees.triangles, trees.boxes
-        shapes = (kinds, sizes, radii, places, *meshes, hidden[order])
-        cast(*shapes, eye, rays, starts[order], distances)
+        shapes = (kinds, sizes, radii, places, *meshes, scanner.hidden[order])
+        cast(*shapes, eye, rays, scanner.starts[order], distances)
         distances[distances > farthest] = inf
         distances[distances < nearest] = -inf
         return distances
+
+    def _scanner(self, model: str, link: str, beams: Beams) -> _Scanner:
+        """Return what is the same in all scans of a scanner."""
+        key = model, link, beams
+        if key not in self._scanners:
+            index = body_of(self._bodies[model], link)
+            body = self._bodies[model][index]
+            held = next(part.pose for part in body.links if part.name == link)
+            self._scanners[key] = _Scanner(
+                self._numbers.get((model, index), WORLD_FRAME),
+                matrix_of(place_in_frame(body) @ held @ beams.pose),
+                directions(beams),
+                np.array([path == (model, index) for path in self._owners], bool),
+                np.where([owner == model for owner, _ in self._owners], beams.reach[0], 0.0),
+            )
+        return self._scanners[key]
 
     def named(self, touches: Iterable[Touch]) -> list[tuple[Touch, tuple[str, str]]]:
         """Return contacts with the names of both collisions, ``model/link/collision``."""
