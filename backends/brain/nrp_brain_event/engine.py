@@ -45,7 +45,7 @@ class StoredSpikes:
         return Spikes(self._ids[:n].copy(), self._times_ms[:n].copy())
 
 
-_ROOM: Final = 1024
+_ROOM: Final = 64
 """Initial capacity for events and spikes."""
 _LONGEST_WINDOW_MS: Final = 1.0
 _FEWEST_WINDOWS: Final = 64
