@@ -130,6 +130,7 @@ class PybulletEngine(JointedEngine):
         if model in self._efforts:
             return replace(states, efforts=self._efforts[model])
         self._control.add_efforts(model, states)
+        self._muscles.add_efforts(model, states)
         return states
 
     def set_control(self, model: str, actuator: str, value: float) -> None:

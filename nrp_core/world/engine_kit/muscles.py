@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
@@ -15,11 +16,12 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core.world.drives.muscles import muscles_of
-from nrp_core.world.rigid import BodyPath, Pose
+from nrp_core.world.rigid import BodyPath, JointStates, Pose
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.merged_bodies import Body, body_of
+from nrp_core.world.scene.merged_bodies import Body, body_of, tree_of
 from nrp_core.world.scene.model import Model, Scene
 
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 MOTION = 13
 """Position, orientation (x, y, z, w), linear and angular velocity of a body's centre of mass."""
 LENGTH, VELOCITY, TENSION, ACTIVATION = range(4)
@@ -179,6 +181,43 @@ def activate(controls: FloatArray, parameters: FloatArray, states: FloatArray, s
         states[ACTIVATION, n] += step_s * activation_rate(controls[n], now, p[_RISE], p[_FALL], p[_SMOOTH])
 
 
+@dataclass(frozen=True, slots=True)
+class _Lever:
+    """A joint that muscles can move.
+
+    Args:
+        names: its coordinates.
+        child: the row of its child in the motions.
+        anchor: the joint in the inertial frame of the child, shape ``(3,)``.
+        axes: its axes there, shape ``(n, 3)``.
+        slides: whether it is prismatic.
+        moved: the rows of the bodies that it moves and muscles pull at.
+    """
+
+    names: tuple[str, ...]
+    child: int
+    anchor: FloatArray
+    axes: FloatArray
+    slides: bool
+    moved: list[int]
+
+    def efforts(self, motions: FloatArray, wrenches: FloatArray) -> FloatArray:
+        """Return the efforts of wrenches on bodies along the axes, N m or N, shape ``(n,)``."""
+        motion, at = motions[self.child], np.empty(3)
+        axes = np.empty_like(self.axes)
+        for axis, turned in zip(self.axes, axes, strict=True):
+            _rotated(motion, axis, turned)
+        forces = wrenches[self.moved, :3]
+        if self.slides:
+            total = forces.sum(axis=0)
+        else:
+            _rotated(motion, self.anchor, at)
+            arms = motions[self.moved, :3] - (motion[:3] + at)
+            total = (np.cross(arms, forces) + wrenches[self.moved, 3:]).sum(axis=0)
+        efforts: FloatArray = axes @ total
+        return efforts
+
+
 class ViaPointMuscles(ABC):
     """The muscles of a scene, for an engine that reads motions of bodies and applies wrenches to them.
 
@@ -203,8 +242,18 @@ class ViaPointMuscles(ABC):
             for model, muscle in muscles
             for point in muscle.path
         ]
-        self.carriers = list(dict.fromkeys(body for body, _ in places if body is not None))
+        pulled = list(dict.fromkeys(body for body, _ in places if body is not None))
+        trees = {model: _trees(model, bodies[model], pulled) for model in {model for model, _ in pulled}}
+        jointed = [(model, child) for model, found in trees.items() for child in found]
+        self.carriers = list(dict.fromkeys((*pulled, *jointed)))
         rows = {body: row for row, body in enumerate(self.carriers)}
+        self._levers = {
+            model: [
+                _lever(bodies[model][child], rows[model, child], [rows[model, each] for each in moved])
+                for child, moved in found.items()
+            ]
+            for model, found in trees.items()
+        }
         last = len(self.carriers)  # the row of all that is fixed to the world
         self._rows = np.array([rows[body] if body else last for body, _ in places], np.int64)
         self._points = np.array([point for _, point in places], float).reshape(-1, 3)
@@ -215,6 +264,7 @@ class ViaPointMuscles(ABC):
         self._motions = np.zeros((last + 1, MOTION))
         self._motions[last, 6] = 1.0
         self._wrenches = np.zeros((last + 1, 6))
+        self._last: tuple[FloatArray, FloatArray] | None = None  # motions and wrenches of the last step
         self._controls, self._states = np.zeros(len(muscles)), np.zeros((4, len(muscles)))
         self._groups: dict[tuple[str, tuple[str, ...]], IntArray] = {}
 
@@ -228,6 +278,7 @@ class ViaPointMuscles(ABC):
             Forces (N) and torques (N m) at the centres of mass along the world's axes, shape ``(b, 6)``.
         """
         self._pull()
+        self._last = self._motions.copy(), self._wrenches.copy()
         activate(self._controls, self._parameters, self._states, self._step_s)
         self._pulled = False
         return self._wrenches[:-1]
@@ -261,6 +312,17 @@ class ViaPointMuscles(ABC):
         self._pull()
         return self._states[:, self._group(model, tuple(muscles))]
 
+    def add_efforts(self, model: str, states: JointStates) -> None:
+        """Add the efforts of the muscles in the last step to the states of a model's joints."""
+        levers = self._levers.get(model, ())
+        if levers and self._last is None:
+            self._pull()
+        motions, wrenches = self._last or (self._motions, self._wrenches)
+        for lever in levers:
+            states.efforts[[states.names.index(name) for name in lever.names]] += lever.efforts(
+                motions, wrenches
+            )
+
     def _group(self, model: str, muscles: tuple[str, ...]) -> IntArray:
         """Return the numbers of muscles."""
         path = model, muscles
@@ -290,3 +352,22 @@ def _place(
     if body.inertial is None:
         return None, (body.pose @ held).position
     return (model.name, index), (body.inertial.pose.inverse() @ held).position
+
+
+def _trees(model: str, bodies: Sequence[Body], pulled: Sequence[BodyPath]) -> dict[int, list[int]]:
+    """Return the bodies whose joints muscles can move, each with the pulled ones among its descendants."""
+    trees = {}
+    for child, body in enumerate(bodies):
+        if body.joint is not None and body.joint.coordinates and body.inertial is not None:
+            trees[child] = [each for each in tree_of(child, bodies) if (model, each) in pulled]
+    return {child: moved for child, moved in trees.items() if moved}
+
+
+def _lever(body: Body, child: int, moved: list[int]) -> _Lever:
+    joint, inertial = body.joint, body.inertial
+    assert joint is not None
+    assert inertial is not None
+    back = inertial.pose.inverse()
+    axes = (X, Y, Z) if joint.kind == "ball" else (joint.axis,)
+    turned = np.array([back.rotate(axis) for axis in axes])
+    return _Lever(joint.coordinates, child, np.array(back.position), turned, joint.kind == "prismatic", moved)

@@ -106,7 +106,8 @@ def test_length_force_and_acceleration_are_those_of_the_formula(engine, q, tmp_p
         world.set_joints("arm", {"q": q})
         length, velocity, force, activation = state(world, "/arm/m/state")
         world.run_until(102_000_000)
-        (rate,) = world.joint_states("arm").velocities
+        states = world.joint_states("arm")
+        (rate,), (effort,) = states.velocities, states.efforts
     assert length == pytest.approx(hypot(0.05 * cos(q), 0.3 + 0.05 * sin(q)), rel=1e-9)
     assert velocity == pytest.approx(0.0, abs=1e-9)
     assert activation == pytest.approx(1.0, abs=3e-3)
@@ -114,21 +115,26 @@ def test_length_force_and_acceleration_are_those_of_the_formula(engine, q, tmp_p
     wanted = 100 * (activation * force_length(relative, 0.5, 1.6) + passive_force(relative, 1.6, 1.3))
     assert force == pytest.approx(wanted, rel=1e-6)
     moment = 0.3 * 0.05 * cos(q) / length
+    assert effort == pytest.approx(-force * moment, rel=1e-6)  # as MuJoCo's joint sensor of actuator forces
     damped = 1 if engine == "pybullet" else 1 / (1 + 0.002 * 2 * moment**2 * 100 / 0.5 / 0.0325)
     assert rate == pytest.approx(-0.002 * force * moment / 0.0325 * damped, rel=0.01)
 
 
-def alone(text: str, seconds: float, step_s: float = 0.002) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions relative to their zeros, and states of the muscles, in MuJoCo without this program."""
+def alone(text: str, seconds: float, step_s: float = 0.002) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return positions relative to their zeros, states of the muscles, and their efforts at the joints.
+
+    They are those of MuJoCo without this program.
+    """
     model = mujoco.MjModel.from_xml_string(text)
     model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, step_s
     data = mujoco.MjData(model)
     data.ctrl = list(CONTROLS.values())
     mujoco.mj_step(model, data, round(seconds / step_s))
+    efforts = data.qfrc_actuator.copy()
     mujoco.mj_forward(model, data)
     gear = model.actuator_gear[:, 0]
     rows = data.actuator_length / gear, data.actuator_velocity / gear, -data.actuator_force * gear, data.act
-    return data.qpos - model.qpos0, np.array(rows)
+    return data.qpos - model.qpos0, np.array(rows), efforts
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -142,7 +148,7 @@ def test_an_arm_with_four_muscles_moves_as_in_mujoco_alone(engine, tmp_path):
         world.advertise("/base/muscles/cmd").publish(Float64MultiArray(data=list(CONTROLS.values())))
         for seconds in (0.1, 0.5, 2.0):
             world.run_until(round(seconds * 1e9))
-            positions, states = alone(PAIR, seconds, step_s)
+            positions, states, efforts = alone(PAIR, seconds, step_s)
             found = world.subscribe("/base/muscles/state").latest.message
             assert found.name == list(CONTROLS)
             exact = engine == "mujoco"
@@ -152,6 +158,32 @@ def test_an_arm_with_four_muscles_moves_as_in_mujoco_alone(engine, tmp_path):
             assert found.length == pytest.approx(states[0], abs=1e-7 if exact else 1e-4)
             assert found.force == pytest.approx(states[2], rel=1e-5 if exact else 0.01)
             assert found.activation == pytest.approx(states[3], abs=1e-9)
+            assert world.joint_states("base").efforts == pytest.approx(efforts, rel=1e-4 if exact else 0.02)
+
+
+JOINTS = """<mujoco><option gravity="0 0 0"/><worldbody><site name="o" pos="0.2 0.1 0.5"/>
+  <body name="cart"><inertial mass="1" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>
+    <joint name="rail" type="slide" axis="0.6 0 0.8"/>
+    <body name="bone" pos="0.1 0 0.1" quat="0.9 0.1 0.3 0.2">
+      <inertial mass="1" pos="0.02 0 0.1" quat="0.8 0.1 0.2 0.1" diaginertia="0.02 0.03 0.04"/>
+      <joint name="hip" type="ball"/><site name="i" pos="0.05 0.02 0.2"/></body></body></worldbody>
+  <tendon><spatial name="t"><site site="o"/><site site="i"/></spatial></tendon>
+  <actuator><muscle name="m" tendon="t" lengthrange="0.2 0.5" force="100"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_muscles_are_in_the_efforts_of_slides_and_balls(engine, tmp_path):
+    model = mujoco.MjModel.from_xml_string(JOINTS)
+    data = mujoco.MjData(model)
+    data.ctrl = 1.0
+    mujoco.mj_step(model, data, 2)  # the second step has an activation
+    with opened(arm(tmp_path, text=JOINTS), engine) as world:
+        world.advertise("/cart/m/cmd").publish(Float64(1.0))
+        world.run_until(4_000_000)
+        states = world.joint_states("cart")
+        assert states.names == ("rail", "hip_x", "hip_y", "hip_z")
+        assert np.linalg.norm(states.efforts) > 1.0
+        assert states.efforts == pytest.approx(data.qfrc_actuator, rel=1e-3)
 
 
 def test_moment_arms_are_those_of_mujoco_with_the_sign_of_a_pull(tmp_path):
