@@ -5,6 +5,7 @@ python benchmarks/startup.py [REPEATS]
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import sys
@@ -35,6 +36,8 @@ COUNT = """
 import sys
 print(sum(name.partition(".")[0].startswith(("nrp_", "hbp_nrp_")) for name in sys.modules))
 """
+ENVIRONMENT = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+"""Of the interpreters: modules are compiled once, as those of an installation are."""
 MAX_OVER_LIBRARIES, MAX_OVER_RUN, MAX_MODULES = 1.7, 1.2, 450
 
 
@@ -42,7 +45,7 @@ def best_ms(code: str, repeats: int) -> float:
     times = []
     for _ in range(repeats):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, "-c", code], check=True)
+        subprocess.run([sys.executable, "-c", code], check=True, env=ENVIRONMENT)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     return min(times) * 1e3
@@ -70,7 +73,11 @@ def print_first_step(repeats: int) -> None:
         best_ms(code, repeats) for code in (LIBRARIES, FIRST_STEP, CHECKED_FIRST_STEP)
     )
     counted = subprocess.run(
-        [sys.executable, "-c", FIRST_STEP + COUNT], check=True, capture_output=True, text=True
+        [sys.executable, "-c", FIRST_STEP + COUNT],
+        check=True,
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT,
     )
     print(f"the first step of a Run: {run_ms:.0f} ms; import of its libraries: {libraries_ms:.0f} ms")
     for what, value, limit in (
