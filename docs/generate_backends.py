@@ -13,10 +13,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from nrp_conformance.proof import Proof
+from nrp_conformance.report import KitResult
+
 from nrp_core._support.json_values import to_jsonable
 from nrp_core.brain.backends import brains
-from nrp_core.conformance.proof import Proof
-from nrp_core.conformance.report import KitResult
 from nrp_core.world.backends import worlds
 
 TARGET = Path(__file__).parent / "reference" / "backends.md"

@@ -28,6 +28,7 @@ from nrp_core.errors import (
 T = TypeVar("T")
 
 OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
+    "nrp-conformance": {"nrp_core.commands": ["conformance"]},
     "nrp-ebrains": {
         "nrp_core.experiment_readers": [".json"],
         "nrp_core.importers": [".json"],

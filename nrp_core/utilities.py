@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from nrp_core._support.json_values import to_jsonable as to_jsonable
     from nrp_core._support.lazy import lazily as lazily
     from nrp_core._support.machine import cores as cores
+    from nrp_core._support.machine import describe_machine as describe_machine
     from nrp_core._support.named_values import Named as Named
     from nrp_core._support.packages import fingerprint as fingerprint
     from nrp_core._support.packages import require_extra as require_extra
@@ -34,7 +35,7 @@ else:
             "nrp_core._support.jit": "jit",
             "nrp_core._support.json_values": "strict_json to_jsonable",
             "nrp_core._support.lazy": "lazily",
-            "nrp_core._support.machine": "cores",
+            "nrp_core._support.machine": "cores describe_machine",
             "nrp_core._support.named_values": "Named",
             "nrp_core._support.packages": "fingerprint require_extra",
             "nrp_core._support.stopwatch": "work",

@@ -23,7 +23,7 @@ CPU_FEATURES = ("sse4_2", "avx", "avx2", "fma", "avx512f")
 """Instruction sets that engines use; results may differ in the last bit between them."""
 
 
-def describe() -> dict[str, object]:
+def describe_machine() -> dict[str, object]:
     """Return the properties of the machine that results may depend on, package versions aside."""
     flags = cpu_flags() or frozenset()
     return {

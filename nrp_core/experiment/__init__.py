@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from nrp_core.experiment.making.prepare import prepare as prepare
     from nrp_core.experiment.model.collector import Collector as Collector
     from nrp_core.experiment.model.collector import Omission as Omission
+    from nrp_core.experiment.model.collector import describe_fault as describe_fault
     from nrp_core.experiment.model.experiment import BackendSection as BackendSection
     from nrp_core.experiment.model.experiment import Build as Build
     from nrp_core.experiment.model.experiment import Experiment as Experiment
@@ -59,7 +60,7 @@ else:
                 "Maker build_here load_function_file network_from with_parameters"
             ),
             "nrp_core.experiment.making.prepare": "Plan load_functions make_parts prepare",
-            "nrp_core.experiment.model.collector": "Collector Omission",
+            "nrp_core.experiment.model.collector": "Collector Omission describe_fault",
             "nrp_core.experiment.model.experiment": "BackendSection Build Experiment",
             "nrp_core.experiment.model.section": "Key Name Place Range Section Tree keyed_range tree_of",
             "nrp_core.experiment.reading.find": "READERS SHIPPED find_file load_experiment shipped",

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from nrp_core.world.drives.flight import Flight as Flight
     from nrp_core.world.drives.mecanum import MecanumDrive as MecanumDrive
     from nrp_core.world.drives.mecanum import PlanarMove as PlanarMove
+    from nrp_core.world.drives.muscles import Muscle as Muscle
+    from nrp_core.world.drives.muscles import ViaPoint as ViaPoint
     from nrp_core.world.drives.wheels import WheelDrive as WheelDrive
     from nrp_core.world.engine import Engine as Engine
     from nrp_core.world.engine_kit.jointed import JointedEngine as JointedEngine
@@ -120,6 +122,7 @@ else:
             "nrp_core.world.drives.drive": "Drive",
             "nrp_core.world.drives.flight": "Flight",
             "nrp_core.world.drives.mecanum": "MecanumDrive PlanarMove",
+            "nrp_core.world.drives.muscles": "Muscle ViaPoint",
             "nrp_core.world.drives.wheels": "WheelDrive",
             "nrp_core.world.engine": "Engine",
             "nrp_core.world.engine_kit.jointed": "PhysicsBackend JointedEngine PhysicsOptions",

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import pytest
 from lxml import html
+from nrp_conformance.world.kit import at, prop, robot, twist
 from nrp_world_minimal.engine import MinimalBackend
 
 from nrp_core import open_run
-from nrp_core.conformance.world.kit import at, prop, robot, twist
 from nrp_core.errors import ExperimentError, SceneError
 from nrp_core.experiment.running.picture import image_of
 from nrp_core.world import Box, Scene, WorldCapabilities, WorldOptions

@@ -21,7 +21,7 @@ DOORS = (
     "nrp_formats",
     "nrp_lab.comparison", "nrp_lab.sweep", "nrp_lab.evolve", "nrp_lab.benchmark",
 )  # fmt: skip
-MODULE = r"(nrp_(?:core|formats|lab)[\w.]*)"
+MODULE = r"(nrp_(?:conformance|core|formats|lab)[\w.]*)"
 IMPORT = re.compile(rf"^[ >]*(?:from {MODULE} import (\([^)]*\)|[^\n#]*)|import {MODULE})", re.MULTILINE)
 
 OWN_FILE = re.compile(r"^```python\n# (?:nrp_core|backends)/.*?^```$", re.MULTILINE | re.DOTALL)
@@ -32,7 +32,7 @@ def public_modules() -> frozenset[str]:
     """The modules that the reference names, those with ``*`` at their end with all below them."""
     page = (ROOT / "docs" / "reference" / "python.md").read_text()
     table = page.partition("\n## Modules\n")[2].partition("\n## ")[0]
-    return frozenset(re.findall(r"^\| `(nrp_(?:core|formats|lab)[\w.*]*)`", table, re.MULTILINE))
+    return frozenset(re.findall(r"^\| `(nrp_(?:conformance|core|formats|lab)[\w.*]*)`", table, re.MULTILINE))
 
 
 def is_public(module: str) -> bool:

@@ -19,7 +19,6 @@ COMMANDS = {
     "recover": "recordings",
     "new": "new",
     "backends": "backends",
-    "conformance": "conformance",
     "doctor": "backends",
     "cache": "cache",
     "schema": "experiments",

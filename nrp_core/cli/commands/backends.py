@@ -20,14 +20,16 @@ def doctor(json: Json = False) -> None:
 
     Fail if no brain backend or no world backend can run here.
     """
-    from nrp_core._support.machine import describe, diagnose
+    from nrp_core._support.machine import describe_machine, diagnose
     from nrp_core.cli.survey import survey
 
     machine, surveyed = diagnose(), survey(refresh=True)
     healthy = all(any(b.available for b in surveyed if b.kind == kind) for kind in ("brain", "world"))
     if json:
         backends = [as_data(backend) for backend in surveyed]
-        document({"healthy": healthy, "machine": describe(), "diagnoses": machine, "backends": backends})
+        document(
+            {"healthy": healthy, "machine": describe_machine(), "diagnoses": machine, "backends": backends}
+        )
     else:
         for line in (*_about("this machine", list(map(_line, machine))), *_about_backends(surveyed)):
             typer.echo(line)

@@ -40,7 +40,7 @@ def schema_findings(
     for detail in error.errors():
         finding, keys = _finding(detail, schema, tree, above, what)
         if keys in found:  # every member of a union has its own error
-            finding = replace(found[keys], message=f"{found[keys].message}, or {reason(detail)}")
+            finding = replace(found[keys], message=f"{found[keys].message}, or {describe_fault(detail)}")
         found[keys] = finding
     return [replace(finding, code=code or finding.code) for finding in found.values()]
 
@@ -63,7 +63,7 @@ def _finding(
         return reached.place.finding(Code.NRP203, f"{section} needs {thing}"), (*keys, last)
     cause = detail.get("ctx", {}).get("error")
     code = Code.NRP204 if isinstance(cause, MissingFileError) else Code.NRP202
-    message = f"{what}: {reason(detail)}" if what and detail["loc"] else reason(detail)
+    message = f"{what}: {describe_fault(detail)}" if what and detail["loc"] else describe_fault(detail)
     if last == "[key]":
         return (reached.key_place or reached.place).finding(code, message), (*keys, last)
     return reached.place.finding(code, message), keys
@@ -73,7 +73,7 @@ def _leading_keys(detail: ErrorDetails) -> tuple[str, ...]:
     """Return the keys that the message about a whole file begins with, as in ``vary.seed: ...``."""
     if detail["type"] != "value_error":
         return ()
-    section, _, key = reason(detail).partition(":")[0].partition(".")
+    section, _, key = describe_fault(detail).partition(":")[0].partition(".")
     return (section, key) if key else (section,)
 
 
@@ -104,7 +104,7 @@ _RULES |= {
 """The rule that a value breaks, by the type of pydantic's error; names in braces are in its context."""
 
 
-def reason(detail: ErrorDetails) -> str:
+def describe_fault(detail: ErrorDetails) -> str:
     """Return a description of a mistake in a value, without pydantic's terms."""
     context = detail.get("ctx", {})
     if detail["type"] == "value_error":

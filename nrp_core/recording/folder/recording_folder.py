@@ -478,7 +478,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
         "parameters": run.parameters.as_data(),
         "aliases": experiment.aliases,
         "settings": experiment,
-        "machine": machine.describe(),
+        "machine": machine.describe_machine(),
         "distributions": machine.distributions(),
         "code": code_of(experiment.brain.backend, experiment.world.backend),
     }

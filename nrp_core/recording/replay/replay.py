@@ -84,7 +84,9 @@ def other_surroundings(recording: Recording, experiment: Experiment) -> Iterator
         yield _differs(f"it was made with {_join_names(versions)}")
     if other := other_code(recording, experiment):
         yield _differs(f"it was made by {other}")
-    yield from map(_differs, _compare_machines(dict(recording.run.get("machine") or {}), machine.describe()))
+    yield from map(
+        _differs, _compare_machines(dict(recording.run.get("machine") or {}), machine.describe_machine())
+    )
 
 
 def _differs(message: str, subject: str | None = None) -> Finding:

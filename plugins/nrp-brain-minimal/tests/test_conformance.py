@@ -1,8 +1,7 @@
 """The whole conformance test: three lines."""
 
 from nrp_brain_minimal import MinimalBackend
-
-from nrp_core.conformance import BrainBackendTests
+from nrp_conformance import BrainBackendTests
 
 
 class TestMinimal(BrainBackendTests):

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from nrp_brain_minimal.brain import MinimalBackend, MinimalBrain
+from nrp_conformance import BrainContractTests
 
 from nrp_core.brain import Brain
-from nrp_core.conformance import BrainContractTests
 
 
 class FewestBrain(MinimalBrain):

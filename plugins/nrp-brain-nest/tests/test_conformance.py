@@ -1,7 +1,7 @@
 """What every brain of the platform must do, from the platform's own kit."""
 
 import pytest
-from nrp_core.conformance import BrainBackendTests
+from nrp_conformance import BrainBackendTests
 
 
 @pytest.mark.slow

@@ -5,9 +5,9 @@ from math import atan2, tan
 
 import numpy as np
 import pytest
+from nrp_conformance.world.kit import BLUE, GREEN, RED, centre, floor, robot, screen, where
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance.world.kit import BLUE, GREEN, RED, centre, floor, robot, screen, where
 from nrp_core.world import Light, ModelMotion, Pose, Scene
 
 pytestmark = [pytest.mark.heavy, pytest.mark.usefixtures("gazebo")]

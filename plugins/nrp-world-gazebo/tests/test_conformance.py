@@ -1,9 +1,8 @@
 """The whole conformance suite, where Gazebo is; ``scripts/gazebo test`` runs it."""
 
 import pytest
+from nrp_conformance import FullWorldTests
 from nrp_world_gazebo import GazeboBackend
-
-from nrp_core.conformance import FullWorldTests
 
 pytestmark = [pytest.mark.heavy, pytest.mark.usefixtures("gazebo")]
 

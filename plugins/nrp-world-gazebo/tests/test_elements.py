@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree
+from nrp_conformance.world.kit import pendulum, robot
 from nrp_world_gazebo.elements import FIXED, element, model_element
 
-from nrp_core.conformance.world.kit import pendulum, robot
 from nrp_core.world import (
     Box,
     Capsule,

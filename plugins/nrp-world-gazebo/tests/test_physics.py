@@ -4,9 +4,9 @@ from dataclasses import replace
 from math import inf, pi
 
 import pytest
+from nrp_conformance.world.capability import arm
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance.world.capability import arm
 from nrp_core.world import Scene, read_model
 from nrp_core.world.messages.std_msgs import Float64
 

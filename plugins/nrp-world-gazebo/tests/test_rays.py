@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nrp_conformance.world.kit import at, floor, prop
+from nrp_conformance.world.sensors import LASER, SensorTests, carrier
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance.world.kit import at, floor, prop
-from nrp_core.conformance.world.sensors import LASER, SensorTests, carrier
 from nrp_core.world import Box, Cylinder, ModelMotion, Scene, Sphere, read_model, read_scene
 from nrp_core.world.raycast.collisions import CollisionSpace
 

@@ -1,9 +1,9 @@
 """What goes wrong at the start is one error that says what to do."""
 
 import pytest
+from nrp_conformance.world.kit import robot
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance.world.kit import robot
 from nrp_core.errors import BackendLoadError
 from nrp_core.world import Inertial, Link, Model, Scene
 

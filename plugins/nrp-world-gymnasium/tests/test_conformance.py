@@ -1,8 +1,8 @@
 """The conformance kit puts robots into a room, which an environment does not have."""
 
 import pytest
+from nrp_conformance.proof import Proof
 
-from nrp_core.conformance.proof import Proof
 from nrp_core.errors import CapabilityError
 
 

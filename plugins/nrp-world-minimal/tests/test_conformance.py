@@ -1,8 +1,7 @@
 """The whole conformance test: three lines."""
 
+from nrp_conformance import WorldBackendTests
 from nrp_world_minimal import MinimalBackend
-
-from nrp_core.conformance import WorldBackendTests
 
 
 class TestMinimal(WorldBackendTests):

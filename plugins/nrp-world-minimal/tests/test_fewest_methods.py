@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
+from nrp_conformance import WorldContractTests
 from nrp_world_minimal.engine import MinimalBackend, MinimalEngine
 
-from nrp_core.conformance import WorldContractTests
 from nrp_core.world import Engine
 
 

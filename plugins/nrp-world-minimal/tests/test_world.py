@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from nrp_conformance.world.kit import at, floor, prop, robot, twist
 from nrp_world_minimal.engine import Footprint, MinimalBackend, way_out
 
-from nrp_core.conformance.world.kit import at, floor, prop, robot, twist
 from nrp_core.world import Box, Scene, WorldOptions
 
 coordinates = st.floats(-1, 1)

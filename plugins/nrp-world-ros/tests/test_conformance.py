@@ -1,8 +1,8 @@
 """What every world of the platform must do, from the platform's own kit."""
 
 import pytest
-from nrp_core.conformance import WorldBackendTests
-from nrp_core.conformance.proof import Proof
+from nrp_conformance import WorldBackendTests
+from nrp_conformance.proof import Proof
 from nrp_core.errors import CapabilityError
 
 from conftest import DOMAIN, needs_ros2

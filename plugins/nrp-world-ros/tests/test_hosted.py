@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_conformance.world.kit import BLUE, RED, at, floor, pendulum, prop, robot, screen, states, twist
 from nrp_core import worlds
-from nrp_core.conformance.world.kit import BLUE, RED, at, floor, pendulum, prop, robot, screen, states, twist
 from nrp_core.errors import LifecycleError, SimulationError
 from nrp_core.world import Box, ModelMotion, Scene, Sphere, Stamped, World
 from nrp_core.world.messages.base import Duration

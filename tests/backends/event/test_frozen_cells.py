@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from nrp_conformance.brain.kit import SAMPLES, cells, connect, spikes
+from nrp_conformance.brain.reference import Arrival, ReferenceTrace, simulate
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.conformance.brain.kit import SAMPLES, cells, connect, spikes
-from nrp_core.conformance.brain.reference import Arrival, ReferenceTrace, simulate
 
 SAMPLE = SAMPLES["IF_curr_exp_frozen"]
 EMITTED = [5.0, 8.0, 11.0, 14.5, 19.0, 22.0, 22.5, 24.0, 31.0, 38.0, 40.0, 45.0, 60.0]

@@ -18,13 +18,13 @@ from nrp_cockpit.designer.brain.graph import network_graph
 from nrp_cockpit.designer.brain.model import CELL_CLASSES, SYNAPSE_CLASSES, CellModel, Connector, SynapseModel
 from nrp_cockpit.designer.brain.script import read_script, script_of
 from nrp_cockpit.designer.tree import walk
+from nrp_conformance.brain import kit
+from nrp_conformance.brain.kit import SAMPLES
 from visitors import RefusedError, cockpit
 
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.network.synapses import LAWS
-from nrp_core.conformance.brain import kit
-from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import find_file, load_experiment
 from nrp_core.experiment.running.run import Run

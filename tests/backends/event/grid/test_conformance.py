@@ -1,7 +1,7 @@
 """The grid mode passes the conformance kit, as any backend's brain would."""
 
-from nrp_core.conformance import BrainBackendTests
-from nrp_core.conformance.brain.state import SequenceTests
+from nrp_conformance import BrainBackendTests
+from nrp_conformance.brain.state import SequenceTests
 
 
 class TestOnAFineGrid(BrainBackendTests):

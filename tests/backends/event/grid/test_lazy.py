@@ -9,6 +9,9 @@ from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.lazy_brain import LazyBrain
 from nrp_brain_event.options import lazy_grid
+from nrp_conformance.brain import kit
+from nrp_conformance.brain.capability import RULE
+from nrp_conformance.brain.kit import SAMPLES
 from pydantic import ValidationError
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
@@ -19,9 +22,6 @@ from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.model import CELL_TYPE
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
-from nrp_core.conformance.brain import kit
-from nrp_core.conformance.brain.capability import RULE
-from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.errors import CapabilityError
 
 _UNITS = {

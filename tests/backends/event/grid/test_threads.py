@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
+from nrp_conformance.brain import kit
+from nrp_conformance.brain.kit import SAMPLES
 from pydantic import ValidationError
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
@@ -15,8 +17,6 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
-from nrp_core.conformance.brain import kit
-from nrp_core.conformance.brain.kit import SAMPLES
 from nrp_core.errors import DivergedError
 
 KINDS = ("IF_curr_exp", "IF_curr_alpha", "IF_cond_exp", "IF_curr_delta", "Izhikevich")

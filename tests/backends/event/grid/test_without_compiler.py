@@ -13,8 +13,8 @@ import numpy as np
 from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.cell_types import CELL_TYPES
 from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.conformance.brain.kit import cells, connect, network
-from nrp_core.conformance.brain.kit import SAMPLES
+from nrp_conformance.brain.kit import cells, connect, network
+from nrp_conformance.brain.kit import SAMPLES
 from nrp_core.brain.network.data import Population, Projection
 
 noise = Population("noise", 4, "SpikeSourcePoisson", {

@@ -1,5 +1,0 @@
-"""The module that pytest collects: it holds the class under test."""
-
-from nrp_core.conformance.run import under_test
-
-TestBackend = under_test[-1]
