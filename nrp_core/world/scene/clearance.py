@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.rigid import Pose, matrix_of
+from nrp_core.world.rigid import Pose, Vector, matrix_of
 from nrp_core.world.scene.model import (
     Box,
     Collision,
@@ -113,7 +113,20 @@ def _clear(collision: Collision, pose: Pose, solids: Sequence[_Solid]) -> Collis
     """Return what is left of a box at a pose in the world; None for nothing."""
     if not isinstance(collision.geometry, Box):
         return collision
-    half = np.array(collision.geometry.size) / 2
+    left = _outside(collision.geometry, pose, solids)
+    return left and replace(collision, geometry=left[0], pose=collision.pose @ Pose(left[1]))
+
+
+def part_above(height: float, box: Box, pose: Pose) -> tuple[Box, Pose] | None:
+    """Return the part of a box at a pose that is above a height (m), with its pose; None for nothing."""
+    below = _Solid(np.array([[0.0, 0.0, height]]), _AXES[2:3], is_bounded=False)
+    left = _outside(box, pose, [below])
+    return left and (left[0], pose @ Pose(left[1]))
+
+
+def _outside(box: Box, pose: Pose, solids: Sequence[_Solid]) -> tuple[Box, Vector] | None:
+    """Return the part of a box at a pose that is outside of solids, with its centre in the box."""
+    half = np.array(box.size) / 2
     place = matrix_of(pose)
     corners: _Corners | None = (-half, half)
     for solid in solids:
@@ -121,11 +134,8 @@ def _clear(collision: Collision, pose: Pose, solids: Sequence[_Solid]) -> Collis
             corners = _cut(corners, solid.in_frame(place))
     if corners is None:
         return None
-    low, high = corners
-    if (low == -half).all() and (high == half).all():
-        return collision
-    (x, y, z), (cx, cy, cz) = (high - low).tolist(), ((low + high) / 2).tolist()
-    return replace(collision, geometry=Box((x, y, z)), pose=collision.pose @ Pose((cx, cy, cz)))
+    (x, y, z), (cx, cy, cz) = (corners[1] - corners[0]).tolist(), ((corners[0] + corners[1]) / 2).tolist()
+    return Box((x, y, z)), (cx, cy, cz)
 
 
 def _cut(corners: _Corners, solid: _Solid) -> _Corners | None:

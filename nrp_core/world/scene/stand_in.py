@@ -19,6 +19,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.findings import Code
 from nrp_core.world.rigid import Pose, Vector, rotation_matrix
+from nrp_core.world.scene.clearance import part_above
 from nrp_core.world.scene.inertia import WATER, equivalent_box
 from nrp_core.world.scene.model import Box, Geometry, Joint, Link, Model, Plane
 from nrp_core.world.scene.tessellation import triangles_of
@@ -30,6 +31,7 @@ LARGEST_BOX_M = 0.5
 MASSLESS_BOX_M = 0.05
 """Edge of the box of a link without mass or length, such as a sensor."""
 _SMALLEST_M = 1e-3
+_TINY = Box((_SMALLEST_M,) * 3)
 _NOTICEABLE_M = 0.01
 _THIN, _THICK = 0.05, 0.5  # of a link, relative to its length
 _GROUND_NAMES = re.compile(
@@ -136,15 +138,11 @@ def _placed(geometry: Geometry, pose: Pose) -> FloatArray:
 
 
 def _above(lowest: float, link: Link, geometry: Geometry, pose: Pose) -> Measured:
-    """Return a box, smaller if it would reach lower than a height in the frame of the model."""
-    place = link.pose @ pose
-    height = place.position[2]
-    depth, room = height - _lowest(geometry, place), height - lowest
-    if depth <= room or not isinstance(geometry, Box):
+    """Return the part of a box above a height in the frame of the model; a tiny one if there is none."""
+    if not isinstance(geometry, Box) or _lowest(geometry, link.pose @ pose) >= lowest:
         return geometry, pose
-    share = max(room, _SMALLEST_M) / depth
-    x, y, z = geometry.size
-    return Box((x * share, y * share, z * share)), pose
+    box, place = part_above(lowest, geometry, link.pose @ pose) or (_TINY, link.pose @ pose)
+    return box, link.pose.inverse() @ place
 
 
 def _around(link: Link) -> Measured | None:

@@ -82,12 +82,13 @@ def test_an_inertia_that_a_body_can_have_is_kept(model: Callable[[str], Model], 
     assert box.size == pytest.approx((0.2,) * 3)
 
 
-def test_a_guessed_box_is_where_its_collision_is_and_no_lower_than_the_wheels(
-    model: Callable[[str], Model],
+@pytest.mark.parametrize("height", [0.02, 0.3, 0.5])
+def test_a_guessed_box_is_where_its_collision_is_and_ends_at_the_bottom_of_the_wheels(
+    model: Callable[[str], Model], height: float
 ) -> None:
     """A base of 1000 kg, whose inertia is that of a cube of 0.78 m, on a wheel that touches the ground."""
     base = inertial(1000, 101.4) + SHAPES.replace(
-        '<collision name="c">', '<collision name="c"><pose>0 0 0.3 0 0 0</pose>'
+        '<collision name="c">', f'<collision name="c"><pose>0 0 {height} 0 0 0</pose>'
     )
     ball = "<geometry><sphere><radius>0.1</radius></sphere></geometry>"
     wheel = f'<collision name="c"><pose>0 0 0.1 0 0 0</pose>{ball}</collision>'
@@ -95,8 +96,9 @@ def test_a_guessed_box_is_where_its_collision_is_and_no_lower_than_the_wheels(
         link("base", 0.0, base) + link("wheel", 0.0, inertial(5, 0.02) + wheel) + joint("base", "wheel")
     )
     box, pose = box_of(read, "base")
-    assert pose.position == pytest.approx((0.0, 0.0, 0.3))
-    assert box.size == pytest.approx((0.6,) * 3, rel=1e-2)
+    low, high = max(0.0, height - 0.39), height + 0.39
+    assert box.size == pytest.approx((0.78, 0.78, high - low), rel=1e-2)
+    assert pose.position == pytest.approx((0.0, 0.0, (low + high) / 2), abs=2e-3)
 
 
 def test_a_collision_shape_takes_the_extent_of_the_visual(model: Callable[[str], Model]) -> None:
