@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from random import Random
@@ -82,3 +83,19 @@ def test_the_bodies_touch_that_touch_in_mujoco_alone(tmp_path: Path, form, write
     with backend.open(read_scene(tmp_path / f"bodies.{form}"), seed=1, options=options) as world:
         assert not world.warnings
         assert touching(world) == wanted
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+@pytest.mark.parametrize(("bits", "touches"), [((4, 4), True), ((0, 8), True), ((0, 0), False)])
+def test_mjcf_without_bits_touches_every_shape_of_another_file_that_has_some(
+    tmp_path: Path, engine, bits, touches
+):
+    """As a shape of SDF without bits, which has 0xFFFF in sdformat."""
+    (tmp_path / "ball.xml").write_text(as_mjcf([[(1, 1)]]))
+    (tmp_path / "room.sdf").write_text(as_sdf([[bits]]).replace("b0", "room"))
+    scenes = [read_scene(tmp_path / name) for name in ("ball.xml", "room.sdf")]
+    scene = replace(scenes[1], models=tuple(model for each in scenes for model in each.models))
+    backend = worlds().load(engine)
+    options = backend.options.model_validate({"timestep": "2 ms"})
+    with backend.open(scene, seed=1, options=options) as world:
+        assert bool(touching(world)) == touches
