@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import nrp_cockpit
 import pytest
 from browsing import Watched, seen, wait_until
 from nrp_cockpit.sharing.sharing import shared_file
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 
 @pytest.fixture(scope="module")
@@ -70,3 +71,19 @@ def test_it_is_saved_in_the_page_that_shows_the_recording(played: str, watched: 
     saved = watched.open(file.as_uri())
     expect(saved.get_by_role("timer")).to_contain_text("0.00 s of 2 s")
     expect(saved.get_by_role("button", name="Save as one HTML file")).to_have_count(0)
+
+
+def test_a_notebook_shows_it_in_a_frame(recording: Path, browser: Browser, tmp_path: Path):
+    widget = nrp_cockpit.show(recording, height_px=600)
+    assert widget.losses == ()
+    notebook = tmp_path / "notebook.html"
+    notebook.write_text(f"<!doctype html><meta charset='utf-8'><h1>Notebook</h1>{widget._repr_html_()}")
+    page = browser.new_page()
+    page.goto(notebook.as_uri())
+    inside = page.frame_locator("iframe")
+    expect(inside.get_by_role("region", name="Scene")).to_contain_text("11 models")
+    inside.get_by_role("slider", name="Simulated time").press("PageUp")
+    expect(inside.get_by_role("timer")).to_contain_text("1.00 s")
+    expect(page.get_by_role("heading", name="Notebook")).to_be_visible()
+    assert page.locator("iframe").bounding_box()["height"] == 600  # type: ignore[index]
+    page.close()
