@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from nrp_core.brain.capabilities import Quantity as Quantity
     from nrp_core.brain.capabilities import Report as Report
     from nrp_core.brain.capabilities import Table as Table
+    from nrp_core.brain.changes import DOPAMINE as DOPAMINE
+    from nrp_core.brain.changes import ELIGIBILITY as ELIGIBILITY
     from nrp_core.brain.changes import PARAMETERS as PARAMETERS
     from nrp_core.brain.changes import PLASTICITY as PLASTICITY
     from nrp_core.brain.changes import WEIGHTS as WEIGHTS
@@ -56,7 +58,9 @@ if TYPE_CHECKING:
     from nrp_core.brain.network.data import Projection as Projection
     from nrp_core.brain.network.grid import Grid as Grid
     from nrp_core.brain.network.grid import same_order as same_order
+    from nrp_core.brain.network.modulations import modulations_of as modulations_of
     from nrp_core.brain.network.motoneurons import MotoneuronPool as MotoneuronPool
+    from nrp_core.brain.network.rewiring import Neuromodulation as Neuromodulation
     from nrp_core.brain.network.synapses import STATIC as STATIC
     from nrp_core.brain.network.synapses import STDP as STDP
     from nrp_core.brain.network.synapses import TSODYKS_MARKRAM as TSODYKS_MARKRAM
@@ -82,7 +86,9 @@ else:
             "nrp_core._support.diagnosis": "Diagnosis",
             "nrp_core._support.subnormals": "flushing_subnormals",
             "nrp_core.brain.capabilities": "BrainCapabilities Fact Quantity Report Table",
-            "nrp_core.brain.changes": "PARAMETERS PLASTICITY ParameterChange Synapses WEIGHTS",
+            "nrp_core.brain.changes": (
+                "DOPAMINE ELIGIBILITY PARAMETERS PLASTICITY ParameterChange Synapses WEIGHTS"
+            ),
             "nrp_core.brain.devices.ports": "SourcePort SourceSpec",
             "nrp_core.brain.devices.sinks": (
                 "ConductanceRecorder LeakyIntegratorAlpha LeakyIntegratorExp PopulationRate SinkPort "
@@ -98,7 +104,9 @@ else:
             "nrp_core.brain.network.currents": "InjectedCurrent",
             "nrp_core.brain.network.data": "Network Origin Population Projection RECEPTORS",
             "nrp_core.brain.network.grid": "Grid same_order",
+            "nrp_core.brain.network.modulations": "modulations_of",
             "nrp_core.brain.network.motoneurons": "MotoneuronPool",
+            "nrp_core.brain.network.rewiring": "Neuromodulation",
             "nrp_core.brain.network.synapses": "STATIC STDP TSODYKS_MARKRAM",
             "nrp_core.brain.pynn": "builder",
             "nrp_core.brain.pynn.export": "network_of",

@@ -70,7 +70,7 @@ def no_neuromodulation(backend: str, projection: str) -> CapabilityError:
     """Return the error for a brain backend whose STDP knows no rewards."""
     return CapabilityError(
         f"{backend} has no rewards and punishments (projection '{projection}'): STDP changes weights there "
-        "without them; 'event' and 'spinnaker' have them"
+        "without them; 'event', 'nest' and 'spinnaker' have them"
     )
 
 

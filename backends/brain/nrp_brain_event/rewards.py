@@ -17,13 +17,12 @@ from nrp_brain_event.synapse_laws import NEUROMODULATED, RULES
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.grid import Grid
+from nrp_core.brain.network.modulations import modulations_of
 from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.network.synapses import STDP
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError, NetworkError
 
-_PAIRS: Final = "SpikePairRule"
-_ADDITIVE: Final = "AdditiveWeightDependence"
 Places = Callable[[], Mapping[str, Array]]
 _UNREACHED: Final = 2.0**80
 """A limit that no eligibility reaches."""
@@ -54,47 +53,6 @@ def rewards_of(
     rewards = Rewards(network, row_of, times)
     rewards.modulate(tables["plastic"], tables["rules"], places())
     return rewards, {"slow": np.zeros(len(tables["plastic"]), Slow.dtype())}
-
-
-def modulations_of(network: Network) -> dict[str, Neuromodulation]:
-    """Return what the rewards of each population have in common, by its label.
-
-    Raises:
-        CapabilityError: they have not, or nothing learns from them.
-    """
-    found: dict[str, Neuromodulation] = {}
-    for one in network.projections:
-        if one.neuromodulation is None:
-            continue
-        if found.setdefault(one.post, one.neuromodulation) != one.neuromodulation:
-            raise CapabilityError(
-                f"projection '{one.label}': all rewards and punishments of '{one.post}' have the same tau_c, "
-                "tau_d, w_min, w_max, baseline, shared and eligibility_limits"
-            )
-        if not any(other.post == one.post and other.synapse_type == STDP for other in network.projections):
-            raise CapabilityError(
-                f"projection '{one.label}': rewards and punishments decide on changes by STDP; no synapses "
-                f"onto '{one.post}' have it"
-            )
-    for one in network.projections:
-        if one.post in found and one.synapse_type == STDP:
-            _require_pairs(one, found[one.post])
-    return found
-
-
-def _require_pairs(projection: Projection, modulation: Neuromodulation) -> None:
-    rule, dependence = (
-        projection.plasticity.get(part) for part in ("timing_dependence", "weight_dependence")
-    )
-    if rule != _PAIRS:
-        raise CapabilityError(
-            f"projection '{projection.label}': rewards decide on changes by {_PAIRS}, not by {rule}"
-        )
-    if not modulation.eligibility_limits and dependence != _ADDITIVE:
-        raise CapabilityError(
-            f"projection '{projection.label}': an eligibility without limits needs {_ADDITIVE}; {dependence} "
-            "refers to them"
-        )
 
 
 def require_weights(projection: Projection) -> None:

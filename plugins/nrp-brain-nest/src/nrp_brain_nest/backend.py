@@ -6,6 +6,8 @@ from importlib.util import find_spec
 from typing import ClassVar
 
 from nrp_core.brain import (
+    DOPAMINE,
+    ELIGIBILITY,
     PARAMETERS,
     STATIC,
     STDP,
@@ -44,6 +46,9 @@ class NestBackend(BrainBackend):
             determinism=Determinism.MACHINE,
             state_variables=frozenset().union(*(kind.readable for kind in CELL_TYPES.values())),
             changes=frozenset({PARAMETERS, WEIGHTS}),
+            neuromodulation=True,
+            rewards=True,
+            synapse_state=frozenset({ELIGIBILITY, DOPAMINE}),
             releases_gil=options.python is not None,
         )
 

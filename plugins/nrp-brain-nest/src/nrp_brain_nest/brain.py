@@ -114,6 +114,15 @@ class NestBrain(Brain):
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         return self._wiring.read_weights(projection)
 
+    def _do_reward(self, population: str, amount: float) -> None:
+        self._wiring.reward(population, amount, self._reached_ns)
+
+    def _do_hold_reward(self, population: str, value: float) -> None:
+        self._wiring.hold_reward(population, value, self._reached_ns)
+
+    def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
+        return self._wiring.read_state(projection, variable)
+
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         self._wiring.set_weights(projection, weights)
 

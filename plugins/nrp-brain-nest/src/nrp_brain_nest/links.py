@@ -24,7 +24,7 @@ class Link:
     """
 
     def __init__(self, nest: Any, model: str, made: Callable[[], Synapses]) -> None:
-        self._nest, self._model, self._made = nest, model, made
+        self._nest, self.model, self._made = nest, model, made
         self._changed: dict[str, FloatArray] = {}
 
     def read(self, name: str) -> FloatArray:
@@ -42,11 +42,16 @@ class Link:
         synapses.set([{name: value} for value in wanted.tolist()])
         self._changed[name] = values
 
+    def raise_shared(self, name: str, amount: float) -> None:
+        """Add to a value that all synapses have in common."""
+        synapses, *_ = self._found()
+        synapses.set({name: float(np.atleast_1d(synapses.get(name))[0]) + amount})
+
     def _found(self) -> tuple[Any, IntArray, IntArray]:
         """Return NEST's synapses, and the sort orders that match ours to NEST's."""
         pre, post, values = self._made()
         ends = (self._nest.NodeCollection(np.unique(ids).tolist()) for ids in (pre, post))
-        synapses = self._nest.GetConnections(*ends, synapse_model=self._model)
+        synapses = self._nest.GetConnections(*ends, synapse_model=self.model)
         ours = {**values, **self._changed, "source": pre, "target": post}
         theirs = synapses.get(list(ours))
         return synapses, *same_order(

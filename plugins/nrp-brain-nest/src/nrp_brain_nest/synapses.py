@@ -27,6 +27,7 @@ from nrp_brain_nest.cell_types import CELL_TYPES
 from nrp_brain_nest.cells import Cells
 from nrp_brain_nest.inputs import SourceCells
 from nrp_brain_nest.links import Link, Synapses
+from nrp_brain_nest.rewards import STATE, Rewards
 from nrp_brain_nest.weights import Weights
 
 _MODELS: Final = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
@@ -61,6 +62,7 @@ class Wiring:
         self._tau_minus = np.full(network.size, np.nan)
         self._links: dict[str, Link] = {}
         self._between: Counter[tuple[str, str, str]] = Counter()
+        self._rewards = Rewards(nest, network, grid)
         self.warnings = Findings()
 
     def connect(self, projection: Projection) -> None:
@@ -72,6 +74,9 @@ class Wiring:
         if not projection.size:
             return
         pre = self._network.populations[projection.pre]
+        if projection.neuromodulation is not None:
+            self._connect_reward(projection)
+            return
         copy, model = self._copy_of(projection), _MODELS[projection.synapse_type]
         relayed = _is_relayed(pre, projection)
         if pre.is_source:
@@ -82,6 +87,10 @@ class Wiring:
             model = self._copied(model, copy)
         if projection.synapse_type == STDP:
             self._share_trace(projection)
+        if self._is_rewarded(projection):
+            model = self._rewards.model(
+                projection, len(self._links), self._rule_of_rewarded(projection), self._unit(projection)
+            )
         *ends, values = self._made(projection, nodes)
         synapses = {"synapse_model": model, **values}
         if projection.synapse_type == TSODYKS_MARKRAM:
@@ -100,14 +109,69 @@ class Wiring:
         }
         if projection.synapse_type == TSODYKS_MARKRAM:
             values |= self._short_term(projection)
-        elif projection.synapse_type == STDP:
+        elif projection.synapse_type == STDP and not self._is_rewarded(projection):
             values |= self._stdp(projection, weights)
         return nodes[projection.pre_index], self._cells.nodes[post], values
+
+    def _connect_reward(self, projection: Projection) -> None:
+        """Connect synapses that reward; generators reach them through a relay, which takes a step."""
+        pre = self._network.populations[projection.pre]
+        if pre.is_source:
+            nodes = self._sources.nodes(projection.pre, copy=None)
+            if self._grid.delays(projection.delay_ms).min() < 2:
+                self._warn(projection, "rewards of source cells take two steps or more in NEST")
+        else:
+            nodes = self._cells.nodes[self._network.ids_of(projection.pre)]
+        self._rewards.connect(projection, nodes, int(pre.is_source))
+
+    def _is_rewarded(self, projection: Projection) -> bool:
+        return projection.synapse_type == STDP and self._rewards.has(projection)
+
+    def _rule_of_rewarded(self, projection: Projection) -> dict[str, FloatArray]:
+        if projection.receptor != "excitatory":
+            raise CapabilityError(
+                f"projection '{projection.label}': on NEST only excitatory synapses learn from rewards; "
+                "'event' has the others"
+            )
+        _exponent(projection)
+        return {name: _parameter(projection, name) for name in ("A_plus", "A_minus", "tau_plus", "w_max")}
+
+    def _unit(self, projection: Projection) -> float:
+        """Return the weight in NEST of a weight of 1."""
+        one = self._weights.onto(self._targets(projection)[:1], np.ones(1), projection.receptor)
+        return float(one[0])
+
+    def read_state(self, projection: Projection, variable: str) -> FloatArray:
+        """Return a state variable of synapses that learn from rewards."""
+        if not projection.size:
+            return np.empty(0)
+        found = self._links[projection.label].read(STATE[variable])
+        return found * self._rewards.scale(projection, variable, self._unit(projection))
+
+    def reward(self, label: str, amount: float, now_ns: int) -> None:
+        """Add to the dopamine of a population."""
+        for projection in self._learning(label):
+            amount_there = self._rewards.amount(projection, amount, now_ns)
+            self._links[projection.label].raise_shared("n", amount_there)
+
+    def hold_reward(self, label: str, value: float, now_ns: int) -> None:
+        """Let a value add to the dopamine of a population from now on."""
+        for projection in self._learning(label):
+            baseline = self._rewards.baseline(projection) - value
+            held = {"b": self._rewards.amount(projection, baseline, now_ns)}
+            self._nest.SetDefaults(self._links[projection.label].model, held)
+
+    def _learning(self, label: str) -> list[Projection]:
+        """Return the projections onto a population that learn from rewards."""
+        onto = [one for one in self._network.projections if one.post == label and one.size]
+        return [one for one in onto if self._is_rewarded(one)]
 
     def read_weights(self, projection: Projection) -> FloatArray:
         """Return the present weights of a projection, in PyNN's units."""
         if not projection.size:
             return np.empty(0)
+        if projection.neuromodulation is not None:
+            return projection.weight.copy()
         return self._weights.of(
             self._targets(projection), self._links[projection.label].read("weight"), projection.receptor
         )
@@ -118,6 +182,11 @@ class Wiring:
         Raises:
             CapabilityError: NEST does not have such synapses.
         """
+        if projection.neuromodulation is not None:
+            raise CapabilityError(
+                f"projection '{projection.label}': the dopamine that a spike brings cannot change while the "
+                "network runs"
+            )
         if projection.size:
             new = self._weights.onto(self._targets(projection), weights, projection.receptor)
             self._links[projection.label].set("weight", new)

@@ -306,13 +306,18 @@ class ChangeTests(BrainKit):
         reward = replace(connect("good", "n", 0.1), receptor="reward", neuromodulation=modulation)
         parts: list[Population | Projection] = [
             spikes("pre", [20.0]), spikes("force", [26.0]), spikes("good", [9000.0]), self.cells("n"),
-            plastic, connect("force", "n", sample.strong, 1.0), reward,
+            plastic, connect("force", "n", sample.strong, 1.0),
         ]  # fmt: skip
         if not self.capabilities.neuromodulation:
             with pytest.raises(CapabilityError):
-                self.open(*parts)
+                self.open(*parts, reward)
             return
-        brain, name, weights = self.open(*parts), plastic.label, []
+        try:
+            brain = self.open(*parts, reward)
+        except CapabilityError:  # it has the other definition
+            modulation = replace(modulation, shared=True, eligibility_limits=False)
+            brain = self.open(*parts, replace(reward, neuromodulation=modulation))
+        name, weights = plastic.label, []
         if not self.capabilities.rewards:
             with pytest.raises(CapabilityError):
                 brain.reward(name, 0.01)
