@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import pi, sin
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from math import pi
 from typing import Any, Final
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sources import DCSource
 from nrp_core.brain.interface import Brain
-from nrp_core.clock import from_milliseconds, milliseconds
+from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 
 _SIZES: Final = {"amplitude", "amplitudes", "mean", "offset"}
 _ROUNDING: Final = 1e-6
@@ -34,49 +35,61 @@ class Waveform:
         self._drawn = np.empty(0)
 
     def changes_ns(self, since_ns: int, until_ns: int) -> IntArray:
-        """Return the times at which the current changes, ``since < t <= until``."""
+        """Return the times at which the current changes, ``since < t <= until``; not to be written to."""
+        source = self._source
         if self._kind == "StepCurrentSource":
-            times = self._source.times
+            changes = _nearest_ns(source.times, since_ns, until_ns)
         elif self._kind == "DCSource":
-            times = np.array([self._source.start, self._source.stop])
+            changes = _nearest_ns(np.array([source.start, source.stop]), since_ns, until_ns)
         else:
-            times = self._grid_ms(milliseconds(since_ns), milliseconds(until_ns))
-        times = times[times < milliseconds(until_ns) + 1.0]  # sources may end at infinity
-        changes = np.array([from_milliseconds(time) for time in times.tolist()], dtype=np.int64)
-        return np.unique(changes[(changes > since_ns) & (changes <= until_ns)])
+            changes = _grid_ns(self._interval_ms, source.start, source.stop, since_ns, until_ns)
+        return changes
 
-    def amplitude_na(self, t_ns: int) -> float:
-        """Return the current from ``t_ns`` on, nA."""
-        t_ms = milliseconds(t_ns)
+    def amplitudes_na(self, times_ns: IntArray) -> FloatArray:
+        """Return the current from each of ascending times on, nA."""
+        source, times_ms = self._source, times_ns / NS_PER_MS
         if self._kind == "StepCurrentSource":
-            step = int(np.searchsorted(self._source.times, t_ms, side="right")) - 1
-            return float(self._source.amplitudes[step]) if step >= 0 else 0.0
-        if not self._source.start <= t_ms < self._source.stop:
-            return 0.0
+            steps = np.searchsorted(source.times, times_ms, side="right")
+            found: FloatArray = np.append(0.0, source.amplitudes)[steps]
+            return found
         if self._kind == "NoisyCurrentSource":
-            return self._noisy(round((t_ms - self._source.start) / self._interval_ms))
-        return self._sinusoidal(t_ms) if self._kind == "ACSource" else float(self._source.amplitude)
+            values = self._noisy(times_ms)
+        elif self._kind == "ACSource":
+            cycles = source.frequency * (times_ms - source.start) * 1e-3 + source.phase / 360.0
+            values = source.offset + source.amplitude * np.sin(2 * pi * cycles)
+        else:
+            values = np.full(len(times_ms), float(source.amplitude))
+        return np.where((source.start <= times_ms) & (times_ms < source.stop), values, 0.0)
 
     @property
     def _interval_ms(self) -> float:
         noisy = self._kind == "NoisyCurrentSource"
         return max(float(self._source.dt), self._dt_ms) if noisy else self._dt_ms
 
-    def _grid_ms(self, since_ms: float, until_ms: float) -> FloatArray:
-        interval, start, stop = self._interval_ms, self._source.start, self._source.stop
-        first = max(0, int((since_ms - start) / interval))
-        last = int((min(until_ms, stop) - start) / interval) + 2  # the quotient may be slightly too small
-        return np.append(np.minimum(start + interval * np.arange(first, max(first, last)), stop), stop)
+    def _noisy(self, times_ms: FloatArray) -> FloatArray:
+        intervals = np.floor((times_ms - self._source.start) / self._interval_ms + _ROUNDING).astype(np.int64)
+        missing = int(intervals.max(initial=-1)) + 1 - len(self._drawn)
+        if missing > 0:
+            self._drawn = np.append(self._drawn, self._noise.standard_normal(-(-missing // 256) * 256))
+        found: FloatArray = self._source.mean + self._source.stdev * self._drawn[np.maximum(intervals, 0)]
+        return found
 
-    def _sinusoidal(self, t_ms: float) -> float:
-        source = self._source
-        cycles = source.frequency * (t_ms - source.start) * 1e-3 + source.phase / 360.0
-        return float(source.offset + source.amplitude * sin(2 * pi * cycles))
 
-    def _noisy(self, k: int) -> float:
-        while k >= len(self._drawn):
-            self._drawn = np.append(self._drawn, self._noise.standard_normal(256))
-        return float(self._source.mean + self._source.stdev * self._drawn[k])
+def _nearest_ns(times_ms: FloatArray, since_ns: int, until_ns: int) -> IntArray:
+    """Return times, ms, in ns, of which those count that are after ``since`` and not after ``until``."""
+    near = times_ms[(times_ms > milliseconds(since_ns) - 1.0) & (times_ms < milliseconds(until_ns) + 1.0)]
+    changes = np.array([from_milliseconds(time) for time in near.tolist()], dtype=np.int64)
+    return np.unique(changes[(changes > since_ns) & (changes <= until_ns)])
+
+
+@lru_cache(maxsize=16)
+def _grid_ns(interval_ms: float, start_ms: float, stop_ms: float, since_ns: int, until_ns: int) -> IntArray:
+    """Return the multiples of an interval from ``start`` on, and ``stop``; many sources share them."""
+    first = max(0, int((milliseconds(since_ns) - start_ms) / interval_ms))
+    end_ms = min(milliseconds(until_ns), stop_ms)
+    last = int((end_ms - start_ms) / interval_ms) + 2  # the quotient may be slightly too small
+    times = np.minimum(start_ms + interval_ms * np.arange(first, max(first, last)), stop_ms)
+    return _nearest_ns(np.append(times, stop_ms), since_ns, until_ns)
 
 
 class Current:
@@ -86,16 +99,13 @@ class Current:
         source: one of PyNN's current sources.
         waveform: its waveform.
         cells: global ids.
-        name: name of its device.
         since_ms: the time at which it was injected.
     """
 
-    def __init__(
-        self, source: Any, waveform: Waveform, cells: IntArray, name: str, since_ms: float = 0.0
-    ) -> None:
-        self.source, self.waveform, self.since_ms = source, waveform, since_ms
-        self._cells, self._name = cells, name
+    def __init__(self, source: Any, waveform: Waveform, cells: IntArray, since_ms: float = 0.0) -> None:
+        self.source, self.waveform, self.cells, self.since_ms = source, waveform, cells, since_ms
         self._has_acted = False
+        self.restart()
 
     @property
     def is_idle(self) -> bool:
@@ -109,29 +119,71 @@ class Current:
             return f"a {type(source).__name__} from {source.times[0]:g} ms"
         return f"a {type(source).__name__} from {source.start:g} to {source.stop:g} ms"
 
-    def start(self, brain: Brain) -> None:
-        """Connect to the cells of a brain that was just opened."""
-        self._port: Any = brain.add_source(DCSource(), self._cells, name=self._name)
-        self.restart()
-
     def restart(self) -> None:
         """Start again at time 0."""
-        self._changes: list[tuple[int, float]] = []
+        self._times: list[IntArray] = [np.zeros(0, np.int64)]
+        self._amplitudes: list[FloatArray] = [np.zeros(1)]
 
-    def update(self, now_ns: int) -> None:
-        """Set the current for the time from now on."""
-        amplitude = self.waveform.amplitude_na(now_ns)
-        since_ns, acting = self._changes[-1] if self._changes else (now_ns, 0.0)
-        self._has_acted |= bool(acting) and now_ns > since_ns
-        if not self._changes or amplitude != self._changes[-1][1]:
-            self._port.amplitude = amplitude
-            self._changes.append((now_ns, amplitude))
+    def run(self, times_ns: IntArray, until_ns: int) -> FloatArray:
+        """Return the current from ascending times of a run to ``until`` on; it is kept as data."""
+        amplitudes = self.waveform.amplitudes_na(times_ns)
+        self._times.append(times_ns)
+        self._amplitudes.append(amplitudes)
+        self._has_acted |= bool(amplitudes[times_ns < until_ns].any())
+        return amplitudes
 
     def sampled_na(self, times_ms: FloatArray) -> FloatArray:
         """Return the current at ascending times."""
-        changed_ms = [milliseconds(t_ns) for t_ns, _ in self._changes]
-        amplitudes = np.array([0.0, *(amplitude for _, amplitude in self._changes)])
-        return amplitudes[np.searchsorted(changed_ms, times_ms, side="right")]
+        changed_ms = np.concatenate(self._times) / NS_PER_MS
+        return np.concatenate(self._amplitudes)[np.searchsorted(changed_ms, times_ms, side="right")]
+
+
+class Currents:
+    """Currents at work on cells, which are one device of a brain.
+
+    Args:
+        currents: the currents.
+        name: the name of the device.
+    """
+
+    def __init__(self, currents: Sequence[Current], name: str) -> None:
+        self._currents, self._name = currents, name
+        sizes = [len(current.cells) for current in currents]
+        every = np.concatenate([current.cells for current in currents])
+        self._cells, self._places = np.unique(every, return_inverse=True)
+        self._owners = np.repeat(np.arange(len(sizes)), sizes)
+        self._values = np.zeros(len(sizes))
+
+    def start(self, brain: Brain) -> None:
+        """Connect to the cells of a brain that was just opened."""
+        self._port: Any = brain.add_source(DCSource(), self._cells, name=self._name)
+
+    def begin(self, now_ns: int, until_ns: int) -> None:
+        """Set the currents at the beginning of a run to ``until``."""
+        now = np.array([now_ns])
+        self._values = np.concatenate([current.run(now, until_ns) for current in self._currents])
+        self._set()
+
+    def prepare(self, since_ns: int, end_ns: int, until_ns: int) -> IntArray:
+        """Return the times, ``since < t <= end``, at which :meth:`update` is to be called in this run."""
+        times = [current.waveform.changes_ns(since_ns, end_ns) for current in self._currents]
+        amplitudes = [one.run(own, until_ns) for one, own in zip(self._currents, times, strict=True)]
+        every = np.concatenate(times)
+        order = np.argsort(every, kind="stable")
+        self._times, self._amplitudes = every[order], np.concatenate(amplitudes)[order]
+        self._changed = np.repeat(np.arange(len(times)), [len(own) for own in times])[order]
+        self._done = 0
+        return np.unique(self._times)
+
+    def update(self, now_ns: int) -> None:
+        """Set the currents for the time from now on."""
+        begin, self._done = self._done, int(np.searchsorted(self._times, now_ns, side="right"))
+        if self._done > begin:
+            self._values[self._changed[begin : self._done]] = self._amplitudes[begin : self._done]
+            self._set()
+
+    def _set(self) -> None:
+        self._port.amplitude = np.bincount(self._places, self._values[self._owners], len(self._cells))
 
 
 def _sizes_na(source: Any) -> Iterator[tuple[str, float]]:

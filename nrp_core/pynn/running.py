@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import logging
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from math import isfinite
 from pathlib import Path
@@ -27,13 +27,15 @@ from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError, did_you_mean
 from nrp_core.findings import Findings
-from nrp_core.pynn.currents import Current, Waveform
+from nrp_core.pynn.currents import Current, Currents, Waveform
 from nrp_core.seeds import Seeds
 
 _LOOKUPS = (ast.Name, ast.Attribute, ast.Subscript)
 _ACTIVE = (ast.Call, ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)
 """Expressions with effects."""
 DEFAULT_BACKEND = "event"
+_AHEAD = 1_000_000
+"""Changes of currents that are computed in advance."""
 _SHORTEST_MS = 1.0
 """The shortest run in which something can be seen: cells fire less often, and synapses take about as long."""
 _logger = logging.getLogger(__name__)
@@ -141,6 +143,7 @@ class RunningState(State):
 
     def __init__(self) -> None:
         self._currents: list[Current] = []
+        self._driven: list[Currents] = []
         self._changed = self._is_outgrown = False
         super().__init__(Seeds(0).child("network"))
         self.use(DEFAULT_BACKEND, {}, 0)
@@ -288,10 +291,10 @@ class RunningState(State):
         name = f"current/{len(self._currents)}"
         waveforms = (current.waveform for current in self._currents if current.source is source)
         waveform = next(waveforms, None) or Waveform(source, self.stream(name), self.dt)
-        current = Current(source, waveform, cells, name, self.t)
+        current = Current(source, waveform, cells, self.t)
         self._currents.append(current)
         if self.brain is not None:
-            current.start(self.brain)
+            self._drive([current], name)
 
     def injected(self) -> list[Any]:
         return [current.source for current in self._currents]
@@ -323,11 +326,8 @@ class RunningState(State):
         brain = self.brain or self._open()
         until_ns = from_milliseconds(t_ms)
         self.settings.run()
-        self._update_currents(brain.now_ns)
         self.running = True
-        for stop_ns in self._stops(brain.now_ns, until_ns).tolist():
-            brain.run_until(stop_ns)
-            self._update_currents(stop_ns)
+        self._run_under_currents(brain, until_ns)
         self.t = t_ms
         self._longest_ms = max(self._longest_ms, t_ms)
 
@@ -370,9 +370,18 @@ class RunningState(State):
         self.warn(network.remarks)
         self._changed = False
         self._shares = Shares(self, self.brain.network)
-        for device in (*self.recorders, *self._currents):
-            device.start(self.brain)
+        for recorder in self.recorders:
+            recorder.start(self.brain)
+        self._driven = []
+        if self._currents:
+            self._drive(self._currents, "currents")
         return self.brain
+
+    def _drive(self, currents: Sequence[Current], name: str) -> None:
+        """Let currents drive the cells of the open brain."""
+        assert self.brain is not None
+        self._driven.append(Currents(currents, name))
+        self._driven[-1].start(self.brain)
 
     def warn(self, sentences: Iterable[str]) -> None:
         """Log warnings, each sentence once."""
@@ -381,15 +390,21 @@ class RunningState(State):
                 self._warned.add(text)
                 _logger.warning("%s", text)
 
-    def _stops(self, since_ns: int, until_ns: int) -> IntArray:
-        """Return the times at which currents change, and ``until_ns``."""
-        stops = [current.waveform.changes_ns(since_ns, until_ns) for current in self._currents]
-        last = [until_ns] if until_ns > since_ns else []
-        return np.unique(np.concatenate([np.array(last, dtype=np.int64), *stops]))
-
-    def _update_currents(self, now_ns: int) -> None:
-        for current in self._currents:
-            current.update(now_ns)
+    def _run_under_currents(self, brain: Brain, until_ns: int) -> None:
+        """Run to ``until``, halting where currents change; these are computed for a while in advance."""
+        for currents in self._driven:
+            currents.begin(brain.now_ns, until_ns)
+        since_ns = brain.now_ns
+        ahead_ns = from_milliseconds(max(self.dt, self.dt * _AHEAD / max(1, len(self._currents))))
+        while since_ns < until_ns:
+            end_ns = min(until_ns, since_ns + ahead_ns)
+            halts = [currents.prepare(since_ns, end_ns, until_ns) for currents in self._driven]
+            last = [until_ns] if end_ns == until_ns else []
+            for stop_ns in np.unique(np.concatenate([np.array(last, np.int64), *halts])).tolist():
+                brain.run_until(stop_ns)
+                for currents in self._driven:
+                    currents.update(stop_ns)
+            since_ns = end_ns
 
 
 def warnings_about(script: Path) -> Iterator[str]:

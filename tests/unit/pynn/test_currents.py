@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from nrp_core.brain.pynn import builder
 from nrp_core.clock import NS_PER_MS
+from nrp_core.pynn import new_simulator
 from nrp_core.pynn.currents import Waveform
 
 
@@ -20,7 +21,7 @@ def waveform(kind: str, **parameters: Any) -> Waveform:
 
 
 def values(wave: Waveform, *times_ms: float) -> list[float]:
-    return [wave.amplitude_na(round(t_ms * NS_PER_MS)) for t_ms in times_ms]
+    return wave.amplitudes_na(np.array([round(t_ms * NS_PER_MS) for t_ms in times_ms])).tolist()
 
 
 def changes_ms(wave: Waveform, since_ms: float, until_ms: float) -> list[float]:
@@ -107,3 +108,43 @@ def test_a_list_of_views_is_not_a_target_of_a_current() -> None:
     source.inject_into(cells[0:1])
     with pytest.raises(TypeError, match="is in a list: inject into it alone, or into a sum"):
         source.inject_into([cells[0:1]])
+
+
+def test_currents_into_one_cell_add_up_whatever_their_steps() -> None:
+    """C dV/dt = I while tau_m is long: the voltage rises by the integral of the sum of all currents."""
+    sim = new_simulator()
+    sim.setup(timestep=0.1)
+    cells = sim.Population(3, sim.IF_curr_exp(tau_m=1e9, cm=1.0, v_thresh=1e6))
+    for start in range(50):
+        cells[0:2].inject(sim.DCSource(amplitude=0.1, start=float(start)))
+    cells[1:3].inject(sim.StepCurrentSource(times=[10.0, 20.0], amplitudes=[1.0, -1.0]))
+    cells.record("v", sampling_interval=10.0)
+    sim.run(30.0)
+    late = sim.DCSource(amplitude=2.0, start=40.0, stop=45.0)
+    cells[2:3].inject(late)
+    sim.run(30.0)
+    v = np.asarray(cells.get_data("v").segments[0].analogsignals[0])[[0, 3, 6]] + 65.0
+    pulses = 0.1 * sum(np.maximum(0.0, np.array([0.0, 30.0, 60.0]) - start) for start in range(50))
+    steps, late_mv = np.array([0.0, 10.0 - 10.0, 10.0 - 40.0]), np.array([0.0, 0.0, 10.0])
+    assert v == pytest.approx(np.array([pulses, pulses + steps, steps + late_mv]).T, abs=1e-5)
+    _, amplitudes = late._get_data()
+    assert amplitudes[[0, 399, 400, 449, 450]].tolist() == [0.0, 0.0, 2.0, 2.0, 0.0]
+
+
+def test_a_thousand_noisy_currents_are_set_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step takes a call for all of them, not one for each; the script of Joglekar et al. has 2000."""
+    calls = []
+    known = Waveform.amplitudes_na
+
+    def counted(self: Waveform, times_ns: Any) -> Any:
+        calls.append(len(times_ns))
+        return known(self, times_ns)
+
+    monkeypatch.setattr(Waveform, "amplitudes_na", counted)
+    sim = new_simulator()
+    sim.setup(timestep=0.1)
+    cells = sim.Population(1000, sim.IF_curr_exp())
+    for cell in cells:
+        cell.inject(sim.NoisyCurrentSource(stdev=0.1, stop=20.0))
+    sim.run(20.0)
+    assert len(calls) == 2 * len(cells)  # at the beginning, and for all 200 steps

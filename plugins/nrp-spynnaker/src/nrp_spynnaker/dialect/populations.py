@@ -514,8 +514,9 @@ class Projection(projections.Projection):
     ) -> Any:  # fmt: skip
         """Return parameters of all synapses, as sPyNNaker does: a list in the order of sources, then targets.
 
-        A single parameter is an array, also where its name is in a list.
+        A single parameter is an array, also if its name is in a list. All other formats are matrices.
         """
+        format = "list" if format == "list" else "array"  # noqa: A001
         names = [attribute_names] if isinstance(attribute_names, str) else list(attribute_names)
         found = super().get(names, format, gather, with_address, multiple_synapses)
         if format == "array":
