@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations, count
 from math import degrees, isfinite
@@ -27,6 +27,7 @@ from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.muscles import add_muscles
 from nrp_world_mujoco.native import NativeElements, holders, let_weigh_nothing
 from nrp_world_mujoco.shapes import (
+    FAR_AWAY,
     FIRMEST,
     HARD,
     SMALLEST,
@@ -41,6 +42,8 @@ FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
 SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts
 MANY_GEOMS = 1000  # from here on, the poses of those that never move take longer than the rest of a step
 FEW_FREEDOMS = 24  # up to here, solving all constraints at once is faster than finding which are connected
+STRONG = 1.0  # share of a joint's velocity that a damper removes in a step, above which contacts need it
+MAX_IMPEDANCE = 0.9999  # MuJoCo's
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
 
@@ -157,6 +160,8 @@ class _Builder:
         model = compile_spec(self._spec)
         if model.ngeom >= MANY_GEOMS:
             _place_once(model)
+        if self._native.without_friction is None:
+            _damp_with_contacts(model, self._touching(model))
         if self._firm and model.nv <= FEW_FREEDOMS:  # firm joints are constrained in each step
             _solve_at_once(model.opt)
         bodies = {name: [(body, part.id) for body, part in each] for name, each in self._bodies.items()}
@@ -222,6 +227,14 @@ class _Builder:
             # what sleeps has no constraints, and a target wakes nothing
             _root_of(joints[firm.joint.name]).sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
             self._firm[model.name, name] = firm
+
+    def _touching(self, model: Any) -> Iterator[int]:
+        """Yield the degrees of freedom of models that touch something, without those of MJCF."""
+        for part in self._scene.models:
+            if not part.native and any(link.collisions for link in part.links):
+                for name, dof in _freedoms(self._joints[part.name], model):
+                    if (part.name, name) not in self._firm:
+                        yield dof
 
     def _owners_of(self, model: Any) -> Sequence[BodyPath]:
         owners = [("", 0)] * model.ngeom
@@ -348,6 +361,26 @@ def _freedoms(joints: Sequence[tuple[Joint, Any]], model: Any) -> Iterator[tuple
     for joint, element in joints:
         first = int(model.jnt_dofadr[element.id])
         yield from zip(joint.coordinates, count(first))
+
+
+def _damp_with_contacts(model: Any, dofs: Iterable[int]) -> None:
+    """Make strong dampers constraints of the same force, so that contacts are computed with them.
+
+    MuJoCo integrates dampers implicitly, but computes the forces of constraints as if there were none. With a
+    damper ``D``, for which ``h D`` exceeds the inertia that it moves, contacts are far too weak, and a robot
+    falls that stands with fixed joints. A constraint of friction without a limit has a force ``f`` with
+    ``R f = -b v - a``, which for ``R = 1 / (h D)`` and ``b = 1 / h`` is ``f = -D (v + h a)``: the damper at
+    the end of the step. In MuJoCo ``R`` is the inverse inertia times ``(1 - d) / d``, and ``b`` is
+    ``-solref[1] / d``.
+    """
+    for dof in dofs:
+        mobility, damping = float(model.dof_invweight0[dof]), float(model.dof_damping[dof])
+        share = model.opt.timestep * damping * mobility
+        if share > STRONG and not model.dof_frictionloss[dof]:
+            d = min(share / (1 + share), MAX_IMPEDANCE)
+            model.dof_damping[dof], model.dof_frictionloss[dof] = 0.0, FAR_AWAY
+            model.dof_solref[dof] = -1.0, -d / model.opt.timestep
+            model.dof_solimp[dof, :2] = d
 
 
 def _solve_at_once(option: Any) -> None:

@@ -85,3 +85,40 @@ def test_a_load_cell_feels_what_a_spring_carries(open_world, read, advance):
     assert load.force == pytest.approx((0.0, 0.0, -MASS * GRAVITY), abs=0.05)
     assert load.torque == pytest.approx((0.0, 50.0 * sag, 0.0), abs=0.02)
     assert 50.0 * sag == pytest.approx(MASS * GRAVITY * 0.2 * cos(sag), rel=1e-3)
+
+
+def leg(damping: float) -> str:
+    """Return a body of 4 kg, 3 cm in front of a leg of three joints, on a foot of 12 cm."""
+    parts = (("body", 0.65, 4.0, (0.2, 0.2, 0.1)), ("thigh", 0.45, 1.0, (0.05, 0.05, 0.3)),
+             ("shank", 0.175, 0.5, (0.04, 0.04, 0.25)), ("foot", 0.025, 0.2, (0.12, 0.08, 0.05)))  # fmt: skip
+    links = ""
+    for name, height, mass, (x, y, z) in parts:
+        moments = mass * (y * y + z * z) / 12, mass * (x * x + z * z) / 12, mass * (x * x + y * y) / 12
+        box = f"<collision name='c'><geometry><box><size>{x} {y} {z}</size></box></geometry></collision>"
+        at = (0.03 if name == "body" else 0.0, 0.0, height)
+        links += link(name, mass, moments, at=at).replace("</link>", f"{box}</link>")
+    slow = axis("0 1 0", f"<dynamics><damping>{damping}</damping></dynamics>")
+    hinges = (
+        ("hip", "body", "thigh", 0.15),
+        ("knee", "thigh", "shank", 0.125),
+        ("ankle", "shank", "foot", 0.025),
+    )
+    return links + "".join(
+        joint("revolute", f"<pose>0 0 {up} 0 0 0</pose>{slow}", name=name, parent=parent, child=child)
+        for name, parent, child, up in hinges
+    )
+
+
+@pytest.mark.parametrize("damping", [1e3, 1e5])
+def test_a_leg_of_strong_dampers_stands_and_sinks_as_slowly_as_they_let_it(
+    backend, open_world, read, advance, parts, damping
+):
+    """The weight of the body turns each joint by its moment over the damping; contacts must carry it."""
+    world = open_world(parts.floor(), read(leg(damping)))
+    advance(world, 3.0)
+    x, _, z = world.link_motion("robot", "body").pose.position
+    assert z == pytest.approx(0.65, abs=0.005)
+    assert x == pytest.approx(0.03, abs=0.05)
+    if "Mujoco" in type(backend).__name__:  # PyBullet's iterations leave more of an error
+        turned = [-3.0 * 4.0 * GRAVITY * 0.03 / damping] * 2
+        assert world.joint_states("robot").positions[:2] == pytest.approx(turned, rel=0.1, abs=2e-4)
