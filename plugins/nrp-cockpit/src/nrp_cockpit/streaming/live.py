@@ -5,10 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
+from nrp_cockpit.streaming.weights import ProjectionWeights, synapses_topic, watchable, weights_topic
 from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.memory import PAST
 from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.brain.network.data import Projection
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.run import Run
@@ -284,11 +286,19 @@ class LiveStream:
             self._offer(spikes_topic(label), nrp_msgs.Spikes, "spikes", lambda: PopulationSpikes(brain))
         for topic, kind in self._devices():
             self._offer(topic, kind, "devices", lambda: DeviceRecords(brain))
+        for projection in watchable(brain.network):
+            self._offer_weights(projection)
         for each in world.topics.values():
             if each.response is None:
                 self._offer_topic(each)
         self._withdraw(self._sources.keys() - self._offered)
         self._subscribed = frozenset()  # some of them may be kept
+
+    def _offer_weights(self, projection: Projection) -> None:
+        brain, topic = self._run.brain, weights_topic(projection.label)
+        self._offer(topic, Float64MultiArray, topic, lambda: ProjectionWeights(brain, projection))
+        if projection.rewiring is None:
+            self._offer(synapses_topic(projection.label), Float64MultiArray, topic, self._openers[topic])
 
     def _devices(self) -> Iterator[tuple[str, type]]:
         for port in self._run.brain.devices:
