@@ -59,22 +59,27 @@ MOST_EDGES = 2_000
 
 def groups_data(network: Network) -> dict[str, Any]:
     """Return the populations and, for each named view, its ranges of ids by population and its members."""
+    populations = {
+        label: {"size": population.size, "cell_type": population.cell_type}
+        for label, population in network.populations.items()
+    }
+    members = {name: neurons.tolist() for name, neurons in network.views.items()}
+    return {"populations": populations, "views": views_data(network), "members": members}
+
+
+def views_data(network: Network) -> dict[str, dict[str, list[list[int]]]]:
+    """Return the cells of each named view by population, as half-open ranges of their indices in it."""
     views: dict[str, dict[str, list[list[int]]]] = {}
     for name, neurons in network.views.items():
         for label, first in network.offsets.items():
             last = first + network.populations[label].size
             ids = np.unique(neurons[(neurons >= first) & (neurons < last)]) - first
             if ids.size:
-                views.setdefault(name, {})[label] = _ranges(ids)
-    populations = {
-        label: {"size": population.size, "cell_type": population.cell_type}
-        for label, population in network.populations.items()
-    }
-    members = {name: neurons.tolist() for name, neurons in network.views.items()}
-    return {"populations": populations, "views": views, "members": members}
+                views.setdefault(name, {})[label] = ranges_of(ids)
+    return views
 
 
-def _ranges(ids: IntArray) -> list[list[int]]:
+def ranges_of(ids: IntArray) -> list[list[int]]:
     """Return ascending ids as half-open ranges."""
     cuts = np.flatnonzero(np.diff(ids) > 1) + 1
     return [[int(part[0]), int(part[-1]) + 1] for part in np.split(ids, cuts)]

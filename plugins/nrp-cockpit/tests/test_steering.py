@@ -65,8 +65,8 @@ def test_a_message_that_cannot_be_published_is_a_warning(visitor: Visitor) -> No
         ("seek", {"ts": 1}, "the argument 't_s' is missing"),
         ("halt", {"now": True}, "there is no argument 'now', and none is needed"),
         ("pace", {"factor": [1]}, "factor: input should be a valid number, not [1]"),
-        ("membrane", {"population": "circut", "index": 0}, "did you mean 'circuit'?"),
-        ("membrane", {"population": "circuit", "index": 600}, "the cells of 'circuit' are 0 to"),
+        ("membrane", {"population": "circut", "indices": [0]}, "did you mean 'circuit'?"),
+        ("membrane", {"population": "circuit", "indices": [600]}, "the cells of 'circuit' are 0 to"),
         ("designer/show", {"topic": "/husky/camra"}, "did you mean '/husky/camera'?"),
         (
             "designer/write",
@@ -344,16 +344,17 @@ def test_a_cell_and_a_projection_are_read_when_somebody_looks(opened: Cockpit, v
     visitor.call("step", n=3)
     brain = opened.run.brain
     label, population = next(each for each in brain.network.populations.items() if not each[1].is_source)
-    looked = visitor.call("membrane", population=label, index=1)
-    neuron = int(brain.network.offsets[label]) + 1
-    assert looked == {"t_s": 0.06, "v_mv": opened.session.ask(lambda: brain.read_state("v", [neuron])[0])}
+    looked = visitor.call("membrane", population=label, indices=[1, 0])
+    first = int(brain.network.offsets[label])
+    v_mv = opened.session.ask(lambda: brain.read_state("v", [first + 1, first])).tolist()
+    assert looked == {"t_s": 0.06, "v_mv": v_mv}
     projection = brain.network.projections[0]
     weights = visitor.call("weights", projection=projection.label)
     assert sum(weights["counts"]) == projection.size
     assert weights["summary"][0] == pytest.approx(projection.weight.min(), rel=0.01)
     for call, said in (
         (
-            lambda: visitor.call("membrane", population=label, index=10_000),
+            lambda: visitor.call("membrane", population=label, indices=[10_000]),
             f"the cells of '{label}' are 0 to",
         ),
         (lambda: visitor.call("weights", projection="nothing"), "nothing"),

@@ -23,7 +23,7 @@ from nrp_core.experiment.running.run import Run
 WATCHED = {
     f"/cockpit/{name}"
     for name in (
-        "functions/check", "functions/complete", "layout/load", "membrane", "weights",
+        "connections", "functions/check", "functions/complete", "layout/load", "membrane", "weights",
         "designer/describe", "designer/check", "designer/fits", "designer/words",
     )
 }  # fmt: skip

@@ -6,7 +6,9 @@ import { counted } from "../ui/counts";
 import { Empty, Panel } from "../ui/Panel";
 import { GraphView } from "./GraphView";
 import { layGraph } from "./graph";
-import { linksOf, partsOf } from "./nodes";
+import { linksOf } from "./links";
+import { partsOf } from "./nodes";
+import { useConnections } from "./useConnections";
 import { useSize } from "./useSize";
 import "./brain.css";
 
@@ -32,12 +34,13 @@ const KEY = (
   </span>
 );
 
-function Brain({ experiment: { populations, projections, devices } }: { experiment: Experiment }) {
+function Brain({ experiment: { populations, groups, projections, devices } }: { experiment: Experiment }) {
   const place = useRef<HTMLDivElement>(null);
   const size = useSize(place);
   useSpikes(populations);
-  const parts = useMemo(() => partsOf(populations, devices), [populations, devices]);
-  const links = useMemo(() => linksOf(projections, parts), [projections, parts]);
+  const connections = useConnections(groups);
+  const parts = useMemo(() => partsOf(populations, devices, groups), [populations, devices, groups]);
+  const links = useMemo(() => linksOf(projections, parts, connections), [projections, parts, connections]);
   const graph = useMemo(() => size && layGraph(parts, links, size.width, size.height), [parts, links, size]);
   const cells = populations.reduce((sum, population) => sum + population.size, 0);
   const sub = `${counted(cells, "cell")}, ${counted(projections.length, "projection")}`;

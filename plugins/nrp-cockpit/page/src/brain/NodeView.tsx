@@ -1,18 +1,25 @@
 import type { Selection } from "../state/selection";
 import { thousands } from "../ui/counts";
 import type { Placed } from "./graph";
-import type { Part } from "./nodes";
+import { groupOf, type Part } from "./nodes";
 import { selecting } from "./selecting";
 
-const selectionOf = ({ population, index }: Part): Selection =>
-  index === null
-    ? { kind: "population", label: population.label }
-    : { kind: "neuron", population: population.label, index };
+function selectionOf(part: Part): Selection {
+  const { population, index } = part;
+  const { label } = population;
+  if (index !== null) return { kind: "neuron", population: label, index };
+  const group = groupOf(part);
+  return group === null ? { kind: "population", label } : { kind: "group", name: group };
+}
 
-const wordsOf = ({ population, index, name }: Part): string =>
-  index === null
-    ? `Population ${population.label}: ${population.size} cells of ${population.cell}`
-    : `Neuron ${population.first + index} of ${population.label}${name && `: ${name}`}`;
+function wordsOf(part: Part): string {
+  const { population, index, name, size } = part;
+  if (index !== null)
+    return `Neuron ${population.first + index} of ${population.label}${name && `: ${name}`}`;
+  const group = groupOf(part);
+  const what = group === null ? `Population ${name}` : `Group ${group} of ${population.label}`;
+  return `${what}: ${size} cells of ${population.cell}`;
+}
 
 /** A part of the brain as a button; `lights.ts` sets its brightness and its rate. */
 export function NodeView({ node, selected }: { node: Placed; selected: Selection | null }) {
@@ -88,7 +95,7 @@ function Box({ node: { part, x, y, rx, ry, letters } }: { node: Placed }) {
       </text>
       <text className="brain-rate" x={left + 8} y={top + 27} />
       <text className="brain-rate-size" x={x + rx - 8} y={top + 27} textAnchor="end">
-        {thousands(part.population.size)}
+        {thousands(part.size)}
       </text>
       <rect className="brain-bar" x={left + 8} y={y + ry - 7} width={2 * rx - 16} height="3" rx="1.5" />
       <rect className="brain-bar-on" x={left + 8} y={y + ry - 7} width={2 * rx - 16} height="3" rx="1.5" />

@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { Spans } from "../plots/spans";
 import { TimeRing } from "../plots/timeRing";
-import { brightnessOf, ratesNow } from "./activity";
+import { boxBrightness, boxRates, brightnessOf, ratesNow } from "./activity";
 
 const spikes = (...times_s: number[]) => {
   const ring = new TimeRing(1024);
@@ -47,4 +47,15 @@ test("rates relate to the time that was heard, and are unknown where that is too
   expect(ratesNow(spikes(2), heardFrom(1.9), 2, 2)).toBeNull();
   expect(ratesNow(spikes(), heardFrom(0), 2, 0)?.[1]).toBe(0);
   expect(ratesNow(spikes(), new Spans(), 2, 0)).toBeNull();
+});
+
+test("boxes shine and fire as their cells do on average", () => {
+  const ring = spikes(1.5, 1.8, 2);
+  const grouping = { names: ["a", null], sizes: [1, 3], partOf: Uint16Array.of(1, 0, 1, 1) };
+  expect([...(boxRates(ring, heardFrom(0), grouping, 2) ?? [])]).toEqual([3, 0]);
+  const [a, rest] = boxBrightness(ring, grouping, 2);
+  expect(a).toBeCloseTo(brightnessOf(ring, 4, 2)[1] ?? 0);
+  expect(rest).toBe(0);
+  const whole = boxBrightness(ring, { names: [null], sizes: [4], partOf: new Uint16Array(4) }, 2);
+  expect(whole[0]).toBeCloseTo((a ?? 0) / 4);
 });

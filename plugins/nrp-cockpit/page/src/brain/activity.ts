@@ -1,5 +1,6 @@
 import type { Spans } from "../plots/spans";
 import type { TimeRing } from "../plots/timeRing";
+import type { Grouping } from "./grouping";
 
 const DECAY_S = 0.1;
 /** After this time a spike adds less than a hundredth. */
@@ -16,27 +17,54 @@ export function brightnessOf(spikes: TimeRing, size: number, now_s: number): Flo
   return light.map((sum) => 1 - Math.exp(-sum / HALF));
 }
 
-/** The mean brightness of a whole population. */
-export const meanOf = (light: Float64Array): number =>
-  light.reduce((sum, one) => sum + one, 0) / Math.max(1, light.length);
+/** The mean brightness of the cells of each box of a population; what is dark costs nothing. */
+export function boxBrightness(spikes: TimeRing, { partOf, sizes }: Grouping, now_s: number): Float64Array {
+  const light = new Map<number, number>();
+  spikes.visit(now_s - SEEN_S, now_s + 1e-9, (t_s, neuron) => {
+    light.set(neuron, (light.get(neuron) ?? 0) + Math.exp((t_s - now_s) / DECAY_S));
+  });
+  const means = new Float64Array(sizes.length);
+  for (const [neuron, sum] of light) {
+    const part = partOf[neuron] ?? 0;
+    means[part] = (means[part] ?? 0) + (1 - Math.exp(-sum / HALF)) / (sizes[part] ?? 1);
+  }
+  return means;
+}
 
 const RATE_OVER_S = 1;
 
 /** At the begin of a run, the few spikes until then are related to this time. */
 const RATE_AT_LEAST_S = 0.2;
 
+/** The begin of the last second, or of the run if that is later, and how long of it was heard; null: too little. */
+function heardLately(heard: Spans, now_s: number): { from_s: number; over_s: number } | null {
+  const from_s = Math.max(0, now_s - RATE_OVER_S);
+  const heard_s = heard.within(from_s, now_s).reduce((sum, [begin_s, end_s]) => sum + end_s - begin_s, 0);
+  if (!heard.has(now_s) || heard_s < Math.min(now_s, RATE_AT_LEAST_S) - 1e-9) return null;
+  return { from_s, over_s: Math.max(heard_s, RATE_AT_LEAST_S) };
+}
+
 /**
  * How often each neuron fired in the last second, or since the begin of the run if that is less; null where too
  * little of that time was heard.
  */
 export function ratesNow(spikes: TimeRing, heard: Spans, size: number, now_s: number): Float64Array | null {
-  const from_s = Math.max(0, now_s - RATE_OVER_S);
-  const heard_s = heard.within(from_s, now_s).reduce((sum, [begin_s, end_s]) => sum + end_s - begin_s, 0);
-  if (!heard.has(now_s) || heard_s < Math.min(now_s, RATE_AT_LEAST_S) - 1e-9) return null;
-  const over_s = Math.max(heard_s, RATE_AT_LEAST_S);
-  const counts = new Float64Array(size);
-  spikes.visit(from_s, now_s + 1e-9, (_, neuron) => {
-    counts[neuron] = (counts[neuron] ?? 0) + 1;
+  return boxRates(spikes, heard, { sizes: new Array(size).fill(1) }, now_s);
+}
+
+/** How often a cell of each box fired on average; without a grouping of cells each is a box of its own. */
+export function boxRates(
+  spikes: TimeRing,
+  heard: Spans,
+  { partOf, sizes }: Pick<Grouping, "sizes"> & Partial<Grouping>,
+  now_s: number,
+): Float64Array | null {
+  const lately = heardLately(heard, now_s);
+  if (!lately) return null;
+  const counts = new Float64Array(sizes.length);
+  spikes.visit(lately.from_s, now_s + 1e-9, (_, neuron) => {
+    const part = partOf ? (partOf[neuron] ?? 0) : neuron;
+    counts[part] = (counts[part] ?? 0) + 1;
   });
-  return counts.map((count) => count / over_s);
+  return counts.map((count, part) => count / lately.over_s / (sizes[part] ?? 1));
 }

@@ -1,8 +1,10 @@
 import { describe, expect, test } from "vitest";
 import type { Device, Population, Projection } from "../state/types";
 import { columnsOf } from "./columns";
+import { Connections } from "./connections";
 import { layGraph } from "./graph";
-import { linksOf, partsOf } from "./nodes";
+import { linksOf } from "./links";
+import { groupOf, partsOf } from "./nodes";
 
 const population = (
   label: string,
@@ -16,6 +18,7 @@ const population = (
   cell: "IF_cond_alpha",
   role,
   positions: null,
+  placed: false,
 });
 
 const projection = (
@@ -107,6 +110,56 @@ describe("the parts of the graph", () => {
   test("are whole populations where even small ones would be many neurons", () => {
     const many = Array.from({ length: 10 }, (_, at) => population(`leg ${at}`, 10, 10 * at));
     expect(partsOf(many, [])).toHaveLength(10);
+  });
+});
+
+describe("the groups of a large population", () => {
+  const cells = (from: number, to: number) => ({ cortex: [[from, to] as [number, number]] });
+  const groups = [
+    { name: "left", cells: cells(0, 100), own: cells(0, 100) },
+    { name: "right", cells: cells(100, 200), own: cells(100, 200) },
+    { name: "both", cells: cells(0, 200), own: {} },
+  ];
+  const cortex = [population("cortex", 800, 0)];
+  const reads = device("motor", "sink", [150]);
+  const parts = partsOf(
+    cortex,
+    [{ ...reads, neurons: Array.from({ length: 60 }, (_, at) => 100 + at) }],
+    groups,
+  );
+
+  test("are boxes, each in the role of most of its cells, beside the cells in no group", () => {
+    expect(parts.map((part) => [part.name, part.size, part.role, groupOf(part)])).toEqual([
+      ["left", 100, "circuit", "left"],
+      ["right", 100, "actor", "right"],
+      ["other cortex", 600, "circuit", null],
+    ]);
+  });
+
+  test("are linked by the synapses that the server counted, as strongly as a cell gets them", () => {
+    const ends = ["left", "right", "both", null].map((group) => ({ population: "cortex", group }));
+    const known = new Connections({
+      parts: ends,
+      links: [
+        { projection: "cortex to cortex", from: 0, to: 1, synapses: 500, weight: -0.2 },
+        { projection: "cortex to cortex", from: 3, to: 0, synapses: 50, weight: 0.2 },
+        { projection: "another", from: 3, to: 3, synapses: 50, weight: 0.2 },
+      ],
+    });
+    const lines = linksOf([projection("cortex", "cortex", null)], parts, known);
+    expect(lines.map(({ from, to, weight }) => [from.name, to.name, weight])).toEqual([
+      ["left", "right", 1],
+      ["other cortex", "left", 0.1],
+    ]);
+    expect(known.of("left", "from")).toEqual([
+      { projection: "cortex to cortex", group: "right", population: "cortex", synapses: 500, weight: -0.2 },
+    ]);
+    expect(linksOf([projection("cortex", "cortex", null)], parts)).toEqual([]);
+  });
+
+  test("are linked by synapses that are told one by one", () => {
+    const [line] = linksOf([projection("cortex", "cortex", [[5, 799, 2]])], parts);
+    expect([line?.from.name, line?.to.name]).toEqual(["left", "other cortex"]);
   });
 });
 

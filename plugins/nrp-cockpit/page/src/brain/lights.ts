@@ -1,36 +1,41 @@
 import { heardOf, spikesOf } from "../plots/spikeStore";
-import type { Population } from "../state/types";
-import { brightnessOf, meanOf, ratesNow } from "./activity";
+import { boxBrightness, boxRates, brightnessOf, ratesNow } from "./activity";
 import type { Graph } from "./graph";
 import type { Part } from "./nodes";
+
+/** How the parts of a population shine and fire, in their order. */
+interface Activity {
+  light: Float64Array;
+  rates: Float64Array | null;
+}
 
 /** Sets brightness and rates of a drawn graph. The elements are few: small populations and boxes. */
 export function shine(svg: SVGSVGElement, { nodes }: Graph, now_s: number): void {
   const lights = new Map<string, number>();
-  const activity = new Map<Population, { light: Float64Array; rates: Float64Array | null }>();
-  const activityOf = (population: Population) => {
-    const spikes = spikesOf(population.label);
-    const known = activity.get(population) ?? {
-      light: brightnessOf(spikes, population.size, now_s),
-      rates: ratesNow(spikes, heardOf(population.label), population.size, now_s),
-    };
-    activity.set(population, known);
-    return known;
-  };
+  const known = new Map<string, Activity>();
   const partOf = new Map(nodes.map(({ part }) => [part.id, part]));
   for (const element of svg.querySelectorAll<SVGGElement>("[data-part]")) {
     const part = partOf.get(element.dataset.part ?? "");
     if (!part) continue;
-    const { light, rates } = activityOf(part.population);
-    lights.set(part.id, ofPart(part, light));
-    show(element, ofPart(part, light), rates && ofPart(part, rates));
+    const { label } = part.population;
+    const activity = known.get(label) ?? activityOf(part, now_s);
+    known.set(label, activity);
+    const at = part.share?.part ?? part.index ?? 0;
+    const light = activity.light[at] ?? 0;
+    lights.set(part.id, light);
+    show(element, light, activity.rates && (activity.rates[at] ?? 0));
   }
   for (const line of svg.querySelectorAll<SVGPathElement>("[data-from]"))
     line.style.setProperty("--light", shortNumber(lights.get(line.dataset.from ?? "") ?? 0));
 }
 
-const ofPart = ({ index }: Part, values: Float64Array): number =>
-  index === null ? meanOf(values) : (values[index] ?? 0);
+function activityOf({ population: { label, size }, share }: Part, now_s: number): Activity {
+  const [spikes, heard] = [spikesOf(label), heardOf(label)];
+  if (share === null)
+    return { light: brightnessOf(spikes, size, now_s), rates: ratesNow(spikes, heard, size, now_s) };
+  const { grouping } = share;
+  return { light: boxBrightness(spikes, grouping, now_s), rates: boxRates(spikes, heard, grouping, now_s) };
+}
 
 const shortNumber = (value: number) => value.toFixed(2);
 

@@ -1,16 +1,24 @@
-import type { Device, Population, Projection } from "../state/types";
+import type { CellGroup, Device, Population, Projection } from "../state/types";
 import { type Role, rolesOf } from "./cells";
+import { type Grouping, groupingOf, partName } from "./grouping";
 
-/** What the graph shows as one thing: a neuron of a small population, or a whole population. */
+/** What the graph shows as one thing: a neuron of a small population, a group of cells, or a whole population. */
 export interface Part {
   id: string;
   population: Population;
-  /** The neuron's number in the population; null: all of it. */
+  /** The neuron's number in the population; null: several cells. */
   index: number | null;
+  /** How the cells of the population are shared among its boxes, and which of these it is; null: it is a neuron. */
+  share: { grouping: Grouping; part: number } | null;
+  size: number;
   role: Role;
-  /** What the neuron is to the robot: the name of its device, else empty; of a population its label. */
+  /** What the neuron is to the robot: the name of its device, else empty; of cells the name of their group. */
   name: string;
 }
+
+/** The group that a box shows; null: it is a neuron, or shows the cells in no group. */
+export const groupOf = ({ share }: Part): string | null =>
+  share && (share.grouping.names[share.part] ?? null);
 
 /** A line of the graph: one or more synapses of a projection between the same two parts. */
 export interface Link {
@@ -26,20 +34,50 @@ export interface Link {
 const SMALL = 16;
 const MOST_NEURONS = 48;
 
-export function partsOf(populations: readonly Population[], devices: readonly Device[]): Part[] {
+export function partsOf(
+  populations: readonly Population[],
+  devices: readonly Device[],
+  groups: readonly CellGroup[] = [],
+): Part[] {
   const small = populations.filter(({ size }) => size <= SMALL);
   const few = small.reduce((sum, { size }) => sum + size, 0) <= MOST_NEURONS;
   return populations.flatMap((population): Part[] => {
-    const { label, size, role } = population;
-    if (!few || size > SMALL) return [{ id: label, population, index: null, role, name: label }];
-    return rolesOf(population, devices).map((role, index) => ({
-      id: `${label}/${index}`,
+    const roles = rolesOf(population, devices);
+    if (!few || population.size > SMALL) return boxesOf(population, roles, groups);
+    return roles.map((role, index) => ({
+      id: `${population.label}/${index}`,
       population,
       index,
+      share: null,
+      size: 1,
       role,
       name: nameOf(population.first + index, devices),
     }));
   });
+}
+
+function boxesOf(population: Population, roles: readonly Role[], groups: readonly CellGroup[]): Part[] {
+  const grouping = groupingOf(population, groups);
+  const { label } = population;
+  return grouping.names.map((_, part) => ({
+    id: grouping.names.length > 1 ? `${label}#${part}` : label,
+    population,
+    index: null,
+    share: { grouping, part },
+    size: grouping.sizes[part] ?? 0,
+    role: grouping.names.length > 1 ? roleOf(grouping, part, roles) : population.role,
+    name: partName(population, grouping, part),
+  }));
+}
+
+/** The part that most cells of a box play. */
+function roleOf({ partOf }: Grouping, part: number, roles: readonly Role[]): Role {
+  const counts = { sensor: 0, circuit: 0, actor: 0 };
+  partOf.forEach((one, cell) => {
+    if (one === part) counts[roles[cell] ?? "circuit"]++;
+  });
+  const all = Object.keys(counts) as Role[];
+  return all.reduce((most, role) => (counts[role] > counts[most] ? role : most));
 }
 
 /** The last part of the name of the device that drives or reads a neuron. */
@@ -47,32 +85,3 @@ function nameOf(neuron: number, devices: readonly Device[]): string {
   const name = devices.find(({ neurons }) => neurons.includes(neuron))?.name ?? "";
   return name.slice(name.lastIndexOf("/") + 1).replaceAll("_", " ");
 }
-
-/** The lines between parts; where a projection does not name its synapses, each part of one end meets each of the other. */
-export function linksOf(projections: readonly Projection[], parts: readonly Part[]): Link[] {
-  return projections.flatMap((projection) => {
-    const links = new Map<string, Link>();
-    for (const [from, to, weight] of pairsOf(projection, parts)) {
-      const id = `${projection.id}: ${from.id} > ${to.id}`;
-      const known = links.get(id)?.weight ?? 0;
-      links.set(id, { id, projection, from, to, weight: weight && Math.max(Math.abs(weight), known) });
-    }
-    return [...links.values()];
-  });
-}
-
-function pairsOf(projection: Projection, parts: readonly Part[]): [Part, Part, number | null][] {
-  const [pre, post] = [projection.pre, projection.post].map((label) =>
-    parts.filter(({ population }) => population.label === label),
-  ) as [Part[], Part[]];
-  if (projection.edges === null)
-    return pre.flatMap((from) => post.map((to) => [from, to, null] as [Part, Part, null]));
-  return projection.edges.flatMap(([a, b, weight]) => {
-    const [from, to] = [partAt(pre, a), partAt(post, b)];
-    return from && to ? [[from, to, weight] as [Part, Part, number]] : [];
-  });
-}
-
-/** The part that shows a neuron: the parts of a population are either one for each neuron, or one for all. */
-const partAt = (parts: readonly Part[], index: number): Part | undefined =>
-  parts[0]?.index === null ? parts[0] : parts[index];

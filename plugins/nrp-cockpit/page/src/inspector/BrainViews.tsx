@@ -46,7 +46,7 @@ export function NeuronView({ population: label, index }: { population: string; i
         </Facts>
       </Section>
       {experiment.source === "live" && (
-        <Membrane key={`${label} ${index}`} population={label} index={index} />
+        <Membrane key={`${label} ${index}`} population={label} indices={[index]} />
       )}
       {devices.length > 0 && (
         <Section title="Devices">

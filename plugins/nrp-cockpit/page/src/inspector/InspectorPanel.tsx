@@ -4,6 +4,7 @@ import { Panel } from "../ui/Panel";
 import { BodyView } from "./BodyView";
 import { NeuronView, PopulationView, ProjectionView } from "./BrainViews";
 import { FunctionView } from "./FunctionView";
+import { GroupView } from "./GroupView";
 import { Outline } from "./Outline";
 import "./inspector.css";
 
@@ -44,6 +45,8 @@ function Selected({ selected }: { selected: Selection }) {
       return <NeuronView population={selected.population} index={selected.index} />;
     case "population":
       return <PopulationView label={selected.label} />;
+    case "group":
+      return <GroupView name={selected.name} />;
     case "projection":
       return <ProjectionView id={selected.id} />;
     case "function":

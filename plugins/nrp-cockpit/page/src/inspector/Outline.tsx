@@ -1,6 +1,6 @@
 import { useRun } from "../state/run";
 import { select } from "../state/selection";
-import { type Branch, bodiesOf, populationsOf } from "./everything";
+import { type Branch, bodiesOf, groupsOf, populationsOf } from "./everything";
 
 /** Everything that can be selected, as nested lists: the scene and the brain for keyboard and screen reader. */
 export function Outline() {
@@ -10,6 +10,7 @@ export function Outline() {
     <nav className="outline" aria-label="Contents of the run">
       <Group title="Bodies" branches={bodiesOf(experiment)} />
       <Group title="Brain" branches={populationsOf(experiment)} />
+      <Group title="Groups of cells" branches={groupsOf(experiment)} />
     </nav>
   );
 }

@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import type { Body, Population, Projection } from "../state/types";
-import { bodiesOf, populationsOf } from "./everything";
+import { bodiesOf, groupsOf, populationsOf } from "./everything";
 
 const body = (name: string, fixed: boolean) => ({ name, static: fixed }) as Body;
 
@@ -24,4 +24,17 @@ it("lists under each population the projections that leave it", () => {
     ["⊣ wheels", { kind: "projection", id: "p1" }],
   ]);
   expect(wheels?.parts).toEqual([]);
+});
+
+it("lists the groups of cells with their sizes, over all populations", () => {
+  const cells = {
+    eyes: [
+      [0, 2],
+      [4, 5],
+    ],
+    wheels: [[0, 1]],
+  } as Record<string, [number, number][]>;
+  expect(groupsOf({ groups: [{ name: "left", cells, own: cells }] })).toEqual([
+    { name: "left", note: "4", to: { kind: "group", name: "left" } },
+  ]);
 });

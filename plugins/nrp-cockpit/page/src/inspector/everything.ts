@@ -1,3 +1,4 @@
+import { sizeOf } from "../brain/grouping";
 import type { Selection } from "../state/selection";
 import type { Experiment } from "../state/types";
 
@@ -19,6 +20,14 @@ export function bodiesOf({ bodies }: Pick<Experiment, "bodies">): Branch[] {
       to: { kind: "body", name },
     }));
 }
+
+/** The named groups of cells, with their sizes. */
+export const groupsOf = ({ groups }: Pick<Experiment, "groups">): Branch[] =>
+  groups.map((group) => ({
+    name: group.name,
+    note: `${sizeOf(group)}`,
+    to: { kind: "group", name: group.name },
+  }));
 
 /** The populations, each with the projections that leave it. */
 export function populationsOf({

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { barsOf, extended } from "./samples";
 
-const at = (t_s: number, v_mv = -65) => ({ t_s, v_mv });
+const at = (t_s: number, v_mv = -65) => ({ t_s, v_mv: [v_mv] });
 
 describe("the samples of a membrane", () => {
   it("keep the last seconds, each time once", () => {

@@ -1,6 +1,7 @@
+/** The membrane potentials of some cells at a time. */
 export interface Sample {
   t_s: number;
-  v_mv: number;
+  v_mv: number[];
 }
 
 const LAST_S = 4;

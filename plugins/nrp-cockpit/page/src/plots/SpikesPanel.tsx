@@ -1,33 +1,56 @@
-import { useCallback, useMemo, useRef } from "react";
+import { useEffect, useMemo, useRef, useState } from "react";
 import { usePanelChoice } from "../state/panelChoices";
 import { useRun } from "../state/run";
 import { select, useSelection } from "../state/selection";
-import type { Population } from "../state/types";
+import type { CellGroup, Population } from "../state/types";
+import { thousands } from "../ui/counts";
 import { Empty, Panel } from "../ui/Panel";
 import { Segmented } from "../ui/Segmented";
+import { CellsMenu } from "./CellsMenu";
 import { clock } from "./clock";
+import type { Order } from "./order";
 import { heardOf, spikesOf, useSpikes } from "./spikeStore";
-import { type Kind, SpikesPicture } from "./spikesPicture";
+import { type Kind, type Look, SpikesPicture } from "./spikesPicture";
 import { useCanvas } from "./useCanvas";
-import { useTimeNavigation } from "./useTimeNavigation";
+import { type LineNavigation, useTimeNavigation } from "./useTimeNavigation";
 import { WindowTools } from "./WindowTools";
 import "./plots.css";
 
 const KINDS = [
   { value: "spikes", label: "Spikes" },
   { value: "rates", label: "Rates" },
+  { value: "heat", label: "Heat" },
 ] as const;
 
 const NONE: readonly Population[] = [];
+const NO_GROUPS: readonly CellGroup[] = [];
 
-/** The spikes of all populations over the common window of time, or their mean rates. */
+/** Which cells are shown, and how; by default it depends on the brain whether a heat map shows groups or cells. */
+interface Chosen {
+  order: Order;
+  each?: boolean;
+}
+
+/** What the raster does with the cells in sight; the menu does the same as wheel and drag. */
+export type Zoom = (factor: number | null) => void;
+
+/** The spikes of all populations over the common window of time, or their rates as bars or colours. */
 export function SpikesPanel() {
   const populations = useRun((run) => run.experiment?.populations ?? NONE);
+  const groups = useRun((run) => run.experiment?.groups ?? NO_GROUPS);
   const [kind, setKind] = usePanelChoice<Kind>("spikes");
+  const [chosen, setLook] = useState<Chosen>({ order: "number" });
+  const look = { kind, ...chosen, each: chosen.each ?? groups.length === 0 };
   const count = useRef<HTMLSpanElement>(null);
+  const zoom = useRef<Zoom>(() => undefined);
   const tools = (
     <>
       <Segmented label="Kind of plot" choices={KINDS} value={kind} onChange={setKind} />
+      <CellsMenu
+        look={look}
+        onLook={({ order, each }) => setLook({ order, each })}
+        onZoom={(factor) => zoom.current(factor)}
+      />
       <WindowTools plot="spikes" />
     </>
   );
@@ -41,7 +64,9 @@ export function SpikesPanel() {
     <Panel title="Spikes" sub={<span ref={count} />} tools={tools} className="plot">
       <Raster
         populations={populations}
-        kind={kind}
+        groups={groups}
+        look={look}
+        zoom={zoom}
         onCount={(text) => count.current?.replaceChildren(text)}
       />
     </Panel>
@@ -50,36 +75,65 @@ export function SpikesPanel() {
 
 interface RasterProps {
   populations: readonly Population[];
-  kind: Kind;
+  groups: readonly CellGroup[];
+  look: Look;
+  /** Set to what zooms the cells. */
+  zoom: { current: Zoom };
   /** Hears how many spikes there were lately. */
   onCount: (text: string) => void;
 }
 
 const COUNT_EVERY_MS = 300;
 
-function Raster({ populations, kind, onCount }: RasterProps) {
+function Raster({ populations, groups, look, zoom, onCount }: RasterProps) {
   const devices = useRun((run) => run.experiment?.devices);
   const events = useRun((run) => run.timeline?.events);
   const selected = useSelection((state) => state.selected);
-  const picture = useMemo(() => new SpikesPicture(populations, devices ?? []), [populations, devices]);
+  const picture = useMemo(
+    () => new SpikesPicture(populations, groups, devices ?? []),
+    [populations, groups, devices],
+  );
   const scale = useRef(picture.scale);
   const counted = useRef(0);
   useSpikes(populations);
 
   const { ref, redraw } = useCanvas((sheet) => {
-    picture.paint(sheet, kind, events ?? [], selected);
+    picture.paint(sheet, look, events ?? [], selected);
     scale.current = picture.scale;
     if (performance.now() - counted.current < COUNT_EVERY_MS) return;
     counted.current = performance.now();
-    onCount(countText(populations));
+    onCount(countText(populations) + (look.order === "active" ? activeText(picture.shown) : ""));
   });
-  const press = useCallback((y: number) => select(picture.at(y)), [picture]);
-  const handlers = useTimeNavigation(ref, scale, redraw, press);
+  const lines = useMemo((): LineNavigation => {
+    const changed = (change: () => void) => {
+      change();
+      redraw();
+    };
+    return {
+      press: (y, beside) => select(picture.at(y, beside)),
+      zoom: (y, factor) => changed(() => picture.zoom(factor, y)),
+      grab: () => {
+        const from = picture.inSight;
+        return (dy) => changed(() => picture.pull(from, dy));
+      },
+      reset: () => changed(() => picture.showAll()),
+    };
+  }, [picture, redraw]);
+  useEffect(() => {
+    zoom.current = (factor) => {
+      if (factor === null) picture.showAll();
+      else picture.zoom(factor);
+      redraw();
+    };
+  }, [zoom, picture, redraw]);
+  const handlers = useTimeNavigation(ref, scale, redraw, lines);
   const names = populations.map(({ label }) => label).join(", ");
   return (
     <canvas ref={ref} className="plot-canvas" role="img" aria-label={`Spikes of ${names}`} {...handlers} />
   );
 }
+
+const activeText = (cells: number) => `, of ${thousands(cells)} cells in sight`;
 
 function countText(populations: readonly Population[]): string {
   const from_s = Math.max(0, clock.now_s - 1);

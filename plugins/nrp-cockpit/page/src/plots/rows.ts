@@ -1,8 +1,8 @@
 import type { Role } from "../brain/cells";
 import type { Selection } from "../state/selection";
-import type { Population } from "../state/types";
+import type { Ordered } from "./order";
 import { drawGaps, MARGIN } from "./pen";
-import { type Band, lineOf } from "./raster";
+import { type Band, layBands, lineOf, rowAt, type Sight } from "./raster";
 import { heardOf } from "./spikeStore";
 import type { TimeScale } from "./timeAxis";
 import type { Sheet } from "./useCanvas";
@@ -10,64 +10,122 @@ import type { Sheet } from "./useCanvas";
 /** Room for the names of events above the first row. */
 export const TOP = 16;
 
-/** A population in the picture of the spikes. */
-export interface Row {
-  population: Population;
+/** A band in the picture of the spikes. */
+export interface Row extends Ordered {
+  /** The roles of all cells of the population. */
   roles: readonly Role[];
   band: Band;
+  /** The heights in CSS pixels between which it is in sight. */
+  top: number;
+  bottom: number;
 }
 
-/** The place of a row in CSS pixels. */
-export const topOf = ({ band }: Row, ratio: number): number => TOP + band.top / ratio;
-export const bottomOf = ({ band }: Row, ratio: number): number => TOP + (band.top + band.height) / ratio;
+/** The bands that are in sight; `height` in device pixels. */
+export function layRows(
+  bands: readonly Ordered[],
+  rolesOf: (population: string) => readonly Role[],
+  height: number,
+  ratio: number,
+  sight: Sight,
+): Row[] {
+  const sizes = bands.map(({ cells }) => cells.length);
+  return layBands(sizes, height, sight).flatMap((band, at) => {
+    const ordered = bands[at];
+    const [top, bottom] = [Math.max(0, band.top), Math.min(height, band.top + band.height)];
+    if (!ordered || bottom <= top) return [];
+    const roles = rolesOf(ordered.population.label);
+    return [{ ...ordered, roles, band, top: TOP + top / ratio, bottom: TOP + bottom / ratio }];
+  });
+}
+
+/** What is shown at a height, in CSS pixels: a neuron where each has a line of its own, else its group or population. */
+export function shownAt(rows: readonly Row[], y: number, ratio: number, single: boolean): Selection | null {
+  const row = rows.find(({ top, bottom }) => y >= top && y < bottom);
+  if (!row) return null;
+  const { band, cells, group } = row;
+  const { label } = row.population;
+  if (single && band.pitch >= 1) {
+    const index = cells[rowAt(band, (y - TOP) * ratio - band.top)] ?? 0;
+    return { kind: "neuron", population: label, index };
+  }
+  return group === null ? { kind: "population", label } : { kind: "group", name: group };
+}
 
 const LABEL_PX = 11;
+/** Names are at least this far apart; between them low bands have none. */
+const NAME_PX = 9;
 
-/** Names populations and, where `numbered` and their lines are high enough, neurons by the brain's own numbers. */
+/** Names bands and, where `numbered` and their lines are high enough, neurons by the brain's own numbers. */
 export function drawNames({ pen, colours, ratio }: Sheet, rows: readonly Row[], numbered: boolean): void {
   pen.textBaseline = "middle";
   pen.fillStyle = colours.text2;
+  let free = 0;
   for (const row of rows) {
-    const { band, population } = row;
+    const { band, label, top, bottom } = row;
     const pitch = band.pitch / ratio;
     const numbers = numbered && pitch >= LABEL_PX;
-    const top = topOf(row, ratio);
     pen.textAlign = "left";
     const room = MARGIN.left - (numbers ? 24 : 12);
-    pen.fillText(shortened(pen, population.label, room), 8, top + (numbers ? pitch : LABEL_PX) / 2);
-    pen.textAlign = "right";
-    for (let cell = 0; numbers && cell < population.size; cell++)
-      pen.fillText(String(population.first + cell), MARGIN.left - 6, top + (cell + 0.5) * pitch);
+    const high = Math.min(numbers ? pitch : LABEL_PX, bottom - top);
+    if (top + high / 2 >= free) {
+      pen.fillText(shortened(pen, label, room), 8, top + high / 2);
+      free = top + high / 2 + NAME_PX;
+    }
+    if (numbers) drawNumbers(pen, row, TOP + band.top / ratio, pitch);
   }
 }
 
-/** As much of a text as fits into a width. */
-function shortened(pen: CanvasRenderingContext2D, text: string, width: number): string {
-  if (pen.measureText(text).width <= width) return text;
-  let length = text.length - 1;
-  while (length > 1 && pen.measureText(`${text.slice(0, length)}…`).width > width) length--;
-  return `${text.slice(0, length)}…`;
+/** Numbers the cells in sight; the first one begins at a height. */
+function drawNumbers(pen: CanvasRenderingContext2D, row: Row, begin: number, pitch: number): void {
+  const { cells, population, top, bottom } = row;
+  pen.textAlign = "right";
+  const first = Math.max(0, Math.ceil((top - begin) / pitch - 0.4));
+  const end = Math.min(cells.length, Math.ceil((bottom - begin) / pitch - 0.5));
+  for (let at = first; at < end; at++) {
+    const number = String(population.first + (cells[at] ?? 0));
+    pen.fillText(number, MARGIN.left - 6, begin + (at + 0.5) * pitch);
+  }
 }
 
-/** Puts a soft ground behind the selected population or neuron. */
+/** As much of a text as fits into a width, with both ends: names often differ in the last letters. */
+function shortened(pen: CanvasRenderingContext2D, text: string, width: number): string {
+  if (pen.measureText(text).width <= width) return text;
+  for (let length = text.length - 1; length > 1; length--) {
+    const front = Math.ceil(length / 2);
+    const short = `${text.slice(0, front)}…${text.slice(text.length - (length - front))}`;
+    if (pen.measureText(short).width <= width) return short;
+  }
+  return text.slice(0, 1);
+}
+
+/** A line above each band that follows another one. */
+export function drawBorders({ pen, colours }: Sheet, scale: TimeScale, rows: readonly Row[]): void {
+  pen.fillStyle = colours.line;
+  for (const { top } of rows.slice(1)) pen.fillRect(8, Math.round(top) - 1, scale.right - 8, 1);
+}
+
+/** Puts a soft ground behind the selected population, group or neuron. */
 export function drawSelected(
   { pen, colours, ratio }: Sheet,
   scale: TimeScale,
   row: Row,
   selected: Selection,
 ): void {
-  const { band, population } = row;
+  const { band, population, group, cells, top, bottom } = row;
   pen.fillStyle = colours.accentSoft;
-  if (selected.kind === "population" && selected.label === population.label)
-    pen.fillRect(0, topOf(row, ratio), scale.right, band.height / ratio);
-  if (selected.kind === "neuron" && selected.population === population.label) {
-    const top = topOf(row, ratio) + lineOf(band, selected.index) / ratio;
-    pen.fillRect(0, top, scale.right, Math.max(band.pitch, 2) / ratio);
-  }
+  const all =
+    (selected.kind === "population" && selected.label === population.label) ||
+    (selected.kind === "group" && selected.name === group);
+  if (all) pen.fillRect(0, top, scale.right, bottom - top);
+  if (selected.kind !== "neuron" || selected.population !== population.label) return;
+  const at = cells.indexOf(selected.index);
+  const begin = TOP + (band.top + lineOf(band, at)) / ratio;
+  const [from, to] = [Math.max(top, begin), Math.min(bottom, begin + Math.max(band.pitch, 2) / ratio)];
+  if (at >= 0 && to > from) pen.fillRect(0, from, scale.right, to - from);
 }
 
 /** Tells where the page did not listen, so that no one takes it for silence. */
 export function drawUnheard(sheet: Sheet, scale: TimeScale, row: Row, now_s: number): void {
   const gaps = heardOf(row.population.label).gaps(Math.max(0, scale.from_s), Math.min(scale.to_s, now_s));
-  drawGaps(sheet, scale, gaps, topOf(row, sheet.ratio), bottomOf(row, sheet.ratio));
+  drawGaps(sheet, scale, gaps, row.top, row.bottom);
 }

@@ -6,6 +6,9 @@ export class TimeRing {
   private values = new Float64Array(FIRST_CAPACITY);
   private start = 0;
   private count = 0;
+  /** How many numbers were ever added, and how often some were dropped again. */
+  pushed = 0;
+  cuts = 0;
 
   /** `capacity`: a power of two; when so many are held, each new one replaces the oldest. */
   constructor(private readonly capacity: number) {}
@@ -20,6 +23,7 @@ export class TimeRing {
     const at = this.place(this.count);
     this.times[at] = t_s;
     this.values[at] = value;
+    this.pushed++;
     if (this.count < this.times.length) this.count++;
     else this.start = this.place(1);
   }
@@ -53,7 +57,9 @@ export class TimeRing {
 
   /** Drops every number from a time on. */
   forgetFrom(t_s: number): void {
-    this.count = this.indexAt(t_s);
+    const kept = this.indexAt(t_s);
+    if (kept < this.count) this.cuts++;
+    this.count = kept;
   }
 
   private place(index: number): number {

@@ -39,27 +39,44 @@ function reset(): void {
 
 interface Drag {
   x: number;
+  y: number;
   scale: TimeScale;
+  /** Whether it has moved the time, or the lines. */
   moved: boolean;
+  movedLines: boolean;
+  pullLines: ((dy: number) => void) | undefined;
 }
 
-/** Holds the window where the drag has pulled it. */
-function pull(drag: Drag, x: number): void {
+/** Holds the window where the drag has pulled it, and moves the lines along. */
+function pull(drag: Drag, x: number, y: number): void {
   drag.moved ||= Math.abs(x - drag.x) > CLICK_PX;
+  drag.movedLines ||= Math.abs(y - drag.y) > CLICK_PX;
   const { scale } = drag;
   if (drag.moved) holdWindow(Math.max(0, scale.to_s + timeAt(scale, drag.x) - timeAt(scale, x)));
+  if (drag.movedLines) drag.pullLines?.(y - drag.y);
+}
+
+/** What a pointer does to lines that stand below each other. */
+export interface LineNavigation {
+  /** A click at a height, on a line or beside it. */
+  press: (y: number, beside: boolean) => void;
+  /** The wheel beside the lines, or with Shift. */
+  zoom: (y: number, factor: number) => void;
+  /** A drag begins, which then moves by some pixels. */
+  grab: () => (dy: number) => void;
+  reset: () => void;
 }
 
 /**
  * The pointer on a plot: the wheel zooms time, a drag moves the window, a double click resets, and the crosshair
- * follows. `scale` holds what was drawn last; `redraw` is asked at every change of the window or of the data;
- * `press` hears of clicks.
+ * follows. `scale` holds what was drawn last; `redraw` is asked at every change of the window or of the data; `lines`
+ * hears what concerns the other direction.
  */
 export function useTimeNavigation(
   canvas: RefObject<HTMLCanvasElement | null>,
   scale: RefObject<TimeScale>,
   redraw: () => void,
-  press?: (y: number) => void,
+  lines?: LineNavigation,
 ) {
   const drag = useRef<Drag | null>(null);
   useEffect(() => clock.onTick(redraw), [redraw]);
@@ -68,11 +85,14 @@ export function useTimeNavigation(
     const element = canvas.current;
     const wheel = (event: WheelEvent) => {
       event.preventDefault();
-      zoom(scale.current, event.offsetX, 1.0015 ** event.deltaY);
+      const factor = 1.0015 ** (event.deltaY || event.deltaX); // with Shift some browsers turn the wheel
+      const { left } = scale.current;
+      if (lines && (event.shiftKey || event.offsetX < left)) lines.zoom(event.offsetY, factor);
+      else zoom(scale.current, event.offsetX, factor);
     };
     element?.addEventListener("wheel", wheel, { passive: false }); // React's own wheel listeners are passive
     return () => element?.removeEventListener("wheel", wheel);
-  }, [canvas, scale]);
+  }, [canvas, scale, lines]);
 
   const point = (share: number | null) => {
     crosshair.share = share !== null && share >= 0 && share <= 1 ? share : null;
@@ -81,18 +101,24 @@ export function useTimeNavigation(
   return {
     onPointerDown: (event: PointerEvent<HTMLCanvasElement>) => {
       event.currentTarget.setPointerCapture(event.pointerId);
-      drag.current = { x: event.nativeEvent.offsetX, scale: { ...scale.current }, moved: false };
+      const { offsetX: x, offsetY: y } = event.nativeEvent;
+      const [moved, movedLines] = [false, false];
+      drag.current = { x, y, scale: { ...scale.current }, moved, movedLines, pullLines: lines?.grab() };
     },
-    onPointerMove: ({ nativeEvent: { offsetX } }: PointerEvent) => {
+    onPointerMove: ({ nativeEvent: { offsetX, offsetY } }: PointerEvent) => {
       const { left, right } = scale.current;
-      if (drag.current) pull(drag.current, offsetX);
+      if (drag.current) pull(drag.current, offsetX, offsetY);
       else point((offsetX - left) / (right - left));
     },
-    onPointerUp: ({ nativeEvent: { offsetY } }: PointerEvent) => {
-      if (drag.current?.moved === false) press?.(offsetY);
+    onPointerUp: ({ nativeEvent: { offsetX, offsetY } }: PointerEvent) => {
+      const hasMoved = drag.current?.moved || drag.current?.movedLines;
+      if (drag.current && !hasMoved) lines?.press(offsetY, offsetX < scale.current.left);
       drag.current = null;
     },
     onPointerLeave: () => point(null),
-    onDoubleClick: reset,
+    onDoubleClick: () => {
+      reset();
+      lines?.reset();
+    },
   };
 }

@@ -5,6 +5,7 @@ export type Selection =
   | { kind: "body"; name: string }
   | { kind: "neuron"; population: string; index: number }
   | { kind: "population"; label: string }
+  | { kind: "group"; name: string }
   | { kind: "projection"; id: string }
   | { kind: "function"; name: string };
 

@@ -20,8 +20,22 @@ export interface Population {
   first: number;
   cell: string;
   role: "sensor" | "actor" | "circuit";
+  /** null: it has none, or there are too many to list. */
   positions: Vector[] | null;
+  /** Whether its cells have positions. */
+  placed: boolean;
 }
+
+/** Cells with a name of their own. */
+export interface CellGroup {
+  name: string;
+  /** Half-open ranges of their numbers in each population. */
+  cells: Ranges;
+  /** The cells that are drawn as the group's: one in several groups belongs to the smallest. */
+  own: Ranges;
+}
+
+type Ranges = Record<string, [from: number, to: number][]>;
 
 export interface Projection {
   id: string;
@@ -100,6 +114,7 @@ export interface Experiment {
   topics: TopicInfo[];
   robots: string[];
   populations: Population[];
+  groups: CellGroup[];
   projections: Projection[];
   devices: Device[];
   bodies: Body[];

@@ -69,6 +69,7 @@ def services_of(session: LiveSession) -> Services:
     watching: dict[str, Service] = {
         "functions/check": validated(functions.check),
         "functions/complete": asked(session, functions.complete),
+        "connections": asked(session, looks.connections),
         "membrane": asked(session, looks.membrane),
         "weights": asked(session, looks.weights),
         "layout/load": validated(layout.load),
@@ -113,6 +114,7 @@ def services_of_recording(session: RecordedSession) -> Services:
     watching: dict[str, Service] = {
         "functions/check": _refuse,
         "functions/complete": _refuse,
+        "connections": _refuse,
         "membrane": _refuse,
         "weights": _refuse,
         "layout/load": validated(layout.load),

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from nrp_cockpit.session.groups import groups_data
+from nrp_cockpit.streaming.weights import weights_data
 from nrp_core import brains, worlds
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
@@ -14,7 +16,7 @@ from nrp_core.brain.network.data import Population
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import refusals
-from nrp_core.recording.folder.recording_folder import lights_data, mounts_data, projection_data
+from nrp_core.recording.folder.recording_folder import lights_data, mounts_data, projection_data, views_data
 from nrp_core.recording.layout import device_topic
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -44,9 +46,16 @@ def run_data(run: Run, refused: Mapping[str, str]) -> dict[str, Any]:
         "source": "live",
         "backends": {"brain": sorted(brains().names()), "world": sorted(worlds().names())},
         "capabilities": {**_capabilities(run), **refused},
-        "topics": [topic_data(topic) for topic in world.topics.values() if topic.response is None],
+        "topics": [
+            *(topic_data(topic) for topic in world.topics.values() if topic.response is None),
+            *weights_data(run.brain.network),
+        ],
         "robots": list(experiment.world.robots),
         "populations": list(populations_data(run.brain)),
+        "groups": groups_data(
+            views_data(run.brain.network),
+            {label: one.size for label, one in run.brain.network.populations.items()},
+        ),
         "projections": [projection_data(each) for each in run.brain.network.projections],
         "devices": list(devices_data(run.brain)),
         "bodies": list(bodies_data(world, experiment.aliases)),
@@ -82,6 +91,7 @@ def populations_data(brain: Brain) -> Iterator[dict[str, Any]]:
                 population.is_source, bool(np.isin(ids, driven).any()), bool(np.isin(ids, read).any())
             ),
             "positions": _positions(population),
+            "placed": population.positions_um is not None,
         }
 
 

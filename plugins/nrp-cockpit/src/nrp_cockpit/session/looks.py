@@ -1,4 +1,4 @@
-"""The membrane of a cell and the weights of a projection, read on request."""
+"""The membranes of cells, the weights of projections and the synapses between groups, read on request."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from nrp_cockpit.session.groups import connections
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
 
 BINS = 24
+MOST_CELLS = 16
+"""Cells whose membranes are read at once."""
 
 
 class Looks:
@@ -22,31 +25,41 @@ class Looks:
 
     def __init__(self, run: Run) -> None:
         self._run = run
+        self._connections: dict[str, Any] | None = None
 
-    def membrane(self, population: str, index: int) -> dict[str, Any]:
-        """Return the membrane potential of a cell, mV, and the time.
+    def connections(self) -> dict[str, Any]:
+        """Return the synapses between the groups of cells, see :func:`connections`."""
+        if self._connections is None:
+            self._connections = connections(self._run.brain.network)
+        return self._connections
+
+    def membrane(self, population: str, indices: list[int]) -> dict[str, Any]:
+        """Return the membrane potentials of some cells, mV, and the time.
 
         Raises:
-            ExperimentError: the cell does not exist.
-            CapabilityError: the brain cannot read it.
+            ExperimentError: a cell does not exist, or there are more than :data:`MOST_CELLS`.
+            CapabilityError: the brain cannot read them.
         """
         network = self._run.brain.network
         if population not in network.populations:
             hint = did_you_mean(population, network.populations)
             raise ExperimentError(f"the brain has no population '{population}'{hint}")
+        if not 0 < len(indices) <= MOST_CELLS:
+            raise ExperimentError(f"indices: 1 to {MOST_CELLS} cells, not {len(indices)}")
         size = network.populations[population].size
-        if not 0 <= index < size:
-            raise ExperimentError(f"the cells of '{population}' are 0 to {size - 1}, not {index}")
-        neuron = int(network.offsets[population]) + index
-        (v_mv,) = self._run.brain.read_state("v", [neuron]).tolist()
-        return {"t_s": seconds(self._run.loop.now_ns), "v_mv": v_mv}
+        for index in indices:
+            if not 0 <= index < size:
+                raise ExperimentError(f"the cells of '{population}' are 0 to {size - 1}, not {index}")
+        neurons = int(network.offsets[population]) + np.array(indices)
+        v_mv = self._run.brain.read_state("v", neurons).tolist()
+        return {"t_s": seconds(self._run.brain.now_ns), "v_mv": v_mv}
 
     def weights(self, projection: str) -> dict[str, Any]:
         """Return the current weights of a projection as a histogram.
 
         Returns:
-            The number of synapses in each bin, the borders of the bins, and a summary: smallest, mean and
-            largest weight.
+            The time, the number of synapses in each bin, the borders of the bins, and a summary: smallest,
+            mean and largest weight.
 
         Raises:
             NetworkError: the projection does not exist.
@@ -55,4 +68,5 @@ class Looks:
         weights = self._run.brain.read_synapses(projection).weight
         counts, borders = np.histogram(weights, BINS) if len(weights) else (np.zeros(0), np.zeros(0))
         summary = [float(f(weights)) for f in (np.min, np.mean, np.max)] if len(weights) else None
-        return {"counts": counts.tolist(), "borders": borders.tolist(), "summary": summary}
+        t_s = seconds(self._run.brain.now_ns)
+        return {"t_s": t_s, "counts": counts.tolist(), "borders": borders.tolist(), "summary": summary}

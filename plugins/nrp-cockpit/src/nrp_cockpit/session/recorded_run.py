@@ -8,6 +8,7 @@ from typing import Any
 
 from nrp_cockpit.session.described import role_of
 from nrp_cockpit.session.findings import finding_data, timeline_data
+from nrp_cockpit.session.groups import groups_data
 from nrp_cockpit.session.recorded_functions import recorded_functions
 from nrp_cockpit.streaming.recorded import SCENE_TYPE
 from nrp_core.clock import NS_PER_MS, seconds
@@ -79,6 +80,8 @@ class RecordedRun:
         """
         brain, world = self._about.get("brain") or {}, self._about.get("world") or {}
         topics = [each for each in self._topics.values() if each.role in _DIRECTIONS]
+        populations = brain.get("populations") or {}
+        sizes = {label: one["size"] for label, one in populations.items()}
         return {
             "name": str(self._about.get("experiment") or self._folder.name),
             "file": str(self._folder),
@@ -92,9 +95,10 @@ class RecordedRun:
             | {"step_back": True},
             "topics": [_topic_data(each) for each in topics],
             "robots": list((self._settings.get("world") or {}).get("robots") or ()),
-            "populations": list(self._populations(brain.get("populations") or {})),
+            "populations": list(self._populations(populations)),
+            "groups": groups_data(brain.get("views") or {}, sizes),
             "projections": brain.get("projections") or [],
-            "devices": list(self._devices(brain.get("populations") or {})),
+            "devices": list(self._devices(populations)),
             "bodies": list(_bodies(entities, [each.name for each in topics])),
             "mounts": world.get("mounts") or [],
             "lights": world.get("lights") or [],
@@ -157,6 +161,7 @@ class RecordedRun:
                 "cell": one["cell_type"],
                 "role": role_of(is_source, not driven.isdisjoint(ids), not read.isdisjoint(ids)),
                 "positions": None,
+                "placed": False,
             }
             first += one["size"]
 
