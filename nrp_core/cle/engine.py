@@ -341,6 +341,11 @@ class ClosedLoop(Closing):
         return self._wiring.functions
 
     @property
+    def function_names(self) -> tuple[str, ...]:
+        """Their names; the same object until they change."""
+        return self._wiring.names
+
+    @property
     def now_ns(self) -> int:
         """The time that brain and world have reached, ns."""
         return min(self.brain.now_ns, self.world.now_ns)  # they differ after one of them failed
@@ -408,39 +413,65 @@ class ClosedLoop(Closing):
 
     def end_step(self) -> Failure | None:
         """Run the functions and hooks after a step, and return the failure that ends the run, if any."""
+        self.begin_functions()
+        failure = self._run_functions()
+        self.end_functions()
+        return failure
+
+    def begin_functions(self) -> None:
+        """Count the step, and call the hooks before the functions."""
         self.steps += 1
         for hook in self.hooks.before_functions:
             hook(self)
-        failure = self._run_functions()
+
+    def end_functions(self) -> None:
+        """Call the hooks after the functions."""
         for hook in self.hooks.after_step:
             hook(self)
         self.is_stepping = False
-        return failure
+
+    @property
+    def function_time_s(self) -> float:
+        """The time that functions get, s."""
+        return seconds(self.now_ns if self.tf_time == "end" else self.now_ns - self.plan.period_ns)
+
+    def is_due(self, function: TransferFunction) -> bool:
+        """Return whether a function runs in this step; called once for each step."""
+        # a function removed in this step is no longer bound
+        return function.is_bound and function.is_due(self.now_ns - self.plan.period_ns)
+
+    def attempt(self, function: TransferFunction, call: Callable[..., Any], *given: Any) -> Failure | None:
+        """Make a call of a function, and return the failure that ends the run, if any.
+
+        Raises:
+            SimulationError: an engine failed while the function used it.
+        """
+        began, failure = work.now_ns(), None
+        try:
+            self.time_limit.call(call, *given)
+        except (SimulationError, LifecycleError):
+            raise
+        except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
+            failure = Failure.of(function, error, step=self.steps, t_ns=self.now_ns)
+        self.account.function_ns[function.name] += work.now_ns() - began
+        if failure is not None:
+            self.failures.append(failure)
+            if self.on_error == "stop":
+                return failure
+            function.quarantine()
+        return None
 
     # -- within a step
 
     def _run_functions(self) -> Failure | None:
         """Run the functions that are due and return the failure that ends the run, if any."""
-        now_ns = self.now_ns
-        start_ns = now_ns - self.plan.period_ns
-        t = seconds(now_ns if self.tf_time == "end" else start_ns)
+        now_ns, t_s = self.now_ns, self.function_time_s
         for function in self.functions:
-            if not (function.is_bound and function.is_due(start_ns)):
-                continue  # a function removed in this step is no longer bound
-            began, failure = work.now_ns(), None
-            try:
-                self.time_limit.call(function.run, now_ns, t)
-            except (SimulationError, LifecycleError):
-                raise  # an engine failed while the function used it
-            except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
-                failure = Failure.of(function, error, step=self.steps, t_ns=now_ns)
-            self.account.function_ns[function.name] += work.now_ns() - began
-            self.account.function_calls[function.name] += 1
-            if failure is not None:
-                self.failures.append(failure)
-                if self.on_error == "stop":
+            if self.is_due(function):
+                self.account.function_calls[function.name] += 1
+                failure = self.attempt(function, function.run, now_ns, t_s)
+                if failure is not None:
                     return failure
-                function.quarantine()
         return None
 
     # -- from outside

@@ -268,6 +268,11 @@ class TransferFunction:
         self._adapters = {}
         self._arguments = None
 
+    @property
+    def publisher(self) -> PublishedTopic | None:
+        """What its return value is sent to, once bound."""
+        return self._publisher
+
     # -- running
 
     @property
@@ -308,11 +313,33 @@ class TransferFunction:
             TopicError: its topic cannot carry the return value.
             NetworkError: it has set an impossible weight.
         """
+        self.refresh(now_ns)
+        return self.compute(seconds(now_ns) if t is None else t)
+
+    @property
+    def is_refreshed(self) -> bool:
+        """Whether :meth:`refresh` has anything to do, once bound."""
+        return bool(self._refreshed)
+
+    def refresh(self, now_ns: int) -> None:
+        """Update the values of its parameters, as :meth:`run` does first.
+
+        Raises:
+            LifecycleError: it is not bound.
+        """
         if self._arguments is None:
             raise LifecycleError(f"'{self.name}' is not bound; call bind(brain, world) first")
         for adapter in self._refreshed:
             adapter.refresh(now_ns)
-        result = self.function(seconds(now_ns) if t is None else t, *self._arguments)
+
+    def compute(self, t: float) -> Any:
+        """Run it on the present values of its parameters, as :meth:`run` does then.
+
+        Args:
+            t: the time in seconds that is passed to the function.
+        """
+        assert self._arguments is not None
+        result = self.function(t, *self._arguments)
         for name, changed in self._committed.items():
             self._commit(name, changed)
         if result is not None and self._publisher is not None:

@@ -1,0 +1,1 @@
+"""One call of a transfer function for all copies of an experiment."""

@@ -1,0 +1,149 @@
+"""A copy of an experiment is, bit for bit, the run alone with its seed."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from nrp_core.brain.devices.sinks import SpikeRecorder
+from nrp_core.cle.batched_loops import SideBySide
+from nrp_core.errors import SimulationError
+from nrp_core.experiment import Run, load_experiment
+
+STEPS = 40
+SEEDS = (3, 4, 11)
+SMALL = "world.options.image_scale=0.1"
+
+
+def opened(name, overrides):
+    first = Run(load_experiment(name, overrides))
+    return [first, *(Run(first.experiment, beside=first) for _ in SEEDS[1:])]
+
+
+def recorder(run, seed):
+    run.loop.reset(seed=seed)
+    return run.brain.add_sink(SpikeRecorder(), np.arange(run.brain.network.size), name="all")
+
+
+def path(run):
+    return [run.world.model_motion(robot) for robot in run.experiment.world.robots]
+
+
+def alone(name, overrides, seed):
+    """Return the spikes and paths of a run, and the state of its functions at the end."""
+    with Run(load_experiment(name, overrides)) as run:
+        port = recorder(run, seed)
+        paths = []
+        for _ in range(STEPS):
+            run.step()
+            paths.append(path(run))
+        return port.spikes(), paths, pickle.dumps(run.loop.save())
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "one_by_one"),
+    [
+        ("braitenberg_husky", [SMALL], set()),
+        ("braitenberg_husky", [SMALL, "world.backend=pybullet"], set()),
+        ("braitenberg_husky", [SMALL, "brain.options.resolution=0.1 ms"], set()),
+        ("slalom_pioneer", [], set()),
+        ("slalom_pioneer", ["brain.options.resolution=1 ms"], set()),
+        ("following_head", [SMALL], {"see", "turn"}),
+    ],
+)
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_copy_equals_its_run_alone(name, overrides, one_by_one, threads):
+    if threads > 1 and "world.backend=pybullet" in overrides:
+        pytest.skip("its copies step on one thread")
+    if "world.backend=pybullet" in overrides:
+        pytest.importorskip("pybullet")
+    runs = opened(name, overrides)
+    ports = [recorder(run, seed) for run, seed in zip(runs, SEEDS, strict=True)]
+    paths = [[] for _ in runs]
+    with SideBySide(threads) as together:
+        for _ in range(STEPS):
+            assert together.step([run.loop for run in runs]) == {}
+            for run, passed in zip(runs, paths, strict=True):
+                passed.append(path(run))
+        assert together.one_by_one.keys() == one_by_one
+    for run, port, passed, seed in zip(runs, ports, paths, SEEDS, strict=True):
+        spikes, path_alone, state = alone(name, overrides, seed)
+        assert len(spikes) > 10
+        assert np.array_equal(port.spikes().neurons, spikes.neurons)
+        assert np.array_equal(port.spikes().times_ms, spikes.times_ms)
+        assert passed == path_alone
+        assert pickle.dumps(run.loop.save()) == state
+    for run in runs[::-1]:
+        run.close()
+
+
+FUNCTIONS = """
+import hbp_nrp_client.tf_framework as nrp
+from geometry_msgs.msg import Twist, Vector3
+
+WHEEL = nrp.brain.actors[1]
+
+@nrp.MapSpikeSink("wheel", WHEEL, nrp.population_rate)
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[3:5], nrp.poisson)
+@nrp.Robot2Neuron()
+def branches(t, wheel, eye):
+    if wheel.rate > 20.0:
+        eye.rate = wheel.rate
+    else:
+        eye.rate = 200.0
+
+@nrp.MapVariable("calls", initial_value=0)
+@nrp.Robot2Neuron()
+def counts(t, calls):
+    calls.value += 1
+
+@nrp.MapSpikeSink("wheel", WHEEL, nrp.population_rate)
+@nrp.Neuron2Robot(nrp.Topic("/husky/cmd_vel", Twist))
+def moves(t, wheel):
+    return Twist(Vector3(1.0 / (wheel.rate - LIMIT) if t > 0.1 else wheel.rate), Vector3())
+"""
+
+
+def with_functions(tmp_path, limit):
+    file = tmp_path / "functions.py"
+    file.write_text(FUNCTIONS.replace("LIMIT", repr(limit)))
+    return [f"transfer_functions=[{file}]", "criteria=null", "events=null"]
+
+
+def test_functions_that_cannot_be_called_once_are_called_for_each_copy(tmp_path):
+    runs = opened("braitenberg_husky", with_functions(tmp_path, -1.0))
+    ports = [recorder(run, seed) for run, seed in zip(runs, SEEDS, strict=True)]
+    with SideBySide() as together:
+        for _ in range(STEPS):
+            assert together.step([run.loop for run in runs]) == {}
+        assert together.one_by_one == {"counts": "its parameter 'calls' is a Variable"}
+    for run, port, seed in zip(runs, ports, SEEDS, strict=True):
+        spikes, _, state = alone("braitenberg_husky", with_functions(tmp_path, -1.0), seed)
+        assert np.array_equal(port.spikes().times_ms, spikes.times_ms)
+        assert pickle.dumps(run.loop.save()) == state
+    for run in runs[::-1]:
+        run.close()
+
+
+def test_an_error_of_one_copy_is_that_of_its_run_alone(tmp_path):
+    with Run(load_experiment("braitenberg_husky", with_functions(tmp_path, -1.0))) as run:
+        run.loop.reset(seed=SEEDS[1])
+        for _ in range(10):
+            run.step()
+        limit = run.loop.functions[0].wheel.rate  # where the second copy divides by 0
+    overrides = with_functions(tmp_path, limit)
+    with pytest.raises(SimulationError) as expected:
+        alone("braitenberg_husky", overrides, SEEDS[1])
+    runs = opened("braitenberg_husky", overrides)
+    for run, seed in zip(runs, SEEDS, strict=True):
+        run.loop.reset(seed=seed)
+    failed = {}
+    with SideBySide() as together:
+        for _ in range(STEPS):
+            going = [number for number in range(len(runs)) if number not in failed]
+            errors = together.step([runs[number].loop for number in going])
+            failed |= {going[place]: error for place, error in errors.items()}
+    assert {number: str(error) for number, error in failed.items()} == {1: str(expected.value)}
+    assert "ZeroDivisionError" in str(failed[1])
+    for run in runs[::-1]:
+        run.close()
