@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from math import inf
@@ -19,11 +20,14 @@ from nrp_core.experiment.reading.find import load_experiment, once_each
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 from nrp_core.paths import path_of
+from nrp_core.recording.folder.expected_size import size_note
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Images, check_folder
 from nrp_core.recording.recording import recorded
 from nrp_core.world.world import World
+
+_logger = logging.getLogger(__name__)
 
 
 @checks_arguments("overrides")
@@ -138,6 +142,9 @@ def run(
             simulation.run(until_s)
             simulation.write_csv()
         else:
+            note = size_note(simulation, until_s)
+            if note is not None:
+                _logger.warning("%s", note)
             snapshots_ns = None if snapshots_s is None else from_seconds(snapshots_s)
             capsule = RecordingFolder(
                 simulation, folder, images=images, files=files, snapshots_ns=snapshots_ns

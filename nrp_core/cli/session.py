@@ -169,9 +169,13 @@ class Session:
         if folder is None:
             self._run_guarded(simulation, until_s)
             return
+        from nrp_core.recording.folder.expected_size import size_note
         from nrp_core.recording.folder.recording_folder import RecordingFolder
 
         request = self._request
+        note = size_note(simulation, until_s) if request.record is not None else None
+        if note is not None:
+            complain(note, label="note")
         snapshots_ns = None if request.snapshots == OFF else time_ns(request.snapshots)
         recording_folder = RecordingFolder(
             simulation, folder, images=request.images, files=files, snapshots_ns=snapshots_ns

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 
-from nrp_core.cli.output import complain
+from nrp_core.cli.output import complain, size_text
 from nrp_core.cli.progress import shares_text
 from nrp_core.experiment.running.result import FAILED, FINISHED, Judgement, Result
 from nrp_core.findings import Finding, Level, Weight
@@ -93,7 +93,8 @@ def _lines(result: Result, recording: Path | None, figures: Sequence[Path]) -> I
     if happened:
         yield "  events: " + ", ".join(happened)
     if recording is not None:
-        yield f"  recorded in {recording}"
+        size = sum(file.stat().st_size for file in recording.rglob("*") if file.is_file())
+        yield f"  recorded in {recording} ({size_text(size)})"
     for figure in figures:
         yield f"  figure: {figure}"
 
