@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import require_kind
-from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values, limits_of_cells
 from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
@@ -171,6 +171,17 @@ def parameter_changes(
         )  # fmt: skip
         changes.append(change)
     return changes
+
+
+def parameters_after(
+    population: Population, changed: Mapping[str, FloatArray], change: ParameterChange
+) -> dict[str, FloatArray]:
+    """Return the changed parameters of a population after one more change, each of shape ``(size,)``."""
+    after = dict(changed)
+    for name, values in change.values.items():
+        after[name] = np.array(changed.get(name, population.parameters[name]), float)
+        after[name][change.index] = values
+    return after
 
 
 def spike_trains(

@@ -73,6 +73,7 @@ class Brain(Simulation):
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
         self._currents = np.zeros(network.size)
         self._frozen: frozenset[str] = frozenset()
+        self._changed: dict[str, dict[str, FloatArray]] = {}  # parameters by the labels of populations
         self._began_ns = 0  # the time of the run at which the time of the engine is 0
         self._attached = AttachedDevices(
             [
@@ -153,6 +154,21 @@ class Brain(Simulation):
     # -- changes of the network while it runs; a reset reverts them
 
     @final
+    def read_parameters(self, population: str) -> dict[str, FloatArray]:
+        """Return the current parameters of the cells of a population (by label), in PyNN's names and units.
+
+        Returns:
+            Copies of arrays of shape ``(size,)``.
+
+        Raises:
+            NeuronSelectionError: there is no such population.
+        """
+        self.require_ready()
+        self.network.ids_of(population)
+        values = {**self.network.populations[population].parameters, **self._changed.get(population, {})}
+        return {name: np.array(each, float) for name, each in values.items()}
+
+    @final
     def set_parameters(self, neurons: npt.ArrayLike, values: Mapping[str, npt.ArrayLike]) -> None:
         """Change parameters of cells from now on.
 
@@ -175,6 +191,9 @@ class Brain(Simulation):
                     trains[change.label].set_parameters(change.index, change.values)
                 else:
                     self._do_set_parameters(change)
+                before = self._changed.get(change.label, {})
+                population = self.network.populations[change.label]
+                self._changed[change.label] = changes.parameters_after(population, before, change)
 
     @final
     def set_spike_times(
@@ -450,6 +469,7 @@ class Brain(Simulation):
         self._currents = np.zeros(self.network.size)
         self._began_ns = 0
         self._freeze(frozenset())
+        self._changed = {}
         self._do_reset(self._seed)
         for recorder in self._attached.recorders:
             self._sample(recorder, self._do_read_state(recorder.variable, recorder.neurons))
@@ -459,13 +479,15 @@ class Brain(Simulation):
         self._attached.reset_trains(self._seeds)
         self._currents = np.zeros(self.network.size)
         self._freeze(frozenset())
+        self._changed = {}
         self._do_reset(self._seed)
         self._began_ns = self.now_ns
 
     def _save(self) -> object:
         self._require_snapshot()
         names, devices = self._attached.save()
-        return self._seed, self._currents, names, devices, self._do_save(), self._began_ns, self._frozen
+        later = self._began_ns, self._frozen, dict(self._changed)
+        return self._seed, self._currents, names, devices, self._do_save(), *later
 
     def _load(self, saved: Any) -> None:
         self._require_snapshot()
@@ -474,6 +496,7 @@ class Brain(Simulation):
         self._seed, self._currents = seed, currents
         self._began_ns = later[0] if later else 0
         self._freeze(later[1] if len(later) > 1 else frozenset())  # its effect on the state now is lost
+        self._changed = dict(later[2]) if len(later) > 2 else {}
         self._do_restore(state)
 
     def _require_change(self, what: str) -> None:

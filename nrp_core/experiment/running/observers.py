@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -33,6 +33,11 @@ class RunObserver(Generic[RunType]):
 
     def part_reset(self, run: RunType, part: str) -> None:
         """Observe that one part was reset while time goes on: ``brain``, ``robot`` or ``world``."""
+
+    def parameters_changed(
+        self, run: RunType, population: str, values: Mapping[str, float], cells: Sequence[int] | None
+    ) -> None:
+        """Observe a change of parameters of cells from outside; ``cells`` is None for a whole population."""
 
     def closing(self, run: RunType) -> None:
         """Observe the end of the run, before its engines are released."""

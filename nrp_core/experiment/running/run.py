@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import logging
 import pickle
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -25,6 +25,7 @@ from nrp_core.dsl.functions import TransferFunction
 from nrp_core.errors import (
     CapabilityError,
     ExperimentError,
+    NetworkError,
     NrpError,
     SnapshotError,
     TimestepError,
@@ -181,6 +182,34 @@ class Run(OpenExperiment):
             self.loop.activate(name, active)
             for observer in self.observers:
                 observer.function_activated(self, name, active)
+
+        self.loop.between_steps(make)
+
+    def set_parameters(
+        self, population: str, values: Mapping[str, float], cells: Iterable[int] | None = None
+    ) -> None:
+        """Change parameters of cells before the next step; any thread may.
+
+        Recordings keep the change, unlike one by :meth:`.Brain.set_parameters`. A reset reverts it.
+
+        Args:
+            population: the label of their population.
+            values: new values by PyNN name, in PyNN's units.
+            cells: their indices within the population; by default all.
+
+        Raises:
+            CapabilityError: the brain cannot change them while it runs.
+            NetworkError: there is no such population, cell or parameter, or a value is impossible.
+        """
+        ids = self.brain.network.ids_of(population)
+        chosen = range(len(ids)) if cells is None else tuple(cells)
+        if not all(0 <= cell < len(ids) for cell in chosen):
+            raise NetworkError(f"the cells of '{population}' are 0 to {len(ids) - 1}, not {list(chosen)}")
+
+        def make() -> None:
+            self.brain.set_parameters(ids[list(chosen)], values)
+            for observer in self.observers:
+                observer.parameters_changed(self, population, values, None if cells is None else chosen)
 
         self.loop.between_steps(make)
 

@@ -20,7 +20,7 @@ from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.recording import old_names
 from nrp_core.world.messages.nrp_msgs import Called
 
-CHANGE, ACTIVATE, RESET, LOST = "change", "activate", "reset", "lost"
+CHANGE, ACTIVATE, RESET, PARAMETERS, LOST = "change", "activate", "reset", "set_parameters", "lost"
 """Calls to the run itself, and those that cannot be repeated; all others are calls to its world."""
 
 Note = Callable[[str, bytes], None]
@@ -67,6 +67,12 @@ class CallNoter(RunObserver[Run], Closing):
         """Record a reset of the brain."""
         if part == "brain":  # the others are calls to the world
             self._note_call(RESET, (part,))
+
+    def parameters_changed(
+        self, run: Run, population: str, values: Mapping[str, float], cells: Sequence[int] | None
+    ) -> None:
+        """Record it."""
+        self._note_call(PARAMETERS, (population, dict(values), cells))
 
     def _note_world(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> None:
         if not self._run.loop.is_stepping:  # calls within a step are repeated by the step
@@ -134,6 +140,8 @@ def repeat(run: Run, called: Called, folder: Path) -> None:
                 run.activate(*arguments)
         elif called.name == RESET:
             run.reset(*arguments)
+        elif called.name == PARAMETERS:
+            run.set_parameters(*arguments)
         else:
             values, named = arguments
             name, first = old_names.RESETS.get(called.name, (called.name, ()))

@@ -69,7 +69,7 @@ const common: ViteUserConfig = {
   },
   server: { proxy: { "/ws": { target: server, ws: true, changeOrigin: true } } },
   // a process for each file takes longer than its tests
-  test: { include: ["src/**/*.test.ts"], pool: "threads", isolate: false },
+  test: { include: ["src/**/*.test.{ts,tsx}"], pool: "threads", isolate: false },
 };
 
 export default defineConfig(({ mode }) => mergeConfig(common, mode === "shared" ? shared : served));

@@ -23,7 +23,8 @@ from nrp_core.experiment.running.run import Run
 WATCHED = {
     f"/cockpit/{name}"
     for name in (
-        "connections", "functions/check", "functions/complete", "layout/load", "membrane", "weights",
+        "connections", "functions/check", "functions/complete", "layout/load", "membrane", "parameters",
+        "weights",
         "designer/describe", "designer/check", "designer/fits", "designer/words",
     )
 }  # fmt: skip

@@ -113,3 +113,31 @@ def test_a_run_without_a_camera_has_no_panel_for_one(watched: Watched):
         page.get_by_role("button", name="Layout", exact=True).click()
         expect(page.get_by_role("menuitem", name="Add Scene")).to_be_visible()
         expect(page.get_by_role("menuitem", name="Add Camera")).to_have_count(0)
+
+
+def test_sliders_change_cells_and_functions_and_a_seed_begins_again(watched: Watched):
+    with cockpit(experiment="slalom_pioneer") as opened:
+        page = watched.open(opened.address)
+        choose(page, "Place of Spikes", "Show Parameters here")
+        slider = page.get_by_role("slider", name="v_thresh of wheels")
+        expect(slider).to_have_attribute("aria-valuetext", "-50 mV")
+        slider.press("ArrowLeft")
+        expect(slider).to_have_attribute("aria-valuetext", "-50.2 mV")
+        seen(page, lambda: opened.session.ask(
+            lambda: set(opened.session.run.brain.read_parameters("wheels")["v_thresh"].tolist())
+        ), lambda values: values == {-50.2})  # fmt: skip
+        field = page.get_by_role("textbox", name="Value of RATE of steer.py")
+        field.fill("100")
+        field.press("Enter")
+        text = seen(
+            page,
+            lambda: "".join(opened.session.functions.texts.values()),
+            lambda text: "RATE = 100.0" in text,
+        )
+        assert "RATE = 250.0" not in text
+        page.get_by_role("textbox", name="Seed").fill("7")
+        page.get_by_role("button", name="Begin again").click()
+        expect(page.get_by_role("button", name="Begin again")).to_have_count(0)
+        expect(slider).to_have_attribute("aria-valuetext", "-50 mV")
+        assert opened.session.run.seed == 7
+        expect(field).to_have_value("100")

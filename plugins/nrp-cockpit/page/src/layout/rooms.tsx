@@ -3,6 +3,7 @@ import { BrainPanel } from "../brain/BrainPanel";
 import { CameraPanel, isCamera } from "../camera/CameraPanel";
 import { InspectorPanel } from "../inspector/InspectorPanel";
 import { MapPanel } from "../map/MapPanel";
+import { ParametersPanel } from "../parameters/ParametersPanel";
 import { SpikesPanel } from "../plots/SpikesPanel";
 import { TracesPanel } from "../plots/TracesPanel";
 import type { Experiment } from "../state/types";
@@ -27,6 +28,7 @@ export const rooms: Record<Kind, Room> = {
   brain: { title: "Brain", component: BrainPanel, isFor: hasCells },
   spikes: { title: "Spikes", component: SpikesPanel, isFor: hasCells },
   traces: { title: "Devices and topics", component: TracesPanel },
+  parameters: { title: "Parameters", component: ParametersPanel, isFor: ({ source }) => source === "live" },
   inspector: { title: "Selected", component: InspectorPanel },
 };
 

@@ -1,6 +1,15 @@
 /** Where the panels stand: nested rows and columns whose parts have relative sizes. */
 
-export const PANELS = ["scene", "camera", "map", "brain", "spikes", "traces", "inspector"] as const;
+export const PANELS = [
+  "scene",
+  "camera",
+  "map",
+  "brain",
+  "spikes",
+  "traces",
+  "parameters",
+  "inspector",
+] as const;
 export type Kind = (typeof PANELS)[number];
 
 /** A panel: its kind and, from the second of a kind on, a number, as in `camera 2`. */

@@ -4,6 +4,7 @@ import { Clock } from "./Clock";
 import { Pace } from "./Pace";
 import { RecordButton } from "./RecordButton";
 import { RunButtons } from "./RunButtons";
+import { Seed } from "./Seed";
 import { ShareButton } from "./ShareButton";
 import { Viewers } from "./Viewers";
 import "./toolbar.css";
@@ -36,11 +37,7 @@ export function Toolbar() {
       <Clock />
       <Pace />
       <span className="grow" />
-      {experiment && (
-        <span className="row tight f12 mut">
-          Seed <span className="bar-seed num">{experiment.seed}</span>
-        </span>
-      )}
+      <Seed />
       <RecordButton />
       <ShareButton />
       <Viewers />

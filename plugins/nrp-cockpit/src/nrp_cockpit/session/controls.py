@@ -13,6 +13,7 @@ from pydantic import ConfigDict, ValidationError, validate_call
 from nrp_cockpit.session.layout import SUFFIX, Layout
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.session.looks import Looks
+from nrp_cockpit.session.parameters import Parameters
 from nrp_cockpit.session.recorded import RecordedSession
 from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.session.session import Session
@@ -28,6 +29,7 @@ def services_of(session: LiveSession) -> Services:
     lead = getattr(session, "lead", session)
     commands = commands_of(session.run)
     functions, bodies, looks = session.functions, session.bodies, Looks(session.run)
+    parameters = Parameters(session)
     layout = layout_of(session)
 
     def steered(method: Callable[..., Any]) -> Service:
@@ -64,12 +66,15 @@ def services_of(session: LiveSession) -> Services:
         "functions/revert": steered(functions.revert),
         "functions/save": validated(functions.save),
         "functions/activate": steered(functions.activate),
+        "parameters/cells": steered(parameters.set_cells),
+        "parameters/function": steered(parameters.set_constant),
         **_layouts(layout),
     }
     watching: dict[str, Service] = {
         "functions/check": validated(functions.check),
         "functions/complete": asked(session, functions.complete),
         "connections": asked(session, looks.connections),
+        "parameters": asked(session, parameters.read),
         "membrane": asked(session, looks.membrane),
         "weights": asked(session, looks.weights),
         "layout/load": validated(layout.load),
@@ -98,6 +103,7 @@ _REFUSED = (
     "snapshot", "restore", "forget", "halt", "record", "branch", "compare", "part",
     "publish", "push", "place",
     "functions/apply", "functions/revert", "functions/save", "functions/activate",
+    "parameters/cells", "parameters/function", "reseed",
 )  # fmt: skip
 """The services that change a run and do not apply to a recording."""
 
@@ -115,6 +121,7 @@ def services_of_recording(session: RecordedSession) -> Services:
         "functions/check": _refuse,
         "functions/complete": _refuse,
         "connections": _refuse,
+        "parameters": _refuse,
         "membrane": _refuse,
         "weights": _refuse,
         "layout/load": validated(layout.load),

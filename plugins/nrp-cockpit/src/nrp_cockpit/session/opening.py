@@ -82,6 +82,26 @@ class Opening:
     def _read(self, overrides: Sequence[str]) -> Experiment:
         return self.read_with([*self._settings, *overrides])
 
+    def reseed(self, seed: int) -> None:
+        """Begin again with another seed, and with the functions as they are.
+
+        Raises:
+            CapabilityError: the edited functions cannot be used.
+            ExperimentError: it is not a seed.
+            LifecycleError: a second run is open.
+        """
+        self._require_alone()
+        setting, texts = f"seed={seed}", self.session.functions.texts
+        with ExitStack() as unless_used:
+            run = unless_used.enter_context(Run(self._read([setting])))
+            functions = Functions(run)
+            unless_used.callback(functions.close)
+            _take_texts(functions, texts)
+            self.session.exchange(run, functions)
+            unless_used.pop_all()
+        self._settings = [*self._settings, setting]
+        self.on_exchange()
+
     def branch(self, t_s: float | None = None, id: str | None = None) -> None:  # noqa: A002
         """Open a second future of the run.
 
@@ -156,10 +176,7 @@ class Opening:
         session, run = self.session, Run(experiment)
         try:
             functions = Functions(run)
-            if texts is None or texts == functions.texts:
-                functions.doubt()
-            elif not _with_texts(functions, texts)["applied"]:
-                raise CapabilityError("the second run cannot use the edited functions")
+            _take_texts(functions, functions.texts if texts is None else texts)
             if snapshot is not None:
                 _take_over(run, session.run, snapshot)
             hub = session.hub.open_second()
@@ -171,6 +188,18 @@ class Opening:
             raise
         session.beside = beside
         return beside
+
+
+def _take_texts(functions: Functions, texts: Mapping[str, str]) -> None:
+    """Use the texts of another run of the experiment.
+
+    Raises:
+        CapabilityError: that is not possible.
+    """
+    if texts == functions.texts:
+        functions.doubt()
+    elif not _with_texts(functions, texts)["applied"]:
+        raise CapabilityError("the other run cannot use the edited functions")
 
 
 def _with_texts(functions: Functions, texts: Mapping[str, str]) -> dict[str, Any]:
@@ -198,5 +227,6 @@ def with_opening(services: Services, opening: Opening) -> Services:
         "branch": asked(session, opening.branch, "opening a branch"),
         "compare": asked(session, opening.compare, "opening the other engines"),
         "part": asked(session, opening.part, "closing the second run"),
+        "reseed": asked(session, opening.reseed, "beginning with another seed"),
     }
     return services | prefixed(more, {})

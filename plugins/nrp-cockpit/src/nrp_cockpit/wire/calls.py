@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections.abc import Callable
 from typing import Any
 
 from nrp_cockpit.wire import protocol
@@ -21,17 +22,17 @@ class Calls:
     """Calls services for one client, each in a thread, so that none delays another.
 
     Args:
-        services: the services.
+        services: returns the services, whose names stay the same.
         may_steer: whether the client may change the run.
     """
 
-    def __init__(self, services: Services, *, may_steer: bool) -> None:
+    def __init__(self, services: Callable[[], Services], *, may_steer: bool) -> None:
         self._services, self._may_steer = services, may_steer
         self._publishing = asyncio.Lock()  # first come, first served, so that messages keep their order
 
     async def answer(self, request: ServiceRequest) -> bytes | str:
         """Return the frame that answers a request."""
-        names = self._services.names
+        names = self._services().names
         try:
             if not 0 < request.service_id <= len(names):
                 raise ProtocolError(f"there is no service {request.service_id}")
@@ -62,7 +63,7 @@ class Calls:
         return None
 
     async def _call(self, name: str, arguments: dict[str, Any]) -> Any:
-        services = self._services
+        services = self._services()
         if name in services.steering and not self._may_steer:
             raise ProtocolError(WATCHER)
         service = services.steering.get(name) or services.watching.get(name)

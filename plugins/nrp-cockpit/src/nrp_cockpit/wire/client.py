@@ -49,7 +49,7 @@ class Client:
         self._subscriptions: dict[int, list[int]] = {}
         self._topics: dict[int, str] = {}
         self._past: int | None = None  # its subscription to the announcements of pasts
-        self._calls = Calls(hub.services, may_steer=may_steer)
+        self._calls = Calls(lambda: hub.services, may_steer=may_steer)
         self._tasks: set[asyncio.Task[None]] = set()
 
     @property
