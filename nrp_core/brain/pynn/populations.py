@@ -55,6 +55,8 @@ class ID(int, common.IDMixin):
             return super().__getattr__(name)
         if name in vars(self.parent) or hasattr(type(self.parent), name):
             place = self.parent.id_to_index(self)
+            if hasattr(self.parent, "cell_view"):  # a dialect in which a cell is a view
+                return getattr(self.parent.cell_view(place), name)
             label = self.parent.label
             raise UnknownParameterError(
                 f"this is one cell of '{label}', which has no '{name}'; a slice is a view of it: "

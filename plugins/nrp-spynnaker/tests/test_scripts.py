@@ -448,3 +448,49 @@ def test_the_probability_of_synapses_may_be_a_text_of_their_indices(tmp_path: Pa
     pairs = [{(int(i), int(j)) for i, j, _ in found} for found in script.lists]
     every = {(i, j) for i in range(4) for j in range(4)}
     assert pairs == [{(i, j) for i, j in every if i < j}, {(3, 3)}, every]
+
+
+def test_one_cell_is_a_view(tmp_path: Path) -> None:
+    """As ``IDMixin`` of sPyNNaker, in its ``test_set_initial_value.py``."""
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(3, p.IF_curr_exp(v_rest=-70.0))\ncells[1].record(['v'])\np.run(5)\n"
+        "v = cells[1].get_data('v').segments[0].analogsignals[0]\n",
+    )
+    assert script.v.shape == (5, 1)
+    assert script.v.annotations["channel_ids"].tolist() == [int(script.cells[1])]
+
+
+def test_initial_values_of_a_run_are_those_after_a_reset(tmp_path: Path) -> None:
+    """As ``Population.initialize`` of sPyNNaker 7.4.1, in its ``test_reset_initialize.py``."""
+    script = run(
+        tmp_path,
+        HEAD + "cell = p.Population(1, p.IF_curr_exp())\ncell.initialize(v=-62.0)\ncell.record('v')\n"
+        "p.run(10)\ncell.initialize(v=-61.0)\np.run(10)\np.reset()\np.run(10)\n"
+        "first, second = (part.analogsignals[0].magnitude[:, 0] for part in cell.get_data('v').segments)\n",
+    )
+    assert (len(script.first), len(script.second)) == (20, 10)
+    assert (script.first[0], script.second[0]) == (-62.0, -61.0)
+    assert script.first[10] == pytest.approx(-65.0 + 3.0 * exp(-0.5), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("connector", "n", "words"),
+    [
+        ("FixedNumberPreConnector(3.0)", 4 * 3, ""),
+        ("FixedNumberPostConnector(2.9999)", 4 * 3, ""),
+        ("MultapseConnector(7.0, with_replacement=True)", 7, ""),
+        ("FixedNumberPostConnector(3.5)", 0, "n must be an integer"),
+        ("FixedNumberPreConnector(4, allow_self_connections=False)", 0, "draws 4 of 3 cells"),
+        ("FixedNumberPostConnector(5)", 0, "draws 5 of 4 cells"),
+    ],
+)
+def test_a_number_of_synapses_follows_the_rules_of_spynnaker(
+    connector: str, n: int, words: str, tmp_path: Path
+) -> None:
+    """As ``test_fixed_number_post_connector.py`` of sPyNNaker."""
+    lines = f"cells = p.Population(4, p.IF_curr_exp()); wires = p.Projection(cells, cells, p.{connector})\n"
+    if words:
+        assert words in str(refused(tmp_path, lines))
+    else:
+        assert len(run(tmp_path, HEAD + lines).wires) == n

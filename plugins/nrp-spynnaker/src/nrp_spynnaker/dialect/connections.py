@@ -221,6 +221,7 @@ class Connection:
     """
 
     sets_rates = False
+    local_ip_address = "127.0.0.1"
 
     def __init__(
         self, hub: Hub, receive_labels: Iterable[str] | None = None, send_labels: Iterable[str] | None = None,

@@ -297,6 +297,34 @@ class AllButMeConnector(Connector, connectors.MapConnector):
         self._connect_pairs(projection, pre[pre != post], post[pre != post])
 
 
+_NEARLY: Final = 1e-3
+"""How near to a whole number a number of synapses must be."""
+
+
+def of_fixed_number(connector: Any) -> type:
+    """Return PyNN's connector with a fixed number of synapses, with the rules of sPyNNaker for the number.
+
+    It may be a whole number as a float, and without replacement it is not above the number of partners.
+    """
+    name, pre, post = connector.__name__, "FixedNumberPreConnector", "FixedNumberPostConnector"
+
+    def begin(self: Any, n: Any, *arguments: Any, **named: Any) -> None:
+        is_whole = isinstance(n, (float, np.floating)) and abs(n - np.round(n)) < _NEARLY
+        connector.__init__(self, int(np.round(n)) if is_whole else n, *arguments, **named)
+
+    def connect(self: Any, projection: Any) -> None:
+        ends = {pre: projection.pre, post: projection.post}
+        most = ends[name].size if name in ends else np.inf
+        most -= not self.allow_self_connections and projection.pre is projection.post
+        if isinstance(self.n, int) and not self.with_replacement and self.n > most:
+            raise InvalidSynapseError(
+                f"projection '{projection.label}': {name} draws {self.n} of {most} cells without replacement"
+            )
+        connector._connect(self, projection)
+
+    return type(name, (connector,), {"__init__": begin, "_connect": connect, "__doc__": connector.__doc__})
+
+
 class _Formula(IndexBasedExpression):
     """The probability of a synapse as a text, with the indices ``i`` and ``j`` and NumPy's functions."""
 

@@ -22,8 +22,10 @@ from nrp_spynnaker.dialect.connectors import (
     KernelConnector,
     OneToOneOffsetConnector,
     index_based,
+    of_fixed_number,
 )
 from nrp_spynnaker.dialect.other_modules import (
+    NoEquivalentError,
     exceptions,
     models,
     module,
@@ -59,6 +61,7 @@ _THEMSELVES: Final = ("spynnaker8", "spynnaker", _MODELS)
 """Packages with names of their own, besides modules."""
 NAME: Final = "SpiNNaker"
 _logger = logging.getLogger(__name__)
+_FORMER_PLOTS: Final = "plot_utils"
 DEFAULT_TIMESTEP_MS: Final = 1.0
 _MACHINE: Final = (
     "n_chips_required", "n_boards_required", "time_scale_factor", "machine_time_step", "hostname",
@@ -69,6 +72,9 @@ _SIZES: Final = frozenset({"n_chips_required", "n_boards_required", "time_scale_
 """Those of them that are numbers above 0."""
 _ALIKE: Final = 0.75
 _EXTRA: Final = (OneToOneOffsetConnector, AllButMeConnector)
+_OF_FIXED_NUMBER: Final = (
+    "FixedNumberPreConnector", "FixedNumberPostConnector", "FixedTotalNumberConnector",
+)  # fmt: skip
 _CONNECTORS: Final = (*_EXTRA, ConvolutionConnector, KernelConnector)
 _SPLITTERS: Final = (
     "SplitterAbstractPopulationVertexNeuronsSynapses", "SplitterAbstractPopulationVertexFixed",
@@ -136,6 +142,10 @@ class Dialect:
             found = vars(found).get(part) if isinstance(found, ModuleType) else getattr(found, part, None)
         if isinstance(found, ModuleType):
             return found
+        if name.endswith(f".{_FORMER_PLOTS}"):
+            raise NoEquivalentError(
+                f"'{name}' has no equivalent: sPyNNaker 7 does not have it; pyNN.utility.plotting draws data"
+            )
         if found is not None or package == name.rpartition(".")[0] in _THEMSELVES:
             return None  # a name of the simulator
         raise no_equivalent(name)
@@ -151,6 +161,7 @@ class Dialect:
         own["STDPMechanism"] = stdp_mechanism(own["STDPMechanism"])
         own["StaticSynapse"] = static_synapse(own["StaticSynapse"])
         own["IndexBasedProbabilityConnector"] = index_based(own["IndexBasedProbabilityConnector"])
+        own |= {name: of_fixed_number(own[name]) for name in _OF_FIXED_NUMBER}
         own |= {each.__name__: simulator.bind(each) for each in (Population, PopulationView, Projection)}
         own |= pynn07_names(own, simulator.state)
         own["SpiNNakerProjection"] = own["Projection"]

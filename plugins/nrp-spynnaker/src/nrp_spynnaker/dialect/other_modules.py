@@ -100,7 +100,12 @@ def models(names: Mapping[str, Any], injector: type) -> ModuleType:
                 "spike_source_poisson": {"SpikeSourcePoisson": names["SpikeSourcePoisson"]},
                 **{name: names[name] for name in ("SpikeSourceArray", "SpikeSourcePoisson")},
             },
-            "populations": {name: names[name] for name in ("Population", "PopulationView", "Assembly")},
+            "populations": {
+                "population": {"Population": names["Population"]},
+                "population_view": {"PopulationView": names["PopulationView"]},
+                "assembly": {"Assembly": names["Assembly"]},
+                **{name: names[name] for name in ("Population", "PopulationView", "Assembly")},
+            },
         },
     )
 

@@ -328,6 +328,20 @@ class Population(_Cells, populations.Population):
 
     initialize = by_name(populations.Population.initialize)
 
+    def store_initial_values(self, variable: str, values: Any, where: Any) -> None:
+        """Store initial values of cells, in a run those after the next reset."""
+        state, store = self._simulator.state, super().store_initial_values
+        if getattr(state, "brain", None) is None or state.t == 0:
+            store(variable, values, where)
+            return
+        state.warn([f"initialize({variable}) of '{self.label}' has an effect after reset(), as in sPyNNaker"])
+        state.after_reset.append(lambda: store(variable, values, where))
+
+    def cell_view(self, place: int) -> PopulationView:
+        """Return the cell at an index as a view, which one cell is in sPyNNaker."""
+        view: PopulationView = self[place : place + 1]
+        return view
+
     def rset(self, parametername: str, rand_distr: Any) -> None:
         """Set a parameter of all cells."""
         self.set(**{parametername: rand_distr})

@@ -89,7 +89,7 @@ CONNECTIONS: Final = {
     "add_database_callback": "there is no database of keys in this process; callbacks name labels and cells",
     **dict.fromkeys(
         (
-            "get_receive_method", "is_connected", "is_ready_to_receive", "local_ip_address", "receive",
+            "get_receive_method", "is_connected", "is_ready_to_receive", "receive",
             "receive_with_address", "remote_ip_address", "remote_port", "send",
             "send_eieio_message", "send_to",
         ),

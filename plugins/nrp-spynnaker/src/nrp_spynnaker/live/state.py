@@ -8,7 +8,7 @@ over UDP keeps to the real time.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread, current_thread
@@ -105,7 +105,18 @@ class LiveState(RunningState):
         self._failure: BaseException | None = None
         self._first = True
         self._fed = set[str]()
+        self.after_reset: list[Callable[[], None]] = []
         super().__init__()
+
+    def clear(self) -> None:
+        self.after_reset.clear()
+        super().clear()
+
+    def reset(self) -> None:
+        super().reset()
+        changes, self.after_reset = self.after_reset, []
+        for change in changes:
+            change()
 
     def run_until(self, t_ms: float) -> None:
         if self._forever is not None and current_thread() is not self._forever:
