@@ -15,8 +15,26 @@ from nrp_brain_event.connections import delay_range, load_connections
 from nrp_brain_event.linear import modes_of
 from nrp_brain_event.records import CONSTANT, Array, Clock, EngineArrays, Event, Link, Spike, Work
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.jit import jit
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import NO_SPIKES, Spikes
+
+_MOST_SORTED: Final = 256
+"""Spikes for which a plain sort is fast enough; more are sorted by NumPy."""
+
+
+@jit
+def sort_spikes(spikes: Array, n: int) -> None:
+    """Sort the first spikes by time and neuron; they are nearly sorted."""
+    for i in range(1, n):
+        time, neuron = spikes[i].time, spikes[i].id
+        k = i
+        while k > 0 and (
+            spikes[k - 1].time > time or (spikes[k - 1].time == time and spikes[k - 1].id > neuron)
+        ):
+            spikes[k].time, spikes[k].id = spikes[k - 1].time, spikes[k - 1].id
+            k -= 1
+        spikes[k].time, spikes[k].id = time, neuron
 
 
 class StoredSpikes:
@@ -30,6 +48,7 @@ class StoredSpikes:
     def __init__(self, clock: Array, spikes: Array) -> None:
         # views, which are found once because every step needs them
         self._n, self._ids, self._times_ms = clock["n_spikes"], spikes["id"], spikes["time"]
+        self._spikes = spikes
 
     def since(self, n: int) -> tuple[IntArray, FloatArray]:
         """Return neurons and times (ms) of the spikes from number ``n`` on, which stay."""
@@ -37,11 +56,13 @@ class StoredSpikes:
         return self._ids[n:end].copy(), self._times_ms[n:end].copy()
 
     def take(self) -> Spikes:
-        """Return and clear the spikes."""
+        """Return and clear the spikes, a few of them in order of time and neuron."""
         n = self._n.item(0)
         if not n:
             return NO_SPIKES
         self._n[0] = 0
+        if 1 < n <= _MOST_SORTED:
+            sort_spikes(self._spikes, n)
         return Spikes(self._ids[:n].copy(), self._times_ms[:n].copy())
 
 

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.filters import LeakyMembrane, MembraneKernel
+from nrp_core.brain.devices.membrane import LeakyMembrane
+from nrp_core.brain.network.filters import MembraneKernel
 from nrp_core.brain.spikes import NO_SPIKES, Spikes
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError
@@ -232,8 +233,7 @@ class _FilterPort(SinkPort):
         weights = self._weights[spikes.neurons]
         if self._synapses is not None:
             weights = weights * self._synapses.released(spikes.neurons, spikes.times_ms)
-        arrivals_ms = spikes.times_ms + self._delay_ms
-        self._membrane.push(zip(arrivals_ms.tolist(), weights.tolist(), strict=True))
+        self._membrane.push(spikes.times_ms + self._delay_ms, weights)
 
     def save(self) -> object:
         synapses = None if self._synapses is None else self._synapses.save()

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network.filters import LeakyMembrane, MembraneKernel, driven
+from nrp_core.brain.devices.membrane import LeakyMembrane
+from nrp_core.brain.network.filters import MembraneKernel, driven
 
 taus = st.floats(0.05, 200.0)
-trains = st.lists(st.tuples(st.floats(0.0, 50.0), st.floats(-2.0, 2.0)), max_size=8)
+trains = st.lists(st.tuples(st.floats(0.0, 50.0), st.floats(-2.0, 2.0)), max_size=14)
 
 
 def integral(values: np.ndarray, step: float) -> float:
@@ -21,7 +22,7 @@ def integral(values: np.ndarray, step: float) -> float:
 def membrane(kernel: MembraneKernel, train: list[tuple[float, float]]) -> LeakyMembrane:
     new = LeakyMembrane(kernel)
     for spike in train:
-        new.push([spike])
+        new.push(*zip(spike, strict=True))
     return new
 
 
