@@ -22,6 +22,7 @@ SAID: dict[str, None] = {}
 Without a handler MuJoCo prints them and writes a file into the current folder.
 """
 
+_OF_SAVING = "prevent the model from being saved"
 _NEEDS = {"egl": "EGL", "osmesa": "OSMesa"}
 
 
@@ -40,8 +41,9 @@ def _import() -> Any:
 
 
 def note(message: str) -> None:
-    """Note a warning until an engine reports it."""
-    SAID[" ".join(message.split())] = None
+    """Note a warning until an engine reports it, unless it is about files that MuJoCo would write."""
+    if _OF_SAVING not in message:
+        SAID[" ".join(message.split())] = None
 
 
 def compile_spec(spec: Any) -> Any:

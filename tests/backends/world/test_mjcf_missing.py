@@ -78,3 +78,18 @@ def test_a_file_that_is_no_mesh_is_still_an_error(tmp_path: Path) -> None:
     (tmp_path / "assets" / "shell.stl").write_text("nothing")
     with pytest.raises(SceneError, match="MuJoCo cannot read this"):
         told(tmp_path)
+
+
+def test_what_mujoco_says_about_files_that_it_would_write_is_not_reported(tmp_path: Path) -> None:
+    """Names without a prefix are right as long as the model is not saved."""
+    arm = '<mujoco><worldbody><body name="b"><joint name="j"/><geom size="0.1"/></body></worldbody></mujoco>'
+    (tmp_path / "arm.xml").write_text(arm)
+    (tmp_path / "room.xml").write_text(
+        '<mujoco><asset><model name="arm" file="arm.xml"/></asset><worldbody>'
+        '<body name="stand"><geom size="0.1"/><frame><attach model="arm" body="b" prefix=""/></frame>'
+        "</body></worldbody></mujoco>"
+    )
+    backend = worlds().load("mujoco")
+    with backend.open(read_scene(tmp_path / "room.xml"), seed=1, options=backend.options()) as world:
+        world.run_until(10_000_000)
+        assert not list(world.warnings)
