@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 from urllib.parse import unquote
@@ -253,12 +254,13 @@ class Resources:
         Raises:
             SceneError: it does not exist.
         """
-        for folder in self._candidates(f"package://{name}", user):
-            if folder.is_dir():
-                return folder
-        for folder in user.absolute().parents:
-            if folder.name == name or package_name(folder) == name:
-                return folder
+        above = user.absolute().parents
+        # first the package of the file, which may have a folder for its Python modules with the same name
+        own = (folder for folder in above if package_name(folder) == name)
+        found = (folder for folder in self._candidates(f"package://{name}", user) if folder.is_dir())
+        named = (folder for folder in above if folder.name == name)
+        for folder in chain(own, found, named):
+            return folder
         raise SceneError(no_package(name), path=user)
 
     def _candidates(self, uri: str, user: Path) -> Iterator[Path]:
@@ -346,6 +348,10 @@ class Notes:
         """Warn of an element."""
         where = element.path, element.line
         self._findings.append(Finding(code, message, Level.WARNING, *where, subject=subject))
+
+    def has(self, code: Code, subject: str) -> bool:
+        """Return whether there is a warning with a code about a subject."""
+        return any((each.code, each.subject) == (code, subject) for each in self._findings)
 
     @property
     def findings(self) -> tuple[Finding, ...]:

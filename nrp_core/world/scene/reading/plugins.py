@@ -169,6 +169,8 @@ def check_parameters(plugin: Element, reading: Reading) -> None:
 
 def warn_of_parameters(plugin: Element, notes: Notes) -> None:
     """Do the same where there is no reading yet."""
+    if notes.has(Code.NRP261, plugin_name(plugin)):  # no parameter of it has an effect
+        return
     name = f"the plugin '{plugin_name(plugin)}'"
     problems = list(_problems(plugin, name))
     for child, problem in problems:

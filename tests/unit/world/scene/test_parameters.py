@@ -91,6 +91,13 @@ def test_parameters_that_act_in_gazebo_alone_are_one_warning_for_a_plugin(tmp_pa
     assert "the plugin 'gazebo_ros_diff_drive' acts here without <wheelAcceleration> and <slip>" in warning
 
 
+def test_the_parameters_of_an_unknown_plugin_are_not_reported_beside_it(tmp_path: Path) -> None:
+    plugin = '<plugin name="p" filename="libcliff.so"><threshold>0.1</threshold></plugin>'
+    ray = f'<sensor name="s" type="ray"><update_rate>9</update_rate><ray>{_RANGES}</ray>{plugin}</sensor>'
+    (warning,) = _warnings(tmp_path, sensor=ray)
+    assert "the plugin 'cliff' is unknown and has no effect" in warning
+
+
 @pytest.mark.parametrize(("least", "reported"), [("-2", False), ("-1", True)])
 def test_a_lower_limit_is_reported_unless_it_is_the_upper_one_with_the_other_sign(
     tmp_path: Path, least: str, reported: bool

@@ -134,6 +134,18 @@ def test_a_package_is_found_above_the_file_that_refers_to_it(tmp_path: Path, tet
     assert read_model(robot).warnings == ()
 
 
+def test_the_python_modules_of_a_package_are_not_taken_for_the_package(tmp_path: Path) -> None:
+    """As ``ament_python`` makes packages: ``cart/cart/__init__.py`` beside ``cart/urdf``."""
+    for folder in ("cart/urdf", "cart/cart"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "cart/package.xml").write_text("<package><name>cart</name></package>")
+    head = '<robot name="cart" xmlns:xacro="http://ros.org/wiki/xacro">'
+    (tmp_path / "cart/urdf/base.xacro").write_text(f'{head}<link name="base">{MASS}</link></robot>')
+    include = '<xacro:include filename="$(find cart)/urdf/base.xacro"/>'
+    (tmp_path / "cart/urdf/cart.urdf.xacro").write_text(f"{head}{include}</robot>")
+    assert [link.name for link in read_model(tmp_path / "cart/urdf/cart.urdf.xacro").links] == ["base"]
+
+
 @pytest.mark.parametrize(("variable", "below"), [("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share")])
 def test_packages_of_ros_are_found(
     tmp_path: Path, tetrahedron: Triangles, monkeypatch: pytest.MonkeyPatch, variable: str, below: str
