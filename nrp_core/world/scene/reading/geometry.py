@@ -175,8 +175,14 @@ def is_empty(element: Element) -> bool:
 
 
 def is_point(element: Element) -> bool:
-    """Return whether all sizes of the shape in a ``<geometry>`` are 0; some files have such for frames."""
+    """Return whether all sizes of the shape in a ``<geometry>`` are 0, or a factor of a mesh is.
+
+    Some files have such for frames; Gazebo saves a mesh of scale 0 as it is.
+    """
     shape = _shape(element)
+    if shape.tag == "mesh":
+        scale = shape.find("scale")
+        return scale is not None and not all(scale.numbers(3))
     sizes = DEFAULT_SIZES.get(shape.tag, {})
     stated = [(size, default) for tag, default in sizes.items() if (size := shape.find(tag)) is not None]
     if not stated or len(stated) < len(sizes):  # a default size is none of 0
@@ -236,8 +242,6 @@ def _mesh(shape: Element, form: Form, reading: Reading, max_excess: float) -> li
     uri = shape.require("uri")
     scale = shape.find("scale")
     x, y, z = scale.numbers(3) if scale else (1.0, 1.0, 1.0)
-    if not x * y * z:
-        raise shape.error(f"the scale of the mesh is '{x:g} {y:g} {z:g}'; no factor may be 0")
     try:
         pieces = _pieces(uri, _wanted(shape, form), reading)
     except SceneError as error:

@@ -162,7 +162,7 @@ def _with_unique_names(link: Element, tag: str, reading: Reading) -> Iterator[tu
             message = f"the <geometry> of the {tag} '{name}' has no shape: left out"
             reading.notes.warn(geometry, Code.NRP260, message, subject=name)
         elif is_point(geometry):
-            message = f"the {tag} '{name}' is a shape without a size, a point: left out"
+            message = f"the {tag} '{name}' is a shape without a size: left out"
             reading.notes.warn(element, Code.NRP260, message, subject=name)
         elif not is_empty(geometry):
             yield unique, element

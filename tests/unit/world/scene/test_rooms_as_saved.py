@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core.findings import Code
 from nrp_core.world.scene.meshes.collada import parse_collada
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sdf import read_scene
@@ -115,3 +116,14 @@ COLLADA = b"""<?xml version="1.0"?>
 def test_comments_in_a_collada_mesh_are_skipped():
     (surface,) = parse_collada(COLLADA, lambda _: None)
     assert surface.triangles.shape == (1, 3, 3)
+
+
+def test_a_mesh_of_scale_0_is_left_out_and_the_room_is_read(tmp_path):
+    """Gazebo saves such a scale, and shows nothing."""
+    mesh = "<geometry><mesh><uri>gone.dae</uri><scale>1 0 0</scale></mesh></geometry>"
+    box = "<geometry><box><size>1 1 1</size></box></geometry>"
+    shapes = f'<visual name="v">{mesh}</visual><collision name="c">{mesh}</collision>'
+    link = f'<link name="l">{shapes}<collision name="b">{box}</collision></link>'
+    scene = _scene(tmp_path, f'<model name="dock"><static>1</static>{link}</model>')
+    assert [each.name for each in scene.model("dock").links[0].collisions] == ["b"]
+    assert [(each.code, each.subject) for each in scene.warnings] == [(Code.NRP260, "v"), (Code.NRP260, "c")]

@@ -162,7 +162,7 @@ def test_a_shape_without_a_size_marks_a_frame_and_is_left_out(tmp_path: Path, ta
     model = read_model(robot(tmp_path, f'<link name="eye">{MASS}{point}</link>' + HELD))
     assert model.link("eye").visuals + model.link("eye").collisions == ()
     (warning,) = model.warnings
-    assert f"the {tag} 'eye_{tag}' is a shape without a size, a point: left out" in str(warning)
+    assert f"the {tag} 'eye_{tag}' is a shape without a size: left out" in str(warning)
 
 
 @pytest.mark.parametrize("inertia", ["", '<inertia ixx="0" iyy="0" izz="0" ixz="2.4e-35"/>'])
