@@ -163,13 +163,34 @@ def test_rates_of_poisson_sources_are_set_while_the_network_runs(tmp_path: Path)
         + "cells = p.Population(3, p.SpikeSourcePoisson(rate=0.0), label='noise')\ncells.record('spikes')\n"
         "p.external_devices.add_poisson_live_rate_control(cells)\n"
         "control = p.external_devices.SpynnakerPoissonControlConnection(poisson_labels=['noise'])\n"
-        "rates = [(1, 400), (2, 200)]\n"
+        "rates = [(1, 400), (2, 200)]\naddress = control.local_ip_address, control.local_port, None\n"
+        "p.external_devices.add_database_socket_address(*address)\n"
         "control.add_start_resume_callback('noise', lambda label, c: c.set_rates(label, rates))\n"
         "p.run(2000)\n",
     )
     counts = [len(train) for train in trains(script.cells)]
     assert counts[0] == 0
     assert counts[1:] == pytest.approx([800, 400], abs=6 * 800**0.5)
+
+
+@pytest.mark.parametrize("label", ["noise", "others"])
+def test_a_connection_of_an_ended_network_serves_a_later_one_that_has_its_labels(
+    tmp_path: Path, label: str
+) -> None:
+    """The tests of a file of sPyNNaker, such as ``test_poisson_spike_source.py``, run one after the other."""
+    script = run(
+        tmp_path,
+        "import pyNN.spiNNaker as p\n"
+        "control = p.external_devices.SpynnakerPoissonControlConnection(poisson_labels=['noise'])\n"
+        "control.add_start_resume_callback('noise', lambda label, c: c.set_rates(label, [(0, 500)]))\n"
+        "counts = []\n"
+        f"for label in ('noise', '{label}'):\n"
+        "    p.setup(1.0)\n    cells = p.Population(1, p.SpikeSourcePoisson(rate=0.0), label=label)\n"
+        "    cells.record('spikes')\n    p.external_devices.add_poisson_live_rate_control(cells)\n"
+        "    p.run(200)\n    counts.append(len(cells.get_data().segments[0].spiketrains[0]))\n    p.end()\n",
+    )
+    assert script.counts[0] > 0
+    assert (script.counts[1] > 0) == (label == "noise")
 
 
 def test_a_network_runs_beside_its_script_until_it_is_stopped(tmp_path: Path) -> None:

@@ -152,18 +152,30 @@ def test_rates_change_at_their_times(tmp_path: Path, caplog: pytest.LogCaptureFi
     assert not any("between time steps" in text for text in caplog.messages)
 
 
+def test_the_last_rate_stays_without_durations(tmp_path: Path) -> None:
+    """As ``test_variable_rate.py`` of sPyNNaker, whose sources of 7.4.1 have no durations by default."""
+    script = run(
+        tmp_path,
+        HEAD + f"noise = p.Population(200, {VARIABLE}(rates=[100.0, 10.0, 50.0], starts=[0, 500, 1000]))\n"
+        "noise.record('spikes')\np.run(700)\np.run(2500)\np.reset()\np.run(300)\n",
+    )
+    first, again = (part.spiketrains for part in script.noise.get_data("spikes").segments)
+    times = np.concatenate([train.magnitude for train in first])
+    counts, _ = np.histogram(times, [0, 500.5, 1000.5, 2000.5, 3200])
+    expected = 200 * np.array([0.5 * 100.0, 0.5 * 10.0, 50.0, 1.2 * 50.0])
+    assert (abs(counts - expected) <= 4.0 * np.sqrt(expected)).all()
+    assert [t.tolist() for t in again] == [train[train.magnitude < 300.0].tolist() for train in first]
+
+
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ("[5.0], [0.0]", "its durations are missing"),
         ("[[5.0], [6.0]], [0.0], [9.0]", "rates has 2 lists for 3 cells"),
         ("[5.0, 6.0], [0.0], [9.0]", "rates, starts and durations of a cell must be of one length"),
         ("[-5.0], [0.0], [9.0]", "rates has a value that is not a number of 0 or more"),
     ],
 )
-def test_rates_without_an_end_or_of_other_lengths_are_refused(
-    tmp_path: Path, given: str, expected: str
-) -> None:
+def test_rates_of_other_lengths_are_refused(tmp_path: Path, given: str, expected: str) -> None:
     assert expected in str(refused(tmp_path, f"p.Population(3, {VARIABLE}({given}))"))
 
 

@@ -15,7 +15,6 @@ from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.pynn.arguments import InvalidValueError, WrongKindError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.clock import MS_PER_S
-from nrp_core.errors import CapabilityError
 
 _NAME = "SpikeSourcePoissonVariable"
 
@@ -39,27 +38,32 @@ class VariableRates:
     """The rates of a population.
 
     Args:
-        rates, starts, durations: Hz and ms; a list for all cells, or one for each.
-
-    Raises:
-        CapabilityError: a duration is missing, so that there is no last spike to draw.
+        rates, starts, durations: Hz and ms; a list for all cells, or one for each. Without durations the
+            last rate stays.
     """
 
     def __init__(self, rates: Any, starts: Any, durations: Any = None) -> None:
-        if durations is None:
-            raise CapabilityError(
-                f"{_NAME}: its durations are missing; spikes are drawn before the run, and need an end"
-            )
-        self._given = {"rates": rates, "starts": starts, "durations": durations}
+        given = {"rates": rates, "starts": starts, "durations": durations}
+        self._given = {name: value for name, value in given.items() if value is not None}
+        self.drawn_ms = 0.0
 
-    def trains(self, n: int, random: np.random.RandomState, step_ms: float) -> list[Any]:
-        """Return the drawn spike times of ``n`` cells, which are at time steps.
+    @property
+    def has_end(self) -> bool:
+        """Whether there is a last spike."""
+        return "durations" in self._given
+
+    def trains(
+        self, n: int, random: np.random.RandomState, step_ms: float, until_ms: float = np.inf
+    ) -> list[Any]:
+        """Return the further spike times of ``n`` cells up to a time; they are at time steps.
 
         Raises:
             InvalidValueError: the lists do not fit together.
         """
         each = {name: self._of_cells(name, n) for name in self._given}
-        drawn = (_train([each[name][cell] for name in each], random) for cell in range(n))
+        window = self.drawn_ms, until_ms
+        drawn = [_train(*window, random, *(each[name][cell] for name in each)) for cell in range(n)]
+        self.drawn_ms = until_ms
         return [Sequence(np.ceil(times / step_ms) * step_ms) for times in drawn]
 
     def _of_cells(self, name: str, n: int) -> list[FloatArray]:
@@ -74,15 +78,19 @@ class VariableRates:
         return found
 
 
-def _train(phases: list[FloatArray], random: np.random.RandomState) -> FloatArray:
-    rates, starts, durations = phases
-    if not len(rates) == len(starts) == len(durations) or (np.diff(starts) < 0).any():
+def _train(
+    since_ms: float, until_ms: float, random: np.random.RandomState,
+    rates: FloatArray, starts: FloatArray, durations: FloatArray | None = None,
+) -> FloatArray:  # fmt: skip
+    lasts = np.full(len(starts), np.inf) if durations is None else durations
+    if not len(rates) == len(starts) == len(lasts) or (np.diff(starts) < 0).any():
         raise InvalidValueError(
             f"{_NAME}: rates, starts and durations of a cell must be of one length, and starts must ascend"
         )
-    ends = np.minimum(starts + durations, np.append(starts[1:], np.inf))
-    counts = random.poisson(rates * (ends - starts) / MS_PER_S)
-    parts = [random.uniform(a, b, n) for a, b, n in zip(starts, ends, counts, strict=True)]
+    ends = np.minimum(np.minimum(starts + lasts, np.append(starts[1:], np.inf)), until_ms)
+    begins = np.maximum(starts, since_ms)
+    counts = random.poisson(rates * np.maximum(ends - begins, 0.0) / MS_PER_S)
+    parts = [random.uniform(a, b, n) for a, b, n in zip(begins, ends, counts, strict=True)]
     return np.sort(np.concatenate([np.empty(0), *parts]))
 
 

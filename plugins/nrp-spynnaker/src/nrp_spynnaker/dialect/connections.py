@@ -71,6 +71,7 @@ class Hub:
         inputs: where injectors receive spikes over UDP, by label.
         notified: the UDP ports of programs that are told of the database.
         is_run: whether the script runs the network, so that ports have an effect.
+        ended: connections of earlier networks.
     """
 
     connections: list[Connection] = field(default_factory=list)
@@ -83,6 +84,7 @@ class Hub:
     inputs: dict[str, LiveInput] = field(default_factory=dict)
     notified: set[int] = field(default_factory=set)
     is_run: bool = False
+    ended: list[Connection] = field(default_factory=list)
 
     @property
     def is_used(self) -> bool:
@@ -183,6 +185,19 @@ class Hub:
                 f"{type(poisson_population.celltype).__name__}"
             )
         self.controlled[poisson_population.label] = poisson_population
+
+    def end(self) -> None:
+        """Set the connections aside; they do not concern a later network without their labels."""
+        self.ended += self.connections
+        self.connections.clear()
+
+    def resume(self) -> None:
+        """Take the connections of earlier networks whose labels the present one has."""
+        for connection in [*self.ended]:
+            known = self.controlled if connection.sets_rates else self.injectors
+            if {*connection.receive_labels} <= {*self.live_outputs} and {*connection.send_labels} <= {*known}:
+                self.ended.remove(connection)
+                self.connections.append(connection)
 
     def require_labels(self) -> None:
         """Check that all labels of connections are those of populations that take part.

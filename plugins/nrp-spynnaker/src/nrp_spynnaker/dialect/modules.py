@@ -300,9 +300,12 @@ class Dialect:
         """Tell a program of the database of keys."""
         self._hub.notify(notify_port, hostname)
 
-    def _add_database_socket_address(self, socket_address: Any) -> None:
-        """Tell a program of the database of keys, as :meth:`_notify`."""
-        self._hub.notify(socket_address.notify_port_no, socket_address.notify_host_name)
+    def _add_database_socket_address(self, address: Any, notify_port: int | None = None, *_: Any) -> None:
+        """Tell a program of the database of keys; versions before 7 gave its host and port."""
+        if isinstance(address, str) or address is None:
+            self._hub.notify(notify_port, address)
+        else:
+            self._hub.notify(address.notify_port_no, address.notify_host_name)
 
     def _injector(self, names: Mapping[str, Any]) -> type:
         cell = spike_injector(names["SpikeSourceArray"])

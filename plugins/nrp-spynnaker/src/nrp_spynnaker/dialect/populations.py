@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 from pyNN.core import IndexBasedExpression
 from pyNN.parameters import ParameterSpace
+from pyNN.parameters import Sequence as Train
 
 from nrp_core.brain import RECEPTORS, FloatArray, Synapses
 from nrp_core.brain.pynn import populations, projections
@@ -30,6 +31,8 @@ _HINTS: Final = {
     "spikes_per_second": "spikes_per_second",
     "ring_buffer_sigma": "ring_buffer_sigma",
 }
+_AHEAD_MS: Final = 1000.0
+"""For how long spikes of sources without an end are drawn in advance."""
 _PACKETS: Final = "packets-per-timestep"
 _MOST_ON_CORE: Final = 256
 """Neurons that a core takes."""
@@ -284,9 +287,7 @@ class Population(_Cells, populations.Population):
         begins = {**getattr(cellclass, "given_state", {}), **(initial_values or {})}
         super().__init__(size, cellclass, cellparams, structure, begins, label)
         if hasattr(cellclass, "variable"):
-            state = self._simulator.state
-            stream = state.stream(f"population/{self.label}/rates")
-            self.set(spike_times=cellclass.variable.trains(self.size, stream, state.dt))
+            self._draw_rates(cellclass.variable)
         own = getattr(cellclass, "settings", {})
         owner, given = f"population '{self.label}'", {**own, **(additional_parameters or {}), **settings}
         defaults = self._simulator.state.hints_by_cell.get(type(cellclass), {})
@@ -300,6 +301,29 @@ class Population(_Cells, populations.Population):
                 cellclass.hub.notify(*cellclass.program)
         for text in remarks_on(owner, given):
             self._simulator.state.remark(text)
+
+    def _draw_rates(self, rates: Any) -> None:
+        state = self._simulator.state
+        stream = state.stream(f"population/{self.label}/rates")
+        if rates.has_end:
+            self.set(spike_times=rates.trains(self.size, stream, state.dt))
+            return
+        if not hasattr(state, "before_run"):
+            raise CapabilityError(
+                f"population '{self.label}': its durations are missing; spikes are drawn before the run, and "
+                "need an end"
+            )
+        trains = [np.empty(0)] * self.size
+
+        def extend(until_ms: float) -> None:
+            nonlocal trains
+            if until_ms > rates.drawn_ms:
+                more = rates.trains(self.size, stream, state.dt, until_ms + _AHEAD_MS)
+                trains = [np.append(old, new.value) for old, new in zip(trains, more, strict=True)]
+                self.set(spike_times=[Train(times) for times in trains])
+
+        rates.trains(self.size, stream, state.dt, 0.0)  # the lists are checked here
+        state.before_run.append(extend)
 
     def record(self, variables: Any = SPIKES, *arguments: Any, **options: Any) -> None:
         """Record variables of all cells; ``all`` are those that its cells have."""

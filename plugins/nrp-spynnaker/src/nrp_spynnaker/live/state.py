@@ -106,10 +106,12 @@ class LiveState(RunningState):
         self._first = True
         self._fed = set[str]()
         self.after_reset: list[Callable[[], None]] = []
+        self.before_run: list[Callable[[float], None]] = []
         super().__init__()
 
     def clear(self) -> None:
         self.after_reset.clear()
+        self.before_run.clear()
         super().clear()
 
     def reset(self) -> None:
@@ -121,6 +123,8 @@ class LiveState(RunningState):
     def run_until(self, t_ms: float) -> None:
         if self._forever is not None and current_thread() is not self._forever:
             raise LifecycleError("run: the network runs already; call external_devices.request_stop() first")
+        self._extend(t_ms)
+        self.hub.resume()
         if not self.hub.is_used and not self.hub.ports:
             super().run_until(t_ms)
             return
@@ -140,6 +144,7 @@ class LiveState(RunningState):
         """
         if self._forever is not None:
             raise LifecycleError("run_forever: the network runs already")
+        self.hub.resume()
         self._stop.clear()
         with self._stopping_programs_on_failure():
             self._begin(float("inf"))
@@ -183,6 +188,7 @@ class LiveState(RunningState):
                 for label in sorted(self.hub.injectors.keys() - known)
             )
         super().end()
+        self.hub.end()
 
     def close(self) -> None:
         self.stop()
@@ -269,7 +275,12 @@ class LiveState(RunningState):
         known = {**self.hub.live_outputs, **self.hub.injectors, **self.hub.controlled}
         return int(known[label].size)
 
+    def _extend(self, t_ms: float) -> None:
+        for extend in self.before_run:
+            extend(t_ms)
+
     def _step_until(self, t_ms: float, pace: _Pace | None = None) -> None:
+        self._extend(t_ms)
         last = round(t_ms / self.dt)
         for step in range(round(self.t / self.dt) + 1, last + 1):
             self._clock.advance(self.t)
