@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -84,6 +85,24 @@ def test_files_named_after_their_content_are_kept_by_browsers(server: Server) ->
     answer = ask(server, "/assets/main-1a2b.js")
     assert answer.headers["Content-Type"] == "text/javascript"
     assert "immutable" in answer.headers["Cache-Control"]
+
+
+@pytest.mark.parametrize(
+    ("accepted", "packed"),
+    [
+        ("gzip", True),
+        ("br, GZIP;q=0.5", True),
+        ("gzip;q=0", False),
+        ("gzip; q=0.0, br", False),
+        ("br", False),
+    ],
+)
+def test_text_is_sent_packed_to_whom_takes_it(server: Server, accepted: str, packed: bool) -> None:
+    answer = ask(server, "/assets/main-1a2b.js", f"Accept-Encoding: {accepted}")
+    assert (answer.headers.get("Content-Encoding") == "gzip") is packed
+    assert (gzip.decompress(answer.body) if packed else answer.body) == b"go()"
+    assert answer.headers["Content-Length"] == str(len(answer.body))
+    assert answer.headers["Vary"] == "Accept-Encoding"
 
 
 @pytest.mark.parametrize("target", ["/", "/index.html", "/assets/main-1a2b.js", "/nothing", "/?token=x"])

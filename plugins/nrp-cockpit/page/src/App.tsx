@@ -10,6 +10,7 @@ import { useView, type View } from "./state/view";
 import { Toolbar } from "./toolbar/Toolbar";
 import { Boundary } from "./ui/Boundary";
 import { Empty, Panel } from "./ui/Panel";
+import "./shell/narrow.css";
 import "./shell/shell.css";
 
 const FunctionsView = lazy(() => import("./functions/FunctionsView"));

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from browsing import CUT, Pages, Watched, seen, time_s, wait_until
+from browsing import CUT, Pages, Watched, box_of, seen, time_s, wait_until
 from cutting import Way
 from playwright.sync_api import Page, expect
 
@@ -109,6 +109,54 @@ def test_no_tool_of_a_panel_is_cut_off_in_a_narrow_page(husky: str, watched: Wat
         page.get_by_role("region", name="Scene").get_by_role("button", name="Fit", exact=False)
     ).to_be_visible()
     seen(page, lambda: page.locator("#main .panel-head").evaluate_all(CUT), lambda cut: cut == [])
+
+
+SIDEWAYS = """() => [...document.querySelectorAll("#root, .bar, .rail, .status, .main, .panel-head")]
+    .filter(one => one.scrollWidth > one.clientWidth + 1 && getComputedStyle(one).overflowX !== "hidden")
+    .map(one => `${one.className}: ${one.scrollWidth}`)"""
+"""The parts of the page that are wider than their place."""
+
+
+def test_a_run_is_watched_on_a_phone_in_one_column(husky: str, watched: Watched):
+    page = watched.open(husky, 390, 844)
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 0.1)
+    page.get_by_role("button", name="Pause").click()
+    boxes = []
+    for panel in ("Scene", "Camera", "From above", "Brain", "Spikes", "Devices and topics", "Selected"):
+        one = page.get_by_role("region", name=panel, exact=True)
+        boxes.append(box_of(one))
+        assert boxes[-1]["width"] > 360
+        expect(one.locator("h2")).to_be_in_viewport()
+    for view in ("Cockpit", "Functions", "Compare"):
+        page.get_by_role("link", name=view, exact=True).click()
+        page.locator(f"#main .{view.lower()}").wait_for()
+        seen(page, lambda: page.evaluate(SIDEWAYS), lambda wide: wide == [])
+        expect(page.get_by_role("link", name=view, exact=True)).to_be_in_viewport()
+        expect(page.get_by_role("button", name="Play")).to_be_in_viewport()
+
+
+SMALL = """() => [...document.querySelectorAll("button, a[href], input, select, summary, [role=tab]")]
+    .filter(one => one.checkVisibility({ visibilityProperty: true }))
+    .map(one => {
+        const { width, height } = one.getBoundingClientRect(), around = getComputedStyle(one, "::before")
+        const grown = around.position === "absolute" ? around : { width: "0", height: "0" }
+        const size = [Math.max(width, parseFloat(grown.width)), Math.max(height, parseFloat(grown.height))]
+        return [one.getAttribute("aria-label") ?? one.textContent, ...size]
+    })
+    .filter(([, width, height]) => width > 1 && (width < 24 || height < 24))"""
+"""The controls that are too small for people whose hands shake, with their sizes in pixels."""
+
+
+def test_every_control_can_be_hit(husky: str, watched: Watched):
+    page = watched.open(husky)
+    page.keyboard.press("s")
+    page.get_by_role("button", name="Restore the snapshot", exact=False).wait_for()
+    expect(page.get_by_role("button", name="Remove left_wheel_neuron")).to_be_visible()
+    for view in ("Cockpit", "Functions", "Designer", "Compare"):
+        page.get_by_role("link", name=view, exact=True).click()
+        page.locator(f"#main .{view.lower()}").wait_for()
+        seen(page, lambda: page.evaluate(SMALL), lambda small: small == [])
 
 
 def test_the_theme_is_that_of_the_system_until_another_is_chosen(husky: str, watched: Watched):

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from browsing import HUSKY, Kept, Watched, seen
+from browsing import HUSKY, Kept, Watched, box_of, seen
 from nrp_cockpit.session.layout import SUFFIX, own_layout
 from playwright.sync_api import Locator, Page, expect
 from visitors import visit
@@ -198,3 +198,19 @@ def test_a_device_is_plotted_as_soon_as_it_is_there_and_no_longer(opened: Page):
     opened.keyboard.press("Enter")
     new = plots.get_by_role("listitem").filter(has_text="seen_on_the_left")
     expect(new.locator("b")).to_have_text(re.compile(r"\d"))
+
+
+def test_a_legend_of_many_curves_leaves_room_for_them(opened: Page):
+    plots = opened.get_by_role("region", name="Devices and topics")
+    for axis in "xyz":
+        for field in (f"odom pose.position.{axis}", f"odom linear.{axis}", f"odom angular.{axis}"):
+            opened.get_by_role("button", name="Add", exact=True).click()
+            opened.get_by_role("searchbox", name="Search the topics").fill(field)
+            opened.keyboard.press("Enter")
+    group = plots.get_by_role("region", name="/husky/odom")
+    expect(group.get_by_role("listitem")).to_have_count(9)
+    legend, curves = group.get_by_role("list"), group.get_by_role("img")
+    assert box_of(legend)["height"] <= 48
+    assert box_of(curves)["height"] >= 64
+    group.get_by_role("button").last.focus()
+    expect(group.get_by_role("button").last).to_be_in_viewport()

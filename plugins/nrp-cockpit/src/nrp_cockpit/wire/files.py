@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import mimetypes
+import re
+from collections.abc import Iterable
+from functools import lru_cache
 from http import HTTPStatus
 from pathlib import Path
 
@@ -13,14 +17,18 @@ from nrp_cockpit.wire.guard import CONTENT_POLICY
 
 STATIC = (Path(__file__).parent.parent / "static").resolve()
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html; charset=utf-8"}
+_PACKED = (".js", ".css", ".html", ".svg")
+"""Suffixes of the files that become much smaller."""
+_REFUSED = re.compile(r";\s*q=0(\.0*)?\s*$")
 
 
-def file_response(path: str, folder: Path = STATIC) -> Response:
+def file_response(path: str, folder: Path = STATIC, accepted: Iterable[str] = ()) -> Response:
     """Return the response with a file of the page, or with "not found".
 
     Args:
         path: the path of the request.
         folder: the folder of the page, without symbolic links.
+        accepted: the values of the headers ``Accept-Encoding``: clients that take gzip get text packed.
     """
     if not folder.is_dir():
         return plain(HTTPStatus.NOT_FOUND, "the page has not been built: npm run build, in page/")
@@ -30,7 +38,24 @@ def file_response(path: str, folder: Path = STATIC) -> Response:
     kind = _TYPES.get(wanted.suffix) or mimetypes.guess_type(wanted.name)[0] or "application/octet-stream"
     # names in assets/ hold a hash of their content
     keep = "public, max-age=31536000, immutable" if wanted.parent.name == "assets" else "no-cache"
-    return _response(HTTPStatus.OK, kind, wanted.read_bytes(), keep)
+    if wanted.suffix not in _PACKED:
+        return _response(HTTPStatus.OK, kind, wanted.read_bytes(), keep)
+    body = _packed(wanted, wanted.stat().st_mtime_ns) if _takes_gzip(accepted) else wanted.read_bytes()
+    response = _response(HTTPStatus.OK, kind, body, keep)
+    response.headers["Vary"] = "Accept-Encoding"
+    if _takes_gzip(accepted):
+        response.headers["Content-Encoding"] = "gzip"
+    return response
+
+
+def _takes_gzip(accepted: Iterable[str]) -> bool:
+    codings = (one.strip().lower() for each in accepted for one in each.split(","))
+    return any(one.partition(";")[0].rstrip() == "gzip" and not _REFUSED.search(one) for one in codings)
+
+
+@lru_cache(maxsize=64)
+def _packed(file: Path, _changed_ns: int) -> bytes:
+    return gzip.compress(file.read_bytes(), mtime=0)
 
 
 def _file(path: str, folder: Path) -> Path | None:

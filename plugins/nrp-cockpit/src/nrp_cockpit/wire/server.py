@@ -112,7 +112,7 @@ class Server:
             return plain(HTTPStatus.FORBIDDEN, refusal)
         path, is_file = request.path.partition("?")[0], not _is_upgrade(request)
         if is_file and path != "/ws":
-            return file_response(path, self._static)
+            return file_response(path, self._static, request.headers.get_all("Accept-Encoding"))
         if not self._guard.may_watch(_token(request)):
             return plain(HTTPStatus.UNAUTHORIZED, "the token is missing or wrong; use the printed address")
         return plain(HTTPStatus.UPGRADE_REQUIRED, "connect with a websocket") if is_file else None
