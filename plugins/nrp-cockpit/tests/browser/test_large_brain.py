@@ -31,10 +31,15 @@ def page(ring: Path, kept: Kept, watched: Watched) -> Page:
     """A cockpit after a second of the ring."""
     page = watched.open(kept.open(str(ring)))
     expect(page.get_by_role("img", name="Spikes of ring, kicks")).to_be_visible()
+    go_on(page)
+    return page
+
+
+def go_on(page: Page) -> None:
+    """Run for the first second."""
     page.get_by_role("slider", name="Simulated time").press("PageUp")
     expect(page.get_by_role("timer")).to_contain_text("1.00 s")
     page.get_by_role("button", name="Play").wait_for()
-    return page
 
 
 def plot_of(page: Page) -> Locator:
@@ -114,3 +119,88 @@ def test_rates_are_shown_as_colours_of_groups_or_of_cells(page: Page):
     is_another()
     spikes.get_by_role("radio", name="Rates").click()
     is_another()
+
+
+LEARNS = """\
+import nrp_core.pynn as sim
+
+sim.setup(timestep=1.0)
+pre = sim.Population(20, sim.SpikeSourcePoisson(rate=40.0), label="pre")
+post = sim.Population(20, sim.IF_curr_exp(), label="post")
+stdp = sim.STDPMechanism(
+    timing_dependence=sim.SpikePairRule(tau_plus=20.0, tau_minus=20.0, A_plus=0.02, A_minus=0.01),
+    weight_dependence=sim.AdditiveWeightDependence(w_min=0.0, w_max=4.0), weight=2.0, delay=1.0)
+sim.Projection(pre, post, sim.AllToAllConnector(), stdp, label="learned")
+half = post[:10]
+"""
+
+
+@pytest.fixture(scope="session")
+def learning(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An experiment with a projection that learns."""
+    file = large_brain(tmp_path_factory.mktemp("learning"))
+    (file.parent / "brain.py").write_text(LEARNS)
+    return file
+
+
+def test_weights_are_plotted_over_time_and_compared_at_two_moments(
+    learning: Path, kept: Kept, watched: Watched
+):
+    page = watched.open(kept.open(str(learning)))
+    inspector = page.get_by_role("region", name="Selected")
+    page.get_by_role("button", name="Projection learned: excites, 400 synapses").press("Enter")
+    pin = inspector.get_by_role("button", name="Pin", exact=True)
+    pin.click()
+    inspector.get_by_role("button", name="Over time").click()
+    inspector.get_by_role("button", name="Synapse", exact=True).click()
+    page.get_by_role("searchbox", name="Search the synapses").fill("0 to 0")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("img", name="Curves of mean, 5 %, 95 %")).to_be_visible()
+    go_on(page)
+    mean = page.get_by_role("region", name="/brain/projections/learned/weights").get_by_role("listitem").first
+    expect(mean).to_contain_text(re.compile(r"mean\s*3\.\d"))
+    one = page.get_by_role("region", name="/brain/projections/learned/synapses").get_by_role("listitem")
+    expect(one).to_contain_text(re.compile(r"0 to 0\s*[234]\.\d"))
+    rows = inspector.get_by_role("region", name="Weights").get_by_role("row")
+    expect(rows.nth(1)).to_contain_text(re.compile(r"now\s*[23]\.?\d*"))
+    expect(rows.nth(2)).to_contain_text(re.compile(r"^\s*0 s\s*2\s*2\s*2"))
+    pin.click()
+    expect(rows.nth(3)).to_contain_text("1 s")
+    outlines = inspector.get_by_role("img", name="Histogram of the weights from 1.5 to 4").locator("polyline")
+    expect(outlines).to_have_count(3)
+    inspector.get_by_role("button", name="Unpin").first.click()
+    expect(rows).to_have_count(3)
+
+
+def test_a_group_shows_its_rate_membranes_and_synapses(learning: Path, kept: Kept, watched: Watched):
+    page = watched.open(kept.open(str(learning)))
+    page.get_by_role("button", name="Group half of post: 10 cells").click()
+    inspector = page.get_by_role("region", name="Selected")
+    expect(inspector.get_by_role("region", name="Synapses to it")).to_contain_text(
+        re.compile(r"pre\s*200\s*2")
+    )
+    go_on(page)
+    rate = inspector.get_by_role("region", name="Rate")
+    expect(rate).to_contain_text(re.compile(r"up to \d{3,} Hz"))
+    expect(inspector.get_by_role("region", name="Membranes").get_by_role("listitem")).to_have_count(4)
+
+
+def test_cells_are_shown_in_space_and_selected_there(page: Page):
+    brain = page.get_by_role("region", name="Brain", exact=True)
+    brain.get_by_role("radio", name="3D").click()
+    cloud = brain.get_by_role("application", name="The cells of ring in space")
+    expect(cloud).to_be_visible()
+    before = seen(page, cloud.screenshot, lambda picture: len(picture) > 2000)
+    cloud.focus()
+    page.keyboard.press("ArrowLeft")
+    turned = seen(page, cloud.screenshot, lambda picture: picture != before)
+    page.get_by_role("button", name="Step", exact=True).click()
+    seen(page, cloud.screenshot, lambda picture: picture != turned)
+    box = box_of(cloud)
+    for x in range(8, int(box["width"] / 2), 12):
+        cloud.click(position={"x": x, "y": box["height"] / 2})
+        if selected(page).count():
+            break
+    expect(selected(page)).to_contain_text(re.compile(r"^ring \d+"))
+    brain.get_by_role("radio", name="Graph").click()
+    expect(brain.get_by_role("button", name="Group east of ring", exact=False)).to_be_visible()

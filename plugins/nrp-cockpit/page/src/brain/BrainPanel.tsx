@@ -1,9 +1,11 @@
-import { useMemo, useRef } from "react";
+import { lazy, Suspense, useMemo, useRef } from "react";
 import { useSpikes } from "../plots/spikeStore";
+import { usePanelChoice } from "../state/panelChoices";
 import { useRun } from "../state/run";
 import type { Experiment } from "../state/types";
 import { counted } from "../ui/counts";
 import { Empty, Panel } from "../ui/Panel";
+import { Segmented } from "../ui/Segmented";
 import { GraphView } from "./GraphView";
 import { layGraph } from "./graph";
 import { linksOf } from "./links";
@@ -12,7 +14,10 @@ import { useConnections } from "./useConnections";
 import { useSize } from "./useSize";
 import "./brain.css";
 
-/** Populations and projections as a graph; activity as brightness. */
+/** With three.js, which the first picture does not wait for. */
+const CloudView = lazy(() => import("./cloud/CloudView"));
+
+/** Populations and projections as a graph, or cells where they are in space; activity as brightness. */
 export function BrainPanel() {
   const experiment = useRun((run) => run.experiment);
   if (experiment) return <Brain experiment={experiment} />;
@@ -34,21 +39,54 @@ const KEY = (
   </span>
 );
 
-function Brain({ experiment: { populations, groups, projections, devices } }: { experiment: Experiment }) {
+const WAYS = [
+  { value: "graph", label: "Graph" },
+  { value: "space", label: "3D" },
+] as const;
+
+type Way = (typeof WAYS)[number]["value"];
+
+function Brain({ experiment }: { experiment: Experiment }) {
+  const { populations, projections } = experiment;
+  const [chosen, choose] = usePanelChoice<Way>("graph");
+  useSpikes(populations);
+  const hasPlaces = populations.some(({ placed }) => placed);
+  const way = hasPlaces ? chosen : "graph";
+  const cells = populations.reduce((sum, population) => sum + population.size, 0);
+  const sub = `${counted(cells, "cell")}, ${counted(projections.length, "projection")}`;
+  const tools = (
+    <>
+      {way === "graph" && KEY}
+      {hasPlaces && <Segmented label="View of the brain" choices={WAYS} value={way} onChange={choose} />}
+    </>
+  );
+  return (
+    <Panel title="Brain" sub={sub} tools={tools} className="brain">
+      {way === "graph" ? (
+        <BrainGraph experiment={experiment} />
+      ) : (
+        <Suspense fallback={null}>
+          <CloudView populations={populations} devices={experiment.devices} />
+        </Suspense>
+      )}
+    </Panel>
+  );
+}
+
+function BrainGraph({
+  experiment: { populations, groups, projections, devices },
+}: {
+  experiment: Experiment;
+}) {
   const place = useRef<HTMLDivElement>(null);
   const size = useSize(place);
-  useSpikes(populations);
   const connections = useConnections(groups);
   const parts = useMemo(() => partsOf(populations, devices, groups), [populations, devices, groups]);
   const links = useMemo(() => linksOf(projections, parts, connections), [projections, parts, connections]);
   const graph = useMemo(() => size && layGraph(parts, links, size.width, size.height), [parts, links, size]);
-  const cells = populations.reduce((sum, population) => sum + population.size, 0);
-  const sub = `${counted(cells, "cell")}, ${counted(projections.length, "projection")}`;
   return (
-    <Panel title="Brain" sub={sub} tools={KEY} className="brain">
-      <div ref={place} className="brain-place">
-        {graph && size && <GraphView graph={graph} {...size} />}
-      </div>
-    </Panel>
+    <div ref={place} className="brain-place">
+      {graph && size && <GraphView graph={graph} {...size} />}
+    </div>
   );
 }

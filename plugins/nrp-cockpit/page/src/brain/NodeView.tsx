@@ -42,7 +42,7 @@ export function NodeView({ node, selected }: { node: Placed; selected: Selection
 }
 
 const shortened = (text: string, letters: number) =>
-  text.length > letters ? `${text.slice(0, letters - 1)}…` : text;
+  text.length > letters ? `${text.slice(0, Math.max(1, letters - 1))}…` : text;
 
 /** The mean width of a digit in a circle. */
 const DIGIT_PX = 7;
@@ -85,20 +85,29 @@ function Words({ node: { x, y, rx, side, letters, tight }, name }: { node: Place
   );
 }
 
+/** A box this high has its name above its rate; in a lower one they stand beside each other. */
+const TWO_LINES_RY = 15;
+/** The room of a rate beside a name. */
+const RATE_LETTERS = 6;
+
 function Box({ node: { part, x, y, rx, ry, letters } }: { node: Placed }) {
   const [left, top] = [x - rx, y - ry];
+  const low = ry < TWO_LINES_RY;
+  const [rateX, rateY] = low ? [x + rx - 6, top + 12] : [left + 8, top + 27];
   return (
     <>
       <rect className="brain-shape" x={left} y={top} width={2 * rx} height={2 * ry} rx="6" />
-      <text className="brain-name" x={left + 8} y={top + 14}>
-        {shortened(part.name, letters)}
+      <text className="brain-name" x={left + (low ? 6 : 8)} y={top + (low ? 12 : 14)}>
+        {shortened(part.name, low ? letters - RATE_LETTERS : letters)}
       </text>
-      <text className="brain-rate" x={left + 8} y={top + 27} />
-      <text className="brain-rate-size" x={x + rx - 8} y={top + 27} textAnchor="end">
-        {thousands(part.size)}
-      </text>
-      <rect className="brain-bar" x={left + 8} y={y + ry - 7} width={2 * rx - 16} height="3" rx="1.5" />
-      <rect className="brain-bar-on" x={left + 8} y={y + ry - 7} width={2 * rx - 16} height="3" rx="1.5" />
+      <text className="brain-rate" x={rateX} y={rateY} textAnchor={low ? "end" : "start"} />
+      {!low && (
+        <text className="brain-rate-size" x={x + rx - 8} y={top + 27} textAnchor="end">
+          {thousands(part.size)}
+        </text>
+      )}
+      <rect className="brain-bar" x={left + 8} y={y + ry - 6} width={2 * rx - 16} height="3" rx="1.5" />
+      <rect className="brain-bar-on" x={left + 8} y={y + ry - 6} width={2 * rx - 16} height="3" rx="1.5" />
     </>
   );
 }

@@ -12,6 +12,8 @@ export interface Between {
   /** The group at the other end; null: the cells of a population that are in no group. */
   group: string | null;
   population: string;
+  /** What these cells are called. */
+  name: string;
   synapses: number;
   /** The mean weight. */
   weight: number;
@@ -37,8 +39,10 @@ export class Connections {
     return (links ?? [])
       .filter((link) => parts?.[link[end]]?.group === group)
       .map(({ projection, synapses, weight, ...ends }) => {
-        const { group: name = null, population = "" } = parts?.[ends[other]] ?? {};
-        return { projection, group: name, population, synapses, weight };
+        const { group: at = null, population = "" } = parts?.[ends[other]] ?? {};
+        const isRest = parts?.some((part) => part.group !== null && part.population === population);
+        const name = at ?? (isRest ? `other ${population}` : population);
+        return { projection, group: at, population, name, synapses, weight };
       })
       .toSorted((a, b) => b.synapses - a.synapses);
   }

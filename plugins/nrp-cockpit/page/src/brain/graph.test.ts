@@ -152,8 +152,16 @@ describe("the groups of a large population", () => {
       ["other cortex", "left", 0.1],
     ]);
     expect(known.of("left", "from")).toEqual([
-      { projection: "cortex to cortex", group: "right", population: "cortex", synapses: 500, weight: -0.2 },
+      {
+        projection: "cortex to cortex",
+        group: "right",
+        population: "cortex",
+        name: "right",
+        synapses: 500,
+        weight: -0.2,
+      },
     ]);
+    expect(known.of("left", "to").map(({ name }) => name)).toEqual(["other cortex"]);
     expect(linksOf([projection("cortex", "cortex", null)], parts)).toEqual([]);
   });
 

@@ -41,7 +41,9 @@ const BOX_RY = 20;
 /** The room beside the name in a box. */
 const BOX_INSET = 16;
 /** How far apart the parts of a column are at least. */
-const LEAST_PX = { neuron: 14, box: 36 };
+const LEAST_PX = { neuron: 14, box: 36, lowBox: 26 };
+/** The width that a box needs with the gap to the next one, for boxes lower than usual to be worth it. */
+const BOX_PX = 104;
 
 /** Lays the graph out in a rectangle. */
 export function layGraph(
@@ -51,8 +53,9 @@ export function layGraph(
   height: number,
 ): Graph {
   const room = height - 2 * TOP;
+  const least = leastBox(parts.filter(isBox).length, width, room);
   const columns = columnsOf(parts, links).flatMap((column, at, { length }) =>
-    split(column, room, at === 0 ? "left" : at === length - 1 ? "right" : "above"),
+    split(column, room, least, at === 0 ? "left" : at === length - 1 ? "right" : "above"),
   );
   const pitch = room / Math.max(1, ...columns.map((column) => column.parts.length));
   const radius = Math.max(6, Math.min(14, pitch / 2 - 4));
@@ -69,6 +72,12 @@ export function layGraph(
   return { nodes, lines: linesOf(links, nodes) };
 }
 
+/** How far apart boxes are at least: closer if there are too many to stand beside each other. */
+function leastBox(boxes: number, width: number, room: number): number {
+  const fit = Math.floor(room / LEAST_PX.box) * Math.floor(width / BOX_PX);
+  return boxes > fit ? LEAST_PX.lowBox : LEAST_PX.box;
+}
+
 const isTight = (column: readonly Part[], room: number) => room / column.length < TWO_LINES_PX;
 
 /** The room that the names of a column of neurons would like, with their rates where there is no line for these. */
@@ -81,13 +90,13 @@ function wantedBy(column: readonly Part[], room: number): number {
  * A column as some side by side: neurons and boxes apart, because they need different room, and as many as it takes
  * to fit the height. Names stand beside the outermost, or beside the neurons next to the boxes.
  */
-function split(column: readonly Part[], room: number, side: Side): Column[] {
+function split(column: readonly Part[], room: number, least: number, side: Side): Column[] {
   const neurons = wrapped(
     column.filter((part) => !isBox(part)),
     room,
     LEAST_PX.neuron,
   );
-  const boxes = wrapped(column.filter(isBox), room, LEAST_PX.box);
+  const boxes = wrapped(column.filter(isBox), room, least);
   const outer = side === "left" ? 0 : neurons.length - 1;
   const named = neurons.map((parts, at): Column => {
     const wanted = wantedBy(parts, room);

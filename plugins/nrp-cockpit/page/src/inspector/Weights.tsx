@@ -1,19 +1,26 @@
-import { Fact, Facts, Section } from "./Facts";
-import { barsOf } from "./samples";
+import type { CSSProperties } from "react";
+import { CURVE_COLOURS } from "../plots/palette";
+import { notify } from "../state/notices";
+import { useRun } from "../state/run";
+import { addTrace } from "../state/traces";
+import type { TopicInfo } from "../state/types";
+import { Button, IconButton } from "../ui/Button";
+import { Chooser } from "../ui/Chooser";
+import { wire } from "../wire";
+import { Section } from "./Facts";
+import { outlinesOf, pin, type Seen, unpin, usePins } from "./pins";
 import { useLook } from "./useLook";
 
-interface Seen {
-  counts: number[];
-  borders: number[];
-  summary: [number, number, number] | null;
-}
-
 const EVERY_MS = 1000;
+const NO_PINS: readonly Seen[] = [];
+const NO_TOPICS: readonly TopicInfo[] = [];
 const text = (weight: number) => Number(weight.toPrecision(3)).toString();
+const colourOf = (at: number) => ({ "--c": `var(${CURVE_COLOURS[at]})` }) as CSSProperties;
 
-/** The weights of a projection as they are now, read while it is shown. */
+/** The weights of a projection as they are now, read while it is shown, beside those of pinned moments. */
 export function Weights({ id }: { id: string }) {
   const seen = useLook<Seen>("weights", { projection: id }, EVERY_MS);
+  const pins = usePins((state) => state.pins[id] ?? NO_PINS);
   if (seen === null) return null;
   if (typeof seen === "string")
     return (
@@ -22,25 +29,133 @@ export function Weights({ id }: { id: string }) {
       </Section>
     );
   if (!seen.summary) return null;
-  const [least, mean, most] = seen.summary;
+  const all = [seen, ...pins];
   return (
     <Section title="Weights">
+      <Histograms all={all} />
+      <table className="inspector-weights">
+        <thead>
+          <tr>
+            <th scope="col">At</th>
+            <th scope="col">Smallest</th>
+            <th scope="col">Mean</th>
+            <th scope="col">Largest</th>
+            <th />
+          </tr>
+        </thead>
+        <tbody>
+          {all.map((one, at) => (
+            <Moment key={at === 0 ? "now" : one.t_s} id={id} seen={one} number={at} />
+          ))}
+        </tbody>
+      </table>
+      <div className="row">
+        <Button small onClick={() => void pinNow(id)} tip="Keep the weights of now, to compare them later">
+          Pin
+        </Button>
+        <PlotWeights id={id} />
+      </div>
+    </Section>
+  );
+}
+
+/** What is shown may be a second old. */
+async function pinNow(id: string): Promise<void> {
+  try {
+    pin(id, await wire.call<Seen>("/cockpit/weights", { projection: id }));
+  } catch (error) {
+    notify((error as Error).message, "bad");
+  }
+}
+
+function Histograms({ all }: { all: readonly Seen[] }) {
+  const borders = all.flatMap((one) => one.borders);
+  const [least, most] = [Math.min(...borders), Math.max(...borders)];
+  return (
+    <>
       <svg
-        className="inspector-trace"
+        className="inspector-trace inspector-outlines"
         viewBox="0 0 1 1"
         preserveAspectRatio="none"
         role="img"
         aria-label={`Histogram of the weights from ${text(least)} to ${text(most)}`}
       >
-        {barsOf(seen.counts).map(({ x, width, height }) => (
-          <rect key={x} x={x} y={1 - height} width={width * 0.9} height={height} />
+        {outlinesOf(all).map((points, at) => (
+          <polyline
+            key={at === 0 ? "now" : all[at]?.t_s}
+            style={colourOf(at)}
+            points={points.map(([x, y]) => `${x},${1 - y}`).join(" ")}
+          />
         ))}
       </svg>
-      <Facts>
-        <Fact name="Smallest">{text(least)}</Fact>
-        <Fact name="Mean">{text(mean)}</Fact>
-        <Fact name="Largest">{text(most)}</Fact>
-      </Facts>
-    </Section>
+      <p className="inspector-ends dim f11 num" aria-hidden="true">
+        <span>{text(least)}</span>
+        <span>{text(most)}</span>
+      </p>
+    </>
+  );
+}
+
+function Moment({ id, seen: { t_s, summary }, number }: { id: string; seen: Seen; number: number }) {
+  return (
+    <tr>
+      <th scope="row">
+        <span className="key">
+          <i style={colourOf(number)} />
+          {number === 0 ? "now" : `${Number(t_s.toFixed(3))} s`}
+        </span>
+      </th>
+      {(summary ?? []).map((weight, at) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: smallest, mean and largest
+        <td key={at} className="num">
+          {text(weight)}
+        </td>
+      ))}
+      <td>
+        {number > 0 && (
+          <IconButton icon="close" label="Unpin" kind="ghost" small onClick={() => unpin(id, t_s)} />
+        )}
+      </td>
+    </tr>
+  );
+}
+
+/** The numbers of the summary that are plotted at first. */
+const FIRST = ["mean", "5 %", "95 %"];
+
+/** Buttons that add the summary of the weights, or single ones, to the curves. */
+function PlotWeights({ id }: { id: string }) {
+  const topics = useRun((run) => run.experiment?.topics ?? NO_TOPICS);
+  const named = (end: string) => topics.find(({ name }) => name === `/brain/projections/${id}/${end}`);
+  const [summary, synapses] = [named("weights"), named("synapses")];
+  if (!summary) return null;
+  const plot = ({ name, elements }: TopicInfo, element: string) =>
+    addTrace({ topic: name, path: `data[${elements.indexOf(element)}]` });
+  return (
+    <>
+      <Button
+        small
+        icon="plot"
+        tip="Plot mean and quantiles over time"
+        onClick={() => FIRST.map((one) => plot(summary, one))}
+      >
+        Over time
+      </Button>
+      {synapses && (
+        <Chooser
+          icon="plus"
+          kind="ghost"
+          small
+          title="Plot the weight of a synapse"
+          search="Search the synapses"
+          choices={() => synapses.elements}
+          textOf={(ends) => ends}
+          none="No synapse between these cells is sampled."
+          onChoose={(ends) => plot(synapses, ends)}
+        >
+          Synapse
+        </Chooser>
+      )}
+    </>
   );
 }

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { barsOf, extended } from "./samples";
+import { extended } from "./samples";
 
 const at = (t_s: number, v_mv = -65) => ({ t_s, v_mv: [v_mv] });
 
@@ -16,11 +16,4 @@ describe("the samples of a membrane", () => {
   it("forget what a way back undid", () => {
     expect(extended([at(1), at(2), at(3)], at(1.5)).map(({ t_s }) => t_s)).toEqual([1, 1.5]);
   });
-});
-
-it("draws the largest bin of a histogram at full height", () => {
-  expect(barsOf([1, 4])).toEqual([
-    { x: 0, width: 0.5, height: 0.25 },
-    { x: 0.5, width: 0.5, height: 1 },
-  ]);
 });

@@ -33,8 +33,11 @@ export function CellsMenu({ look, onLook, onZoom }: CellsProps) {
     { label: "All cells", icon: "fit" as const, onSelect: () => onZoom(null) },
   ];
   return (
-    <Menu label="Cells in the plot" items={items} className="btn btn-ghost btn-icon btn-small">
-      <Icon name="more" small />
-    </Menu>
+    <span className="plot-cells">
+      <Menu label="Cells in the plot" items={items} className="btn btn-ghost btn-small">
+        Cells
+        <Icon name="down" small />
+      </Menu>
+    </span>
   );
 }

@@ -46,11 +46,6 @@ export function SpikesPanel() {
   const tools = (
     <>
       <Segmented label="Kind of plot" choices={KINDS} value={kind} onChange={setKind} />
-      <CellsMenu
-        look={look}
-        onLook={({ order, each }) => setLook({ order, each })}
-        onZoom={(factor) => zoom.current(factor)}
-      />
       <WindowTools plot="spikes" />
     </>
   );
@@ -68,6 +63,11 @@ export function SpikesPanel() {
         look={look}
         zoom={zoom}
         onCount={(text) => count.current?.replaceChildren(text)}
+      />
+      <CellsMenu
+        look={look}
+        onLook={({ order, each }) => setLook({ order, each })}
+        onZoom={(factor) => zoom.current(factor)}
       />
     </Panel>
   );

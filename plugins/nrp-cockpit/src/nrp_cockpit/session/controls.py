@@ -76,6 +76,7 @@ def services_of(session: LiveSession) -> Services:
         "connections": asked(session, looks.connections),
         "parameters": asked(session, parameters.read),
         "membrane": asked(session, looks.membrane),
+        "positions": asked(session, looks.positions),
         "weights": asked(session, looks.weights),
         "layout/load": validated(layout.load),
     }
@@ -123,6 +124,7 @@ def services_of_recording(session: RecordedSession) -> Services:
         "connections": _refuse,
         "parameters": _refuse,
         "membrane": _refuse,
+        "positions": _refuse,
         "weights": _refuse,
         "layout/load": validated(layout.load),
     }

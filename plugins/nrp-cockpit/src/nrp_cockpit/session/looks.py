@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from typing import Any
 
 import numpy as np
 
 from nrp_cockpit.session.groups import connections
+from nrp_core.brain.network.data import Population
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
@@ -33,6 +35,23 @@ class Looks:
             self._connections = connections(self._run.brain.network)
         return self._connections
 
+    def positions(self, population: str) -> dict[str, Any]:
+        """Return the positions of the cells of a population, um, as base64 of 32-bit numbers ``x y z x ...``.
+
+        Raises:
+            ExperimentError: there is no such population, or its cells have no positions.
+        """
+        positions_um = self._population(population).positions_um
+        if positions_um is None:
+            raise ExperimentError(f"the cells of '{population}' have no positions")
+        return {"base64": b64encode(positions_um.astype("<f4").tobytes()).decode()}
+
+    def _population(self, label: str) -> Population:
+        populations = self._run.brain.network.populations
+        if label not in populations:
+            raise ExperimentError(f"the brain has no population '{label}'{did_you_mean(label, populations)}")
+        return populations[label]
+
     def membrane(self, population: str, indices: list[int]) -> dict[str, Any]:
         """Return the membrane potentials of some cells, mV, and the time.
 
@@ -40,17 +59,13 @@ class Looks:
             ExperimentError: a cell does not exist, or there are more than :data:`MOST_CELLS`.
             CapabilityError: the brain cannot read them.
         """
-        network = self._run.brain.network
-        if population not in network.populations:
-            hint = did_you_mean(population, network.populations)
-            raise ExperimentError(f"the brain has no population '{population}'{hint}")
+        size = self._population(population).size
         if not 0 < len(indices) <= MOST_CELLS:
             raise ExperimentError(f"indices: 1 to {MOST_CELLS} cells, not {len(indices)}")
-        size = network.populations[population].size
         for index in indices:
             if not 0 <= index < size:
                 raise ExperimentError(f"the cells of '{population}' are 0 to {size - 1}, not {index}")
-        neurons = int(network.offsets[population]) + np.array(indices)
+        neurons = int(self._run.brain.network.offsets[population]) + np.array(indices)
         v_mv = self._run.brain.read_state("v", neurons).tolist()
         return {"t_s": seconds(self._run.brain.now_ns), "v_mv": v_mv}
 
