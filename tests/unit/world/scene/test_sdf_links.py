@@ -72,7 +72,6 @@ def test_a_plane_faces_along_its_normal(link: LinkReader) -> None:
         "<cylinder><radius>1</radius><length>-2</length></cylinder>",
         "<plane><size>0 1</size></plane>",
         "<cube><size>1 2 3</size></cube>",
-        "<mesh><uri>a.stl</uri><scale>1 0 1</scale></mesh>",
         "<mesh/>",
     ],
 )
