@@ -40,7 +40,8 @@ def choose(page: Page, button: str, item: str) -> None:
 def test_a_panel_is_split_by_keys_and_each_shows_what_is_chosen_in_it(opened: Page, experiment: Path):
     place = opened.get_by_role("button", name="Place of Spikes", exact=True)
     place.press("Enter")
-    opened.keyboard.press("Enter")  # the first item: to the right
+    opened.keyboard.press("ArrowDown")
+    opened.keyboard.press("Enter")  # the second item: to the right
     first, second = panel(opened, "Spikes"), panel(opened, "Spikes 2")
     expect(second.get_by_role("heading", name="Spikes 2")).to_be_visible()
     assert abs(box_of(first)["width"] - box_of(second)["width"]) < 2

@@ -67,6 +67,16 @@ def test_spikes_are_drawn_and_a_reset_forgets_them(opened: Page):
     seen(opened, lambda: pixels(raster, GREEN), lambda count: count == 0)
 
 
+def test_plots_are_read_as_tables(opened: Page):
+    spikes = opened.get_by_role("table", name="Spikes of circuit").get_by_role("row").last
+    expect(spikes).to_have_text(re.compile(r"circuit8\d+[\d.]+ Hz"))
+    curves = opened.get_by_role("table", name="Curves of linear.x, angular.z").get_by_role("row")
+    expect(curves).to_have_count(3)
+    now, lowest, highest = (float(text) for text in curves.last.get_by_role("cell").all_inner_texts())
+    assert lowest <= now <= highest
+    assert highest > 0
+
+
 def test_a_neuron_says_its_rate_and_is_selected_by_the_keyboard(opened: Page):
     wheel = opened.get_by_role("button", name="Neuron 7 of circuit: right wheel neuron")
     rate = wheel.locator(".brain-rate")

@@ -15,6 +15,7 @@ export function FrameTools({ id, full }: { id: PanelId; full: boolean }) {
   const number = numberOf(id);
   const others = PANELS.filter((one) => one !== kind && isShown(one, experiment));
   const items = [
+    { label: "Full size", shortcut: "Enter", onSelect: () => setFull(id) },
     { label: "Split to the right", onSelect: () => split(id, "right") },
     { label: "Split below", onSelect: () => split(id, "below") },
     ...others.map((one) => ({
@@ -41,6 +42,7 @@ export function FrameTools({ id, full }: { id: PanelId; full: boolean }) {
         shortcut={full ? "Esc" : "Enter"}
         kind="ghost"
         small
+        className={full ? "" : "frame-full"}
         onClick={() => setFull(full ? null : id)}
       />
     </>

@@ -9,10 +9,12 @@ import { Segmented } from "../ui/Segmented";
 import { CellsMenu } from "./CellsMenu";
 import { clock } from "./clock";
 import type { Order } from "./order";
+import { PlotTable, type Row } from "./PlotTable";
 import { heardOf, spikesOf, useSpikes } from "./spikeStore";
 import { type Kind, type Look, SpikesPicture } from "./spikesPicture";
+import { SPIKE_COLUMNS, spikeRow } from "./tables";
 import { useCanvas } from "./useCanvas";
-import { type LineNavigation, useTimeNavigation } from "./useTimeNavigation";
+import { type LineNavigation, scaleNow, useTimeNavigation } from "./useTimeNavigation";
 import { WindowTools } from "./WindowTools";
 import "./plots.css";
 
@@ -129,8 +131,22 @@ function Raster({ populations, groups, look, zoom, onCount }: RasterProps) {
   const handlers = useTimeNavigation(ref, scale, redraw, lines);
   const names = populations.map(({ label }) => label).join(", ");
   return (
-    <canvas ref={ref} className="plot-canvas" role="img" aria-label={`Spikes of ${names}`} {...handlers} />
+    <>
+      <canvas ref={ref} className="plot-canvas" role="img" aria-label={`Spikes of ${names}`} {...handlers} />
+      <PlotTable
+        caption={`Spikes of ${names}`}
+        columns={SPIKE_COLUMNS}
+        rows={() => populations.map(rowNow)}
+      />
+    </>
   );
+}
+
+function rowNow(population: Population): Row {
+  const { from_s, to_s } = scaleNow(0, 1);
+  const { label } = population;
+  const until_s = Math.min(to_s, clock.now_s);
+  return spikeRow(population, spikesOf(label), heardOf(label), Math.max(0, from_s), until_s);
 }
 
 const activeText = (cells: number) => `, of ${thousands(cells)} cells in sight`;

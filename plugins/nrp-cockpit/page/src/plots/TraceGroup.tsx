@@ -6,8 +6,10 @@ import { Rarely, READABLE_MS } from "../ui/rarely";
 import { clock } from "./clock";
 import { valueAt } from "./curve";
 import type { Group, Shown } from "./groups";
+import { PlotTable, type Row } from "./PlotTable";
 import { CURVE_COLOURS } from "./palette";
 import { drawCursors, drawEvents, drawTimeAxis, MARGIN, setFont } from "./pen";
+import { CURVE_COLUMNS, curveRow } from "./tables";
 import { type TimeScale, timeAt, valueText } from "./timeAxis";
 import { heardOf, keyOf, valuesOf } from "./traceStore";
 import { paintCurves, TOP } from "./tracesPicture";
@@ -56,8 +58,14 @@ export function TraceGroup({ group: { title, curves }, last }: GroupProps) {
         </ul>
       </div>
       <canvas ref={ref} className="plot-canvas" role="img" aria-label={`Curves of ${names}`} {...handlers} />
+      <PlotTable caption={`Curves of ${names}`} columns={CURVE_COLUMNS} rows={() => curves.map(rowNow)} />
     </section>
   );
+}
+
+function rowNow({ trace, label }: Shown): Row {
+  const { from_s, to_s } = scaleNow(0, 1);
+  return curveRow(label, valuesOf(trace), from_s, Math.min(to_s, clock.now_s));
 }
 
 function Entry({ shown, value }: { shown: Shown; value: (element: HTMLElement | null) => void }) {
