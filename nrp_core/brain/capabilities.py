@@ -150,7 +150,7 @@ class BrainCapabilities:
         neuromodulation: whether rewards and punishments can decide on STDP.
         rewards: whether rewards can also come from outside of the network, such as a transfer function.
         synapse_state: the state variables of synapses that learn from rewards, which can be read while it
-            runs: ``eligibility``, ``dopamine``.
+            runs: ``eligibility``, ``dopamine``; with these also those of synapses in equations.
         snapshot: whether its state can be saved and restored.
         releases_gil: whether it can step while Python code runs in another thread.
     """

@@ -13,7 +13,7 @@ from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values, limits_of_cells
-from nrp_core.brain.network.synapses import STDP
+from nrp_core.brain.network.modulations import follows_dopamine
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 PARAMETERS: Final = "parameters"
@@ -125,7 +125,7 @@ def rewarded(network: Network, label: str) -> Projection:
         raise NetworkError(
             f"projection '{label}' brings rewards; name the one onto '{projection.post}' whose weights change"
         )
-    if projection.synapse_type != STDP:
+    if not follows_dopamine(projection):
         raise NetworkError(
             f"projection '{label}': its synapses are of {projection.synapse_type}; rewards decide on changes "
             "by STDP"
@@ -136,6 +136,25 @@ def rewarded(network: Network, label: str) -> Projection:
             f"'{projection.post}' says how they act"
         )
     return projection
+
+
+def with_synapse_state(network: Network, label: str, variable: str) -> Projection:
+    """Return a projection whose synapses have a state variable.
+
+    Raises:
+        NetworkError: there is no such projection, or no such variable.
+    """
+    projection = projection_of(network, label)
+    if projection.equations is None:
+        return rewarded(network, label)
+    model = projection.equations.model
+    if variable in model.variables or (variable == DOPAMINE and model.eligibility):
+        return projection
+    known = [*model.variables, *([DOPAMINE] if model.eligibility else [])]
+    raise NetworkError(
+        f"projection '{label}': its equations have no state variable '{variable}'"
+        f"{did_you_mean(variable, known)}"
+    )
 
 
 def parameter_changes(

@@ -368,23 +368,25 @@ class Brain(Simulation):
 
     @final
     def read_synapse_state(self, projection: str, variable: str) -> FloatArray:
-        """Return a state variable of synapses that learn from rewards, at the current time.
+        """Return a state variable of synapses at the current time.
 
         Args:
-            projection: the label of the projection whose weights change.
-            variable: ``eligibility`` (units of the weight), or ``dopamine`` of the target of each synapse.
+            projection: the label of the projection.
+            variable: of synapses with STDP that learn from rewards ``eligibility`` (units of the weight), or
+                ``dopamine`` of the target of each synapse; a variable of synapses in equations, in its unit.
 
         Returns:
             In the order of the synapses, shape ``(n_synapses,)``.
 
         Raises:
             CapabilityError: the backend does not show it.
-            NetworkError: the projection does not learn from rewards.
+            NetworkError: the projection does not learn from rewards, or has no such variable.
         """
         self.require_ready()
-        if variable not in self.capabilities.synapse_state:
-            raise not_shown(self, variable, self.capabilities.synapse_state)
-        chosen = changes.rewarded(self.network, projection)
+        shown, chosen = self.capabilities.synapse_state, changes.projection_of(self.network, projection)
+        if variable not in shown and (chosen.equations is None or not shown):
+            raise not_shown(self, variable, shown)
+        chosen = changes.with_synapse_state(self.network, projection, variable)
         with guarded(self, "read synapses"):
             return self._do_read_synapse_state(chosen, variable)
 
@@ -578,7 +580,7 @@ class Brain(Simulation):
         raise NotImplementedError(population)
 
     def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
-        """Return a declared state variable of synapses that learn from rewards, shape ``(n_synapses,)``."""
+        """Return a state variable of synapses in its unit, shape ``(n_synapses,)``."""
         raise NotImplementedError(variable)
 
     def _do_save(self) -> object:

@@ -12,7 +12,7 @@ import numpy as np
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import begin_plastic, places_of_plastic, places_of_static
 from nrp_brain_event.engine import StoredSpikes, build_engine, changing, enlarged
-from nrp_brain_event.equation_synapses import keep_kernels
+from nrp_brain_event.equation_synapses import keep_kernels, share_state
 from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import (
@@ -20,9 +20,9 @@ from nrp_brain_event.live import (
     change_plasticity,
     change_weights,
     planned,
+    plastic_now,
     require_slow,
     run_reading,
-    weights_now,
 )
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
@@ -162,13 +162,19 @@ class EventBrain(Brain):
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         if projection.neuromodulation is not None:
             return projection.weight.copy()
-        return weights_now(self._engine, projection, self._rows_of(projection))[0]
+        if not projection.is_plastic:
+            weights: FloatArray = self._engine.weight[self._rows_of(projection)]
+            return weights
+        return plastic_now(self._engine, self._rows_of(projection)).weights
 
     def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
-        assert self._rewards is not None
-        if variable == DOPAMINE:
+        if variable == DOPAMINE and self._rewards is not None and self._rewards.has(projection):
             return self._rewards.dopamine(projection, self._now_ms.item(0))
-        return weights_now(self._engine, projection, self._rows_of(projection))[1]
+        if not projection.is_plastic:
+            rows = self._engine.dynamics[self._rows_of(projection)]
+            now_ms = np.full(len(rows), self._now_ms.item(0))
+            return share_state(self._engine.short_term[rows], projection, variable, now_ms)
+        return plastic_now(self._engine, self._rows_of(projection)).variable(projection, variable)
 
     def _do_reward(self, population: str, amount: float) -> None:
         assert self._rewards is not None

@@ -110,22 +110,24 @@ def _passes(modulator: Modulator, baseline: float, dopamine: float, span: float)
 
 
 @inlined
-def _follow(modulator: Modulator, synapse: Plastic, change: float) -> None:
-    synapse.weight = min(max(synapse.weight + change, modulator.w_min), modulator.w_max)
+def _follow(modulator: Modulator, weight: float, change: float) -> float:
+    return min(max(weight + change, modulator.w_min), modulator.w_max)
 
 
 @jit
-def _pass(modulator: Modulator, jump: Jump, synapse: Plastic, slow: Slow, time: float, span: float) -> None:
-    """Update weight and eligibility for a part of an interval."""
+def _pass(
+    modulator: Modulator, jump: Jump, weight: float, eligible: float, time: float, span: float
+) -> tuple[float, float]:
+    """Return weight and eligibility after a part of an interval."""
     dopamine = jump.dopamine * exp((jump.time - time) / modulator.tau_d)
     baseline = modulator.baseline - jump.held
     if _passes(modulator, baseline, dopamine, span):
         first = modulator.tau_d * log(dopamine / baseline)
-        _follow(modulator, synapse, slow.pre_slow * _change(modulator, baseline, dopamine, first))
-        slow.pre_slow *= exp(-first / modulator.tau_c)
+        weight = _follow(modulator, weight, eligible * _change(modulator, baseline, dopamine, first))
+        eligible *= exp(-first / modulator.tau_c)
         dopamine, span = baseline, span - first
-    _follow(modulator, synapse, slow.pre_slow * _change(modulator, baseline, dopamine, span))
-    slow.pre_slow *= exp(-span / modulator.tau_c)
+    weight = _follow(modulator, weight, eligible * _change(modulator, baseline, dopamine, span))
+    return weight, eligible * exp(-span / modulator.tau_c)
 
 
 @jit
@@ -135,12 +137,21 @@ def bring(synapse: Plastic, slow: Slow, t: float, dopamine: Dopamine) -> None:
     if t <= since:
         return
     slow.post_slow = t
-    if slow.pre_slow == 0.0:
-        return
-    modulator = dopamine.modulators[dopamine.of_row[synapse.target >> 1]]
-    jumps = dopamine.jumps
-    delay = 0.0 if modulator.shared else synapse.dendritic_delay
-    time, end = since - delay, t - delay
+    number = dopamine.of_row[synapse.target >> 1]
+    delay = 0.0 if dopamine.modulators[number].shared else synapse.dendritic_delay
+    synapse.weight, slow.pre_slow = followed(
+        dopamine, number, synapse.weight, slow.pre_slow, since - delay, t - delay
+    )
+
+
+@jit
+def followed(
+    dopamine: Dopamine, number: int, weight: float, eligible: float, time: float, end: float
+) -> tuple[float, float]:
+    """Return weight and eligibility after a time in which the weight follows a modulator."""
+    if eligible == 0.0:
+        return weight, eligible
+    modulator, jumps = dopamine.modulators[number], dopamine.jumps
     index = modulator.last
     while jumps[index].time > time:
         index = jumps[index].before
@@ -149,11 +160,12 @@ def bring(synapse: Plastic, slow: Slow, t: float, dopamine: Dopamine) -> None:
         index = jump.after
         stop = min(jumps[index].time, end) if index >= 0 else end
         if time == jump.time and index >= 0 and stop == jumps[index].time and not jump.turns:
-            _follow(modulator, synapse, slow.pre_slow * jump.integral)
-            slow.pre_slow *= jump.kept
+            weight = _follow(modulator, weight, eligible * jump.integral)
+            eligible *= jump.kept
         else:
-            _pass(modulator, jump, synapse, slow, time, stop - time)
+            weight, eligible = _pass(modulator, jump, weight, eligible, time, stop - time)
         time = stop
+    return weight, eligible
 
 
 @jit

@@ -18,13 +18,19 @@ from collections.abc import Iterable, Iterator, Sequence
 from textwrap import indent
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from nrp_brain_event.equation_source import IMPORTS, PARAMETER, STATE, Arguments, compiled, needed, source_of
+from nrp_brain_event.handles import call
 from nrp_brain_event.records import Array, Plastic, Rule, ShortTerm, Slow
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.jit import jit
 from nrp_core.brain.network.data import Projection
 from nrp_core.brain.network.equations.declarations import Assignments
 from nrp_core.brain.network.equations.expressions import WEIGHT
+from nrp_core.brain.network.equations.model import value_of
 from nrp_core.brain.network.equations.synapse import SHARE, SYNAPSE_TYPE, ZERO, SynapseEquations, SynapseModel
+from nrp_core.clock import MS_PER_S
 from nrp_core.errors import CapabilityError
 from nrp_core.units import Unit
 
@@ -51,6 +57,7 @@ class Places(NamedTuple):
         share: of the record of the synapse.
         weight: the magnitude of a plastic weight.
         scale: what it is multiplied by in the equations.
+        modulator: the number of the dopamine that it follows.
     """
 
     parameters: dict[str, int]
@@ -59,6 +66,7 @@ class Places(NamedTuple):
     share: int = -1
     weight: int = -1
     scale: int = -1
+    modulator: int = -1
 
 
 def places_of(model: SynapseModel, owner: str) -> Places:
@@ -79,13 +87,16 @@ def places_of(model: SynapseModel, owner: str) -> Places:
         state = {name: ("synapse", place) for name, place in zip(model.variables, free, strict=False)}
         parameters = dict(zip(model.parameters, free[len(state) :], strict=False))
         return Places(parameters, state, _SHORT_TERM.index("t"), share=_SHORT_TERM.index("share"))
-    scale, *of_rule = _free(_RULE, ("law", "sign", "frozen", "own", "dopamine"))
+    scale, modulator, *of_rule = _free(_RULE, ("law", "sign", "frozen", "own", "dopamine"))
+    if not model.eligibility:
+        of_rule.insert(0, modulator)
     _require(len(model.variables), len(_STATE_OF_PLASTIC), "state variables", owner)
     _require(len(model.parameters), len(of_rule), "parameters", owner)
     return Places(
         dict(zip(model.parameters, of_rule, strict=False)),
         dict(zip(model.variables, _STATE_OF_PLASTIC, strict=False)),
         _PLASTIC.index(_LAST), weight=_PLASTIC.index("weight"), scale=scale,
+        modulator=modulator,
     )  # fmt: skip
 
 
@@ -101,6 +112,15 @@ def _require(needed: int, room: int, what: str, owner: str) -> None:
         )
 
 
+OF_MODULATED: Final[Arguments] = (
+    ("rule", "*float64"),
+    ("synapse", "*float64"),
+    ("slow", "*float64"),
+    ("_post_t", "float64"),
+    ("now", "float64"),
+    ("side", "int64"),
+    ("places", "*int64"),
+)
 OF_SHARE: Final[Arguments] = (("synapse", "*float64"), ("now", "float64"))
 OF_RULE: Final[Arguments] = (
     ("rule", "*float64"),
@@ -110,15 +130,23 @@ OF_RULE: Final[Arguments] = (
     ("side", "int64"),
 )
 """The arguments of the kernels; times are in ms."""
-SOURCE: Final = 0
 TARGET: Final = 1
-"""The sides of a synapse."""
+NEITHER: Final = 2
+"""The side of a synapse whose spike it processes; else the source's."""
 _HEAD: Final = f'"""A synapse law that a user gave as equations; written by nrp_brain_event."""\n{IMPORTS}'
+_DOPAMINE: Final = """\
+from nrp_brain_event.dopamine import Dopamine, followed
+from nrp_brain_event.handles import opened
+"""
 _S_PER_MS: Final = "1e-3"
 
 
 def share_source(model: SynapseModel, places: Places) -> str:
-    """Return the module with the function ``strength``, which stores the share of a spike in the synapse."""
+    """Return the module of a law of a share.
+
+    The function ``strength`` stores the share of a spike in the synapse, ``settle`` brings it to the present.
+    """
+    settle = "\n".join([*_loaded(model, places), *_stored(model, places), "return 0"])
     body = "\n".join(
         [
             *_loaded(model, places),
@@ -128,19 +156,42 @@ def share_source(model: SynapseModel, places: Places) -> str:
             "return 0",
         ]
     )
-    return f"{_HEAD}\n\n@jit\ndef strength(synapse, now):\n{indent(body, '    ')}\n"
+    return (
+        f"{_HEAD}\n\n@jit\ndef strength(synapse, now):\n{indent(body, '    ')}\n"
+        f"\n\n@jit\ndef settle(synapse, now):\n{indent(settle, '    ')}\n"
+    )
 
 
 def rule_source(model: SynapseModel, places: Places) -> str:
     """Return the module with the function ``learn``, for a spike of a side of the synapse."""
-    sides = {"on_source": model.on_pre, "on_target": model.on_post}
+    sides = {"on_source": model.on_pre, "on_target": model.on_post, "settle": ()}
     functions = [_learning(name, changes, model, places) for name, changes in sides.items()]
+    arguments, before, head = OF_RULE, "", _HEAD
+    if model.eligibility:
+        arguments, head = OF_MODULATED, _HEAD + _DOPAMINE
+        functions.append(_following(model, places))
+        before = "    follow(rule, synapse, slow, now, places)\n"
     choice = (
-        "@jit\ndef learn(rule, synapse, slow, now, side):\n"
+        f"@jit\ndef learn({', '.join(name for name, _ in arguments)}):\n{before}"
         f"    if side == {TARGET}:\n        return on_target(rule, synapse, slow, now)\n"
+        f"    if side == {NEITHER}:\n        return settle(rule, synapse, slow, now)\n"
         "    return on_source(rule, synapse, slow, now)\n"
     )
-    return "\n\n".join([_HEAD, *functions, choice])
+    return "\n\n".join([head, *functions, choice])
+
+
+def _following(model: SynapseModel, places: Places) -> str:
+    """Return the function in which the weight follows dopamine since the last update."""
+    scale, weight = f"rule[{places.scale}]", f"synapse[{places.weight}]"
+    return (
+        "@jit\ndef follow(rule, synapse, slow, now, places):\n"
+        f"    since = synapse[{places.last}]\n"
+        "    if now > since:\n"
+        f"        {weight}, _ = followed(\n"
+        f"            opened(Dopamine, places), int(rule[{places.modulator}]), {weight},\n"
+        f"            {_at(places, model.eligibility)} / {scale}, since, now\n"
+        "        )\n"
+    )
 
 
 def _learning(name: str, changes: Assignments, model: SynapseModel, places: Places) -> str:
@@ -248,8 +299,59 @@ def rules_of(projection: Projection, unit: Unit) -> dict[str, float | FloatArray
         _RULE[places.parameters[name]]: values
         for name, values in law.in_si(projection.synapse_parameters).items()
     }
-    kernel = compiled(rule_source(law.model, places), "learn", OF_RULE)
+    arguments = OF_MODULATED if law.model.eligibility else OF_RULE
+    kernel = compiled(rule_source(law.model, places), "learn", arguments)
     return columns | {_RULE[places.scale]: law.weight_scale(unit), "own": float(kernel)}
+
+
+def follow_modulator(rule: Array, projection: Projection, number: int, tau_c: float) -> None:
+    """Let the weights of synapses with a rule follow the dopamine with a number.
+
+    Raises:
+        CapabilityError: the eligibility decays with another time constant than ``tau_c`` (ms).
+    """
+    law, places = _law_of(projection)
+    model = law.model
+    rates = value_of(
+        model.courses[model.eligibility].rate, law.in_si(projection.synapse_parameters), model.definitions
+    )
+    if not np.allclose(np.multiply(rates, -tau_c / MS_PER_S), 1.0, rtol=1e-9, atol=0.0):
+        taus = ", ".join(f"{-MS_PER_S / rate:g}" for rate in np.unique(rates)[:3])
+        raise CapabilityError(
+            f"projection '{projection.label}': '{model.eligibility}' decays in {taus} ms, and tau_c of the "
+            f"Neuromodulation onto '{projection.post}' is {tau_c:g} ms; both are one time constant"
+        )
+    rule[_RULE[places.modulator]] = number
+
+
+def state_of(plastic: Array, slow: Array, projection: Projection, name: str) -> FloatArray:
+    """Return a state variable of plastic synapses in its unit."""
+    law, places = _law_of(projection)
+    record, field = places.state[name]
+    values = plastic[_PLASTIC[field]] if record == "synapse" else slow[_SLOW[field]]
+    found: FloatArray = values / law.model.variables[name].unit.scale
+    return found
+
+
+def share_state(table: Array, projection: Projection, name: str, now: FloatArray) -> FloatArray:
+    """Return a state variable of synapses that transmit a share, in its unit.
+
+    Args:
+        table: copies of their records, which change.
+        projection: the projection.
+        name: the variable.
+        now: the time of each in its record, ms.
+    """
+    law, places = _law_of(projection)
+    _settle(table, compiled(share_source(law.model, places), "settle", OF_SHARE), now)
+    found: FloatArray = table[_SHORT_TERM[places.state[name][1]]] / law.model.variables[name].unit.scale
+    return found
+
+
+@jit
+def _settle(table: Array, kernel: int, now: FloatArray) -> None:
+    for k in range(len(table)):
+        call(kernel, (table[k], now[k]))
 
 
 def _law_of(projection: Projection) -> tuple[SynapseEquations, Places]:

@@ -13,10 +13,11 @@ import numpy as np
 
 from nrp_brain_event.cell_types import TIME_CONSTANTS
 from nrp_brain_event.cells import with_parameters
+from nrp_brain_event.equation_synapses import state_of
 from nrp_brain_event.kernels import READABLE, begin_anew, read, run
 from nrp_brain_event.linear import modes_of
 from nrp_brain_event.records import DONE, FROZEN, JUMP, Array, CellParameters, EngineArrays, Modes
-from nrp_brain_event.synapse_kernels import bring_up_to, weights_at
+from nrp_brain_event.synapse_kernels import bring_up_to, synapses_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.changes import ParameterChange
@@ -65,6 +66,33 @@ def planned(traces: Sequence[Trace], since_ns: int, until_ns: int, patience_ns: 
     return Plan(stops, np.nextafter(stops, inf), readings, neurons, np.zeros(2, np.int64))
 
 
+class PlasticState(NamedTuple):
+    """Plastic synapses at some time: their records, shape ``(n,)``, and the signs of their weights."""
+
+    plastic: Array
+    slow: Array
+    signs: IntArray
+
+    @classmethod
+    def room(cls, plastic: Array, slow: Array, rules: Array, rows: Array) -> PlasticState:
+        """Return records that are still to be filled, of the synapses in these rows."""
+        signs: IntArray = rules["sign"][plastic["rule"][rows]]
+        return cls(np.empty(len(rows), plastic.dtype), np.empty(len(rows), slow.dtype), signs)
+
+    @property
+    def weights(self) -> FloatArray:
+        """The weights."""
+        weights: FloatArray = self.plastic["weight"] * self.signs
+        return weights
+
+    def variable(self, projection: Projection, name: str) -> FloatArray:
+        """Return a state variable in its unit: of the equations, or else the eligibility."""
+        if projection.equations is not None:
+            return state_of(self.plastic, self.slow, projection, name)
+        eligibilities: FloatArray = self.slow["pre_slow"] * self.signs
+        return eligibilities
+
+
 @jit
 def run_reading(
     places: Array, stops: Array, ends: Array, readings: Array, neurons: Array, done: Array,
@@ -108,20 +136,17 @@ def change_parameters(engine: EngineArrays, network: Network, change: ParameterC
     return engine._replace(modes=modes, kinds=kinds)
 
 
-def weights_now(engine: EngineArrays, projection: Projection, rows: Array) -> tuple[FloatArray, FloatArray]:
-    """Return the weights of a projection whose synapses are in these rows, and what is eligible to change."""
-    if not projection.is_plastic:
-        return engine.weight[rows], np.zeros(len(rows))
+def plastic_now(engine: EngineArrays, rows: Array) -> PlasticState:
+    """Return the plastic synapses in these rows at the present time."""
     events, passed = engine.events, _passed(engine)
     synapses = ~events["target"][passed]
     order = np.argsort(synapses, kind="stable")
-    weights, eligibilities = np.empty((2, len(rows)))
-    spare = engine.plastic[:1].copy(), engine.slow[:1].copy()
-    weights_at(
+    found = PlasticState.room(engine.plastic, engine.slow, engine.rules, rows)
+    synapses_at(
         float(engine.clock["now"][0]), engine.cells, engine.plastic, engine.slow, engine.rules, events,
-        synapses[order], events["time"][passed][order], rows, spare, weights, eligibilities,
+        synapses[order], events["time"][passed][order], rows, found.plastic, found.slow,
     )  # fmt: skip
-    return weights, eligibilities
+    return found
 
 
 def require_slow(saved: Mapping[str, object], plastic: Array) -> None:

@@ -11,15 +11,15 @@ import numpy as np
 
 from nrp_brain_event.dopamine import Dopamine, Jump, Modulator, Room, add, begin, forget, kernel, levels
 from nrp_brain_event.engine import chain_free, doubled
+from nrp_brain_event.equation_synapses import follow_modulator
 from nrp_brain_event.handles import Shelf
 from nrp_brain_event.records import Array, Slow
 from nrp_brain_event.synapse_laws import NEUROMODULATED, RULES
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.modulations import modulations_of
+from nrp_core.brain.network.modulations import follows_dopamine, modulations_of
 from nrp_core.brain.network.rewiring import Neuromodulation
-from nrp_core.brain.network.synapses import STDP
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError, NetworkError
 
@@ -48,11 +48,29 @@ def rewards_of(
         tables: the plastic synapses and rules of the engine, which change.
         places: returns the rows of the plastic synapses of each projection.
     """
+    _require_dopamine(network)
     if all(one.neuromodulation is None for one in network.projections):
         return None, {}
     rewards = Rewards(network, row_of, times)
     rewards.modulate(tables["plastic"], tables["rules"], places())
     return rewards, {"slow": np.zeros(len(tables["plastic"]), Slow.dtype())}
+
+
+def _require_dopamine(network: Network) -> None:
+    """Refuse weights in equations that follow a dopamine that nothing brings, or of each cell.
+
+    Raises:
+        CapabilityError: there are such synapses.
+    """
+    of = {one.post: one.neuromodulation for one in network.projections if one.neuromodulation}
+    for one in network.projections:
+        if one.equations is None or not one.equations.model.eligibility:
+            continue
+        if one.post not in of or not of[one.post].shared:
+            raise CapabilityError(
+                f"projection '{one.label}': its weights follow the dopamine that the cells of '{one.post}' "
+                f"share, and no projection of Neuromodulation onto '{one.post}' with shared=True brings it"
+            )
 
 
 def require_weights(projection: Projection) -> None:
@@ -160,16 +178,21 @@ class Rewards:
             places: the rows of the synapses of each projection.
         """
         for projection in self._network.projections:
-            if projection.post not in self._modulations or projection.synapse_type != STDP:
+            if not self.has(projection):
                 continue
+            modulation = self._modulations[projection.post]
             for row in np.unique(plastic["rule"][places[projection.label]]).tolist():
                 rule = rules[row]
-                if not self._modulations[projection.post].eligibility_limits:
+                rule["law"], rule["dopamine"] = RULES.index(NEUROMODULATED), self._shelf.number
+                if projection.equations is not None:
+                    number = self._numbers(projection.post)[0]
+                    follow_modulator(rule, projection, number, modulation.tau_c)
+                    continue
+                rule["own"] = kernel()
+                if not modulation.eligibility_limits:
                     for name in ("A_plus", "A_minus"):
                         rule[name] = rule[name] * rule["w_max"] / _UNREACHED
                     rule["w_min"], rule["w_max"] = -_UNREACHED, _UNREACHED
-                rule["law"], rule["own"] = RULES.index(NEUROMODULATED), kernel()
-                rule["dopamine"] = self._shelf.number
 
     def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         """Add what spikes of neurons (global ids) will change."""
@@ -265,7 +288,7 @@ class Rewards:
 
     def has(self, projection: Projection) -> bool:
         """Return whether the synapses of a projection wait for rewards."""
-        return projection.post in self._modulations and projection.synapse_type == STDP
+        return projection.post in self._modulations and follows_dopamine(projection)
 
     def dopamine(self, projection: Projection, now_ms: float) -> FloatArray:
         """Return the dopamine of the target of each synapse."""

@@ -260,12 +260,14 @@ def neuromodulated_on_target(rule: Any, synapse: Any, slow: Any, post_t: float, 
 
 @jit
 def settle(rule: Any, synapse: Plastic, slow: Slow, t: float) -> None:
-    """Update a weight that changes between spikes, too, to a time (ms)."""
+    """Update to a time (ms) what changes between spikes, too."""
     if rule.law == _NEUROMODULATED:
         weight = synapse.weight
         call(rule.own, (rule, synapse, slow, -inf, t, NEITHER, rule.dopamine))
         if rule.frozen:
             synapse.weight = weight
+    elif rule.law == _EQUATIONS:
+        call(rule.own, (rule, synapse, slow, t, NEITHER))
 
 
 # -- one kernel for each purpose
@@ -303,6 +305,7 @@ _RULES: Final[Mapping[str, tuple[Kernel, Kernel]]] = {
     NEUROMODULATED: (neuromodulated_on_source, neuromodulated_on_target),
 }
 _NEUROMODULATED: Final = RULES.index(NEUROMODULATED)
+_EQUATIONS: Final = RULES.index(SYNAPSE_TYPE)
 
 released_share: Share = one_of([_SHARES[law] for law in SHARES])
 on_source = one_of([_RULES[rule][0] for rule in RULES])
@@ -406,12 +409,11 @@ def bring_up_to(
 
 
 @jit
-def weights_at(
+def synapses_at(
     now: float, cells: Array, synapses: Array, slow: Array, rules: Array, events: Array,
-    passed: Array, arrivals: Array, rows: Array, spare: tuple[Array, Array], out: Array,
-    eligibilities: Array,
+    passed: Array, arrivals: Array, rows: Array, own: Array, more: Array,
 ) -> None:  # fmt: skip
-    """Store the weights that synapses have after all spikes that have reached them by now; nothing changes.
+    """Store synapses as they are after all spikes that have reached them by now; nothing changes.
 
     Args:
         now: as for :func:`bring_up_to`.
@@ -423,23 +425,19 @@ def weights_at(
         passed: the synapses, ascending, of the spikes that have passed them and are not yet at their targets.
         arrivals: when these will be there, ms; those of one synapse in order.
         rows: the synapses to read.
-        spare: room for a record of each kind.
-        out: the weights.
-        eligibilities: those of synapses that wait for rewards; of others, their slow trace of the source.
+        own: their records then.
+        more: their further state then.
     """
-    own, more = spare
     for k in range(len(rows)):
-        own[0], more[0] = synapses[rows[k]], slow_of(slow, rows[k])
-        synapse, rule = own[0], rules[synapses[rows[k]].rule]
+        own[k], more[k] = synapses[rows[k]], slow_of(slow, rows[k])
+        synapse, rule = own[k], rules[synapses[rows[k]].rule]
         cell = cells[synapse.target >> 1]
         n = first_of(passed, rows[k])
         while n < len(passed) and passed[n] == rows[k]:
-            transmit(synapse, more[0], rule, cell, events, arrivals[n])
+            transmit(synapse, more[k], rule, cell, events, arrivals[n])
             n += 1
-        catch_up(synapse, more[0], rule, cell, events, now)
-        settle(rule, synapse, more[0], now)
-        out[k] = synapse.weight * rule.sign
-        eligibilities[k] = more[0].pre_slow * rule.sign
+        catch_up(synapse, more[k], rule, cell, events, now)
+        settle(rule, synapse, more[k], now)
 
 
 @jit

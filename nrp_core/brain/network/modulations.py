@@ -13,6 +13,12 @@ _PAIRS: Final = "SpikePairRule"
 _ADDITIVE: Final = "AdditiveWeightDependence"
 
 
+def follows_dopamine(projection: Projection) -> bool:
+    """Return whether the weights of synapses follow dopamine, if there is a projection that brings it."""
+    equations = projection.equations
+    return projection.synapse_type == STDP or (equations is not None and bool(equations.model.eligibility))
+
+
 def modulations_of(network: Network) -> dict[str, Neuromodulation]:
     """Return what the rewards of each population have in common, by its label.
 
@@ -28,7 +34,7 @@ def modulations_of(network: Network) -> dict[str, Neuromodulation]:
                 f"projection '{one.label}': all rewards and punishments of '{one.post}' have the same tau_c, "
                 "tau_d, w_min, w_max, baseline, shared and eligibility_limits"
             )
-        if not any(other.post == one.post and other.synapse_type == STDP for other in network.projections):
+        if not any(other.post == one.post and follows_dopamine(other) for other in network.projections):
             raise CapabilityError(
                 f"projection '{one.label}': rewards and punishments decide on changes by STDP; no synapses "
                 f"onto '{one.post}' have it"

@@ -17,7 +17,7 @@ from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray
-from nrp_core.brain.changes import SYNAPSE_STATE
+from nrp_core.brain.changes import DOPAMINE, SYNAPSE_STATE
 from nrp_core.brain.network.drawing import Columns
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
@@ -184,15 +184,23 @@ class Projection(common.Projection):
     def get(self, attribute_names: Any, *arguments: Any, **options: Any) -> Any:
         """Return parameters of all synapses, see PyNN.
 
-        Synapses with STDP that learn from rewards also have the state ``eligibility`` and ``dopamine``.
+        Synapses with STDP that learn from rewards also have the state ``eligibility`` and ``dopamine``, and
+        synapses in equations their state variables.
 
         Raises:
             UnknownParameterError: the synapses have no such parameter.
         """
         names = [attribute_names] if isinstance(attribute_names, str) else attribute_names
-        self._require(names, SYNAPSE_STATE if self.synapse_type.kind == STDP else ())
+        self._require(names, self._state_variables)
         with computing(f"{self._name}: {attribute_names} cannot be read", InvalidSynapseError):
             return super().get(attribute_names, *arguments, **options)
+
+    @property
+    def _state_variables(self) -> frozenset[str]:
+        equations = getattr(self.synapse_type, "equations", None)
+        if equations is None:
+            return SYNAPSE_STATE if self.synapse_type.kind == STDP else frozenset()
+        return frozenset([*equations.model.variables, *([DOPAMINE] if equations.model.eligibility else [])])
 
     def set(self, **attributes: Any) -> None:
         """Set parameters of all synapses.
@@ -271,7 +279,7 @@ class Projection(common.Projection):
             return self.pre_index
         if name == "weight":
             return self._simulator.state.weights_of(self)
-        if name in SYNAPSE_STATE:
+        if name in self._state_variables:
             return self._simulator.state.synapse_state_of(self, name)
         return self.post_index if name == "postsynaptic_index" else self.values[name]
 

@@ -202,8 +202,12 @@ class State(BaseState):
         return weights
 
     def synapse_state_of(self, projection: Any, name: str) -> FloatArray:
-        """Return a state variable of synapses that learn from rewards; 0 before the network runs."""
-        return np.zeros(len(projection))
+        """Return a state variable of synapses; before the network runs the one at time 0."""
+        equations = getattr(projection.synapse_type, "equations", None)
+        initial = 0.0
+        if equations is not None and name in equations.model.variables:
+            initial = equations.model.initial[name] / equations.model.variables[name].unit.scale
+        return np.full(len(projection), initial)
 
     def synapses_of(self, projection: Any) -> Synapses | None:
         """Return the current synapses of a projection whose synapses form and vanish; None before a run."""

@@ -90,6 +90,10 @@ class SynapseType(StandardSynapseType):
     def _get_minimum_delay(self) -> float:
         return self._simulator.state.default_delay
 
+    def get_native_names(self, *names: str) -> list[str]:
+        """Return the names themselves; a projection also reads state variables, which PyNN does not know."""
+        return [*names] or [*self.translations]
+
 
 class STDPMechanism(SynapseType, synapses.STDPMechanism):
     """Plasticity by the times of spikes, composed of a rule for times and one for weights."""
@@ -120,10 +124,6 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
                         f"STDPMechanism: {name} is defined with {needed}, not {self.plasticity[other]}"
                     )
         self.translations = untranslated(self.get_parameter_names())
-
-    def get_native_names(self, *names: str) -> list[str]:
-        """Return the names themselves; a projection also reads state variables, which PyNN does not know."""
-        return [*names] or [*self.translations]
 
 
 def synapse_types() -> list[type]:

@@ -12,9 +12,9 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
-from nrp_brain_event.connections import begin_plastic, places_of_plastic
+from nrp_brain_event.connections import begin_plastic, numbers_of, places_of_plastic
 from nrp_brain_event.engine import StoredSpikes, doubled
-from nrp_brain_event.equation_synapses import keep_kernels
+from nrp_brain_event.equation_synapses import keep_kernels, share_state
 from nrp_brain_event.grid.advance import set_currents
 from nrp_brain_event.grid.couplings import couplings_of, with_responses
 from nrp_brain_event.grid.equations.blocks import (
@@ -35,12 +35,12 @@ from nrp_brain_event.grid.synapses import send_all, transmitted
 from nrp_brain_event.grid.tables import load_tables
 from nrp_brain_event.grid.weights import Given, Layout, find_layout, written
 from nrp_brain_event.handles import handle
-from nrp_brain_event.live import freeze, require_slow
+from nrp_brain_event.live import PlasticState, freeze, require_slow
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import DIVERGED, Array
 from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
-from nrp_brain_event.synapse_kernels import SIMULTANEOUS, bring_up_to, released_share, weights_at
+from nrp_brain_event.synapse_kernels import SIMULTANEOUS, bring_up_to, released_share, synapses_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.changes import DOPAMINE, ParameterChange
@@ -77,24 +77,39 @@ def unfolded(grid: Grid) -> Grid:
     return with_waiting(grid, sources, arrivals)
 
 
-def weights_now(grid: Grid, rows: Array) -> tuple[FloatArray, FloatArray]:
-    """Return the weights of plastic synapses, and what is eligible to change, after all spikes until now.
+def plastic_now(grid: Grid, rows: Array) -> PlasticState:
+    """Return the plastic synapses in these rows after all spikes until now.
 
     Because of the axonal and dendritic parts of the delay, synapses process a spike before it arrives.
     """
-    seen = _sent(grid._replace(**{name: array.copy() for name, array in _calendar(grid).items()}))
+    seen = _ahead_of(grid)
     arrivals = joined(waiting(seen)[1], _synapses_ahead(seen))
     sort(arrivals, len(arrivals))
     passed, arrivals_ms = _passed(seen, arrivals)
     synapses = arrivals["synapse"][passed]
     order = np.argsort(synapses, kind="stable")
-    weights, eligibilities = np.empty((2, len(rows)))
-    spare = grid.plastic[:1].copy(), grid.slow[:1].copy()
-    weights_at(
+    found = PlasticState.room(grid.plastic, grid.slow, grid.rules, rows)
+    synapses_at(
         _now(grid), grid.memories, grid.plastic, grid.slow, grid.rules, grid.stored, synapses[order],
-        arrivals_ms[order], rows, spare, weights, eligibilities,
+        arrivals_ms[order], rows, found.plastic, found.slow,
     )  # fmt: skip
-    return weights, eligibilities
+    return found
+
+
+def _ahead_of(grid: Grid) -> Grid:
+    """Return a grid whose calendar has all spikes, without a change of this one."""
+    return _sent(grid._replace(**{name: array.copy() for name, array in _calendar(grid).items()}))
+
+
+def shares_now(grid: Grid) -> Array:
+    """Return the synapses that transmit a share after all spikes that were emitted until now.
+
+    Their times are those of arrivals.
+    """
+    found, rows = _through_synapses(_ahead_of(grid))
+    dynamic, table = np.flatnonzero(rows >= 0), grid.short_term.copy()
+    _released(table, rows[dynamic], found["step"][dynamic] * grid.clock["h"][0])
+    return table
 
 
 def _calendar(grid: Grid) -> dict[str, Array]:
@@ -375,13 +390,21 @@ class GridBrain(Brain):
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         if not projection.is_plastic:
             return self._given.weights.get(projection.label, projection.weight).copy()
-        return weights_now(self._grid, self._plastic_places[projection.label])[0]
+        return plastic_now(self._grid, self._plastic_places[projection.label]).weights
 
     def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
-        assert self._rewards is not None
-        if variable == DOPAMINE:
+        if variable == DOPAMINE and self._rewards is not None and self._rewards.has(projection):
             return self._rewards.dopamine(projection, _now(self._grid))
-        return weights_now(self._grid, self._plastic_places[projection.label])[1]
+        if not projection.is_plastic:
+            return self._read_share(projection, variable)
+        return plastic_now(self._grid, self._plastic_places[projection.label]).variable(projection, variable)
+
+    def _read_share(self, projection: Projection, variable: str) -> FloatArray:
+        order = np.argsort(self._initial.short_term["stream"])  # which are the numbers of the synapses there
+        numbers = self._initial.short_term["stream"][order]
+        rows = order[np.searchsorted(numbers, numbers_of(projection))]
+        arrivals = _now(self._grid) + self._times.delays(projection.delay_ms) * self._times.step_ms
+        return share_state(shares_now(self._grid)[rows], projection, variable, arrivals)
 
     def _do_reward(self, population: str, amount: float) -> None:
         assert self._rewards is not None

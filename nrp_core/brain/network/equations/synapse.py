@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar, Final
@@ -24,7 +24,7 @@ from nrp_core.brain.network.equations.declarations import (
     parameters_of,
     variables_of,
 )
-from nrp_core.brain.network.equations.expressions import TIME, WEIGHT, TextOrigin, names_in, resolved
+from nrp_core.brain.network.equations.expressions import TIME, WEIGHT, TextOrigin, names_in, parsed, resolved
 from nrp_core.brain.network.equations.linear import ONE, Coefficients, coefficients_of
 from nrp_core.brain.network.equations.model import Variable, value_of
 from nrp_core.errors import NetworkError, did_you_mean
@@ -34,6 +34,9 @@ _VALID = (
     "between spikes a variable has a closed form if it is linear in itself, e.g. 'dx/dt = (1 - x)/tau : 1', "
     "and in variables that only decay, e.g. 'dy/dt = -y/tau_y : 1'"
 )
+DOPAMINE: Final = "dopamine"
+"""The dopamine of the target less its baseline, in equations of the weight."""
+_PRODUCT: Final = f"the weight follows a variable that only decays, 'd{WEIGHT}/dt = c*{DOPAMINE} : 1'"
 ZERO: Final = ast.Constant(0.0)
 """The coefficient of what an equation does not have."""
 
@@ -127,6 +130,8 @@ class SynapseModel:
         on_post: what a spike of the target changes.
         initial: values of state variables at time 0, in SI units.
         weight_unit: the unit of ``weight``.
+        eligibility: the variable whose product with dopamine the weight follows between spikes; empty if
+            only spikes change it.
     """
 
     variables: Mapping[str, Variable]
@@ -137,11 +142,12 @@ class SynapseModel:
     on_post: Assignments
     initial: Mapping[str, float]
     weight_unit: Unit
+    eligibility: str = ""
 
     @property
     def is_plastic(self) -> bool:
-        """Whether spikes change the weight; otherwise they arrive with a share of it."""
-        return any(name == WEIGHT for name, _ in (*self.on_pre, *self.on_post))
+        """Whether the weight changes; otherwise spikes arrive with a share of it."""
+        return bool(self.eligibility) or any(name == WEIGHT for name, _ in (*self.on_pre, *self.on_post))
 
 
 _TAKEN = {
@@ -157,7 +163,9 @@ def read_synapse(texts: SynapseTexts) -> SynapseModel:
     Raises:
         NetworkError: a mistake, with its line.
     """
-    lines = lines_of(texts.equations, SYNAPSE_TYPE, OF_SYNAPSES)
+    written = lines_of(texts.equations, SYNAPSE_TYPE, OF_SYNAPSES)
+    of_weight = [line for line in written if line.name == WEIGHT and line.is_derivative]
+    lines = [line for line in written if line not in of_weight]
     parameters = parameters_of(texts.units, lines, SYNAPSE_TYPE)
     _require_free(lines, texts.units)
     names = names_of(lines, parameters, texts.units, SYNAPSE_TYPE)
@@ -172,11 +180,41 @@ def read_synapse(texts: SynapseTexts) -> SynapseModel:
         known = Names({**names.dimensions, WEIGHT: weight_unit.dimension, SHARE: NONE}, names.constant)
         found = assignments_of(text, where, SYNAPSE_TYPE, targets, known)
         changes[where] = tuple((name, resolved(value, own)) for name, value in found)
-    _require_purpose(changes["on_pre"], changes["on_post"])
+    _require_purpose(changes["on_pre"], changes["on_post"], bool(of_weight))
+    courses = courses_of(variables, definitions)
     return SynapseModel(
-        variables, courses_of(variables, definitions), definitions, parameters, changes["on_pre"],
-        changes["on_post"], _initial(texts.initial, variables), weight_unit,
+        variables, courses, definitions, parameters, changes["on_pre"], changes["on_post"],
+        _initial(texts.initial, variables), weight_unit,
+        _eligibility(of_weight, variables, courses, weight_unit),
     )  # fmt: skip
+
+
+def _eligibility(
+    lines: Sequence[Line], variables: Mapping[str, Variable], courses: Mapping[str, Course], weight: Unit
+) -> str:
+    """Return the variable in the equation of the weight; empty without one.
+
+    Raises:
+        NetworkError: the equation has another form.
+    """
+    if not lines:
+        return ""
+    line, *others = lines
+    for other in others:
+        other.place.refuse(f"'{WEIGHT}' is defined twice")
+    product = parsed(line.expression or "", line.place)
+    factors = [product.left, product.right] if isinstance(product, ast.BinOp) else []
+    names = [one.id for one in factors if isinstance(one, ast.Name) and one.id != DOPAMINE]
+    if not (isinstance(getattr(product, "op", None), ast.Mult) and len(names) == 1 and names[0] in variables):
+        line.place.refuse(f"d{WEIGHT}/dt is not the product of a state variable and '{DOPAMINE}'; {_PRODUCT}")
+    name, course = names[0], courses[names[0]]
+    if course.constant is not ZERO or course.drivers or course.rate is ZERO:
+        variables[name].place.refuse(f"'{name}' does not only decay; {_PRODUCT}")
+    for what, unit in (("the equation", line.unit), (f"'{name}'", variables[name].unit)):
+        if unit.dimension != weight.dimension:
+            own, others = as_unit(unit.dimension), as_unit(weight.dimension)
+            line.place.refuse(f"{what} is in {own}, and '{WEIGHT}' in {others}")
+    return name
 
 
 def _require_free(lines: list[Line], units: Mapping[str, str]) -> None:
@@ -196,10 +234,10 @@ def _unit(text: str) -> Unit:
         TextOrigin("weight_unit", text, kind=SYNAPSE_TYPE).refuse(str(error))
 
 
-def _require_purpose(on_pre: Assignments, on_post: Assignments) -> None:
+def _require_purpose(on_pre: Assignments, on_post: Assignments, follows_dopamine: bool) -> None:
     """Refuse laws that neither transmit a share nor change the weight, and those that do both."""
     shares = [k for k, (name, _) in enumerate(on_pre) if name == SHARE]
-    plastic = any(name == WEIGHT for name, _ in (*on_pre, *on_post))
+    plastic = follows_dopamine or any(name == WEIGHT for name, _ in (*on_pre, *on_post))
     place = TextOrigin("on_pre", "; ".join(name for name, _ in on_pre), kind=SYNAPSE_TYPE)
     after = TextOrigin("on_post", "; ".join(name for name, _ in on_post), kind=SYNAPSE_TYPE)
     if any(name == SHARE or SHARE in names_in(value) for name, value in on_post):
