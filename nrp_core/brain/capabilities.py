@@ -143,7 +143,8 @@ class BrainCapabilities:
         determinism: how closely two runs agree.
         state_variables: the state variables that can be read while it runs.
         changes: what can change while it runs: ``parameters`` of cells, ``weights`` of synapses,
-            ``plasticity``, i.e. whether plastic synapses learn.
+            ``plasticity``, i.e. whether plastic synapses learn, ``equations``, i.e. parameters of synapses in
+            equations.
             Parameters of source cells whose spikes the core draws can always change.
         initial_synapses: whether the state of synapses at time 0 can be given.
         rewiring: whether synapses can form and vanish while it runs.

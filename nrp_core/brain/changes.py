@@ -12,13 +12,21 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values, limits_of_cells
+from nrp_core.brain.network.limits import (
+    check_spike_times,
+    check_synapses,
+    check_values,
+    limits_of_cells,
+    limits_of_synapses,
+)
 from nrp_core.brain.network.modulations import follows_dopamine
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 PARAMETERS: Final = "parameters"
 WEIGHTS: Final = "weights"
 PLASTICITY: Final = "plasticity"
+EQUATIONS: Final = "equations"
+"""Parameters of synapses in equations."""
 ELIGIBILITY: Final = "eligibility"
 DOPAMINE: Final = "dopamine"
 SYNAPSE_STATE: Final = frozenset({ELIGIBILITY, DOPAMINE})
@@ -201,6 +209,29 @@ def parameters_after(
         after[name] = np.array(changed.get(name, population.parameters[name]), float)
         after[name][change.index] = values
     return after
+
+
+def synapse_parameters(
+    network: Network, label: str, values: Mapping[str, npt.ArrayLike]
+) -> tuple[Projection, dict[str, FloatArray]]:
+    """Return a projection whose synapses are in equations, and new parameters, one for each synapse.
+
+    Raises:
+        NetworkError: there is no such projection or parameter, or a value is impossible.
+    """
+    require_kind("set_synapse_parameters", "values", Mapping, values)
+    projection = projection_of(network, label)
+    if projection.equations is None:
+        raise NetworkError(
+            f"projection '{label}' ({projection.synapse_type}): parameters of synapses can change while the "
+            "network runs if their law is given as equations (EquationSynapse)"
+        )
+    each = {name: _each(name, value, projection.size) for name, value in values.items()}
+    together = {**projection.synapse_parameters, **each}
+    owner = f"projection '{label}'"
+    check_values(owner, each, lambda i: f"synapse {i}", limits=limits_of_synapses(projection.equations))
+    projection.equations.require_values(owner, lambda i: f"synapse {i}", together)
+    return projection, each
 
 
 def spike_trains(

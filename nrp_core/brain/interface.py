@@ -19,7 +19,15 @@ from nrp_core._support.arrays import FloatArray, IntArray, unset
 from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
-from nrp_core.brain.changes import PARAMETERS, PLASTICITY, WEIGHTS, ParameterChange, Rewirings, Synapses
+from nrp_core.brain.changes import (
+    EQUATIONS,
+    PARAMETERS,
+    PLASTICITY,
+    WEIGHTS,
+    ParameterChange,
+    Rewirings,
+    Synapses,
+)
 from nrp_core.brain.devices.attached import AttachedDevices, drivable, global_ids, require_spec, source_among
 from nrp_core.brain.devices.sinks import (
     SinkPort,
@@ -282,6 +290,29 @@ class Brain(Simulation):
         chosen = changes.lasting(changes.projection_of(self.network, projection))
         with guarded(self, "change weights"):
             self._do_set_weights(chosen, each)
+
+    @final
+    def set_synapse_parameters(self, projection: str, values: Mapping[str, npt.ArrayLike]) -> None:
+        """Change parameters of synapses in equations, from the present time on.
+
+        Until then their variables have followed the old ones; spikes in transit keep the share of the
+        weight with which they were sent.
+
+        Args:
+            projection: the projection's label.
+            values: new values by name in the units of the equations: one number for all synapses, or one
+                for each.
+
+        Raises:
+            CapabilityError: the backend cannot change them while it runs.
+            NetworkError: there is no such projection or parameter, or a value is impossible.
+        """
+        self.require_ready()
+        chosen, each = changes.synapse_parameters(self.network, projection, values)
+        self._require_change(EQUATIONS)
+        if each and chosen.size:
+            with guarded(self, "change parameters"):
+                self._do_set_synapse_parameters(chosen, each)
 
     @final
     def is_plastic(self, projection: str) -> bool:
@@ -565,6 +596,10 @@ class Brain(Simulation):
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         """Change the weights, shape ``(n_synapses,)``."""
+        raise NotImplementedError(projection.label)
+
+    def _do_set_synapse_parameters(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
+        """Change parameters of synapses in equations, each of shape ``(n_synapses,)``."""
         raise NotImplementedError(projection.label)
 
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:

@@ -238,14 +238,19 @@ class RunningState(State):
         brain = self._changing()
         if brain is None:
             return
-        fixed = ", ".join(sorted(values.keys() - {"weight"}))
+        own = getattr(projection.synapse_type, "equations", None)
+        of_law = set() if own is None else values.keys() & own.model.parameters.keys()
+        fixed = ", ".join(sorted(values.keys() - {"weight"} - of_law))
         if fixed:
             raise CapabilityError(
                 f"projection '{projection.label}': {fixed} cannot change at {self.t:g} ms, while the network "
                 f"runs in '{self._backend}'; reset() first"
             )
         for label, chosen in self._shares.of(projection):
-            brain.set_weights(label, values["weight"][chosen])
+            if of_law:
+                brain.set_synapse_parameters(label, {name: values[name][chosen] for name in of_law})
+            if "weight" in values:
+                brain.set_weights(label, values["weight"][chosen])
 
     def weights_of(self, projection: Any) -> FloatArray:
         own = getattr(projection.synapse_type, "equations", None)

@@ -7,7 +7,7 @@ from typing import ClassVar
 from nrp_brain_event.options import EventOptions, lazy_grid
 from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.backend import BrainBackend, BrainOptions
-from nrp_core.brain.changes import PARAMETERS, PLASTICITY, SYNAPSE_STATE, WEIGHTS
+from nrp_core.brain.changes import EQUATIONS, PARAMETERS, PLASTICITY, SYNAPSE_STATE, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.equations.model import CELL_TYPE
@@ -32,7 +32,7 @@ class EventBackend(BrainBackend):
             resolution_ns=options.resolution,
             determinism=Determinism.MACHINE,
             state_variables=frozenset().union(*variables),
-            changes=frozenset({PARAMETERS, PLASTICITY, WEIGHTS}),
+            changes=frozenset({EQUATIONS, PARAMETERS, PLASTICITY, WEIGHTS}),
             initial_synapses=True,
             neuromodulation=True,
             rewards=True,

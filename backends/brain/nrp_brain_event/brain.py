@@ -12,13 +12,21 @@ import numpy as np
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import begin_plastic, places_of_plastic, places_of_static
 from nrp_brain_event.engine import StoredSpikes, build_engine, changing, enlarged
-from nrp_brain_event.equation_synapses import keep_kernels, share_state
+from nrp_brain_event.equation_synapses import (
+    change_rules,
+    change_shares,
+    keep_addresses,
+    keep_kernels,
+    share_state,
+)
 from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import (
+    bring_to_present,
     change_parameters,
     change_plasticity,
     change_weights,
+    freeze,
     planned,
     plastic_now,
     require_slow,
@@ -192,8 +200,25 @@ class EventBrain(Brain):
             self._take(enlarged(self._engine))
         change_weights(self._engine, projection, self._rows_of(projection), weights)
 
+    def _do_set_synapse_parameters(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
+        rows = self._rows_of(projection)
+        if not projection.is_plastic:
+            own = self._engine.dynamics[rows]
+            table = self._engine.short_term[own]
+            change_shares(table, projection, values, np.full(len(own), self._now_ms.item(0)))
+            self._engine.short_term[own] = table
+            return
+        if self._rewards is not None:
+            self._rewards.require_same_decay(projection, values, self._engine.rules)
+        bring_to_present(self._engine)
+        rules = self._engine.rules.copy()
+        change_rules(rules, self._engine.plastic["rule"][rows], projection, values)
+        self._take(self._engine._replace(rules=rules))
+
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
-        change_plasticity(self._engine, self._rows_of(projection), plastic)
+        rows = self._rows_of(projection)
+        change_plasticity(self._engine, rows, plastic)
+        freeze(self._initial.rules, self._engine.plastic["rule"][rows], not plastic)
 
     def _rows_of(self, projection: Projection) -> Array:
         return (self._plastic if projection.is_plastic else self._static)[projection.label]
@@ -237,6 +262,7 @@ class EventBrain(Brain):
             }
         )
         keep_kernels(self._engine.short_term, self._initial.short_term)
+        keep_addresses(self._engine.rules, self._initial.rules)
 
     def _return_to(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that differ from the initial ones; they are copied."""

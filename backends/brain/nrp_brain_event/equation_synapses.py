@@ -14,7 +14,7 @@ which parameters and state variables have the places of :mod:`nrp_brain_event.eq
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import indent
 from typing import Final, NamedTuple
 
@@ -302,6 +302,48 @@ def rules_of(projection: Projection, unit: Unit) -> dict[str, float | FloatArray
     arguments = OF_MODULATED if law.model.eligibility else OF_RULE
     kernel = compiled(rule_source(law.model, places), "learn", arguments)
     return columns | {_RULE[places.scale]: law.weight_scale(unit), "own": float(kernel)}
+
+
+def change_rules(
+    rules: Array, numbers: Array, projection: Projection, values: Mapping[str, FloatArray]
+) -> None:
+    """Change parameters of plastic synapses, in place.
+
+    Args:
+        rules: the rules of the engine.
+        numbers: the rule of each synapse.
+        projection: the projection.
+        values: new parameters, one for each synapse.
+
+    Raises:
+        CapabilityError: synapses that had equal parameters get different ones.
+    """
+    law, places = _law_of(projection)
+    firsts, of = np.unique(numbers, return_index=True, return_inverse=True)[1:]
+    for name, each in values.items():
+        if (each != each[firsts][of]).any():
+            raise CapabilityError(
+                f"projection '{projection.label}': synapses that had equal parameters keep equal ones while "
+                f"the network runs; {name} gets several"
+            )
+    for name, each in law.in_si(values).items():
+        rules[_RULE[places.parameters[name]]][numbers[firsts]] = each[firsts]
+
+
+def change_shares(
+    table: Array, projection: Projection, values: Mapping[str, FloatArray], now: FloatArray
+) -> None:
+    """Change parameters of synapses that transmit a share, in place, each at a time in its record (ms)."""
+    law, places = _law_of(projection)
+    _settle(table, compiled(share_source(law.model, places), "settle", OF_SHARE), now)
+    for name, each in law.in_si(values).items():
+        table[_SHORT_TERM[places.parameters[name]]] = each
+
+
+def keep_addresses(rules: Array, initial: Array) -> None:
+    """Give restored rules what is of this process, and whether weights stay: a restore does not change it."""
+    for name in ("own", "dopamine", "frozen"):
+        rules[name] = initial[name]
 
 
 def follow_modulator(rule: Array, projection: Projection, number: int, tau_c: float) -> None:

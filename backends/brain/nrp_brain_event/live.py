@@ -167,13 +167,13 @@ def change_weights(engine: EngineArrays, projection: Projection, rows: Array, we
     if not projection.is_plastic:
         engine.weight[rows] = weights
         return
-    _up_to_date(engine)
+    bring_to_present(engine)
     engine.plastic["weight"][rows] = weights * _signs(engine, rows)
 
 
 def change_plasticity(engine: EngineArrays, rows: Array, plastic: bool) -> None:
     """Stop or continue the learning of synapses in these rows; it is complete up to now."""
-    _up_to_date(engine)
+    bring_to_present(engine)
     freeze(engine.rules, engine.plastic["rule"][rows], not plastic)
 
 
@@ -182,7 +182,7 @@ def freeze(rules: Array, numbers: Array, frozen: bool) -> None:
     rules["frozen"][np.unique(numbers)] = frozen
 
 
-def _up_to_date(engine: EngineArrays) -> None:
+def bring_to_present(engine: EngineArrays) -> None:
     """Update all plastic synapses to the present time."""
     now = float(engine.clock["now"][0])
     bring_up_to(now, engine.cells, engine.plastic, engine.slow, engine.rules, engine.events, _passed(engine))

@@ -286,6 +286,19 @@ class Rewards:
             now_ms, of.cells, of.plastic, of.slow, of.rules, of.events, self._shelf.places, needed
         )  # fmt: skip
 
+    def require_same_decay(
+        self, projection: Projection, values: Mapping[str, FloatArray], rules: Array
+    ) -> None:
+        """Refuse parameters of equations with which an eligibility does not decay with ``tau_c``.
+
+        Raises:
+            CapabilityError: it decays with another time constant.
+        """
+        if self.has(projection):
+            changed = replace(projection, synapse_parameters={**projection.synapse_parameters, **values})
+            tau_c = self._modulations[projection.post].tau_c
+            follow_modulator(rules[:1].copy(), changed, 0, tau_c)
+
     def has(self, projection: Projection) -> bool:
         """Return whether the synapses of a projection wait for rewards."""
         return projection.post in self._modulations and follows_dopamine(projection)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Self
 
@@ -132,6 +133,9 @@ class RemoteBrain(Brain):
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         self._process.call("set_weights", projection.label, weights)
+
+    def _do_set_synapse_parameters(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
+        self._process.call("set_synapse_parameters", projection.label, values)
 
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
         self._process.call("set_plastic", projection.label, plastic)

@@ -84,6 +84,10 @@ class BrainServer:
         """Change the weights of a projection."""
         self._brain._do_set_weights(projection_of(self._brain.network, label), weights)
 
+    def set_synapse_parameters(self, label: str, values: Mapping[str, FloatArray]) -> None:
+        """Change parameters of synapses in equations."""
+        self._brain._do_set_synapse_parameters(projection_of(self._brain.network, label), values)
+
     def set_plastic(self, label: str, plastic: bool) -> None:
         """Stop or continue the learning of a projection."""
         self._brain._do_set_plastic(projection_of(self._brain.network, label), plastic)
@@ -126,6 +130,7 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
         "read_synapses",
         "read_rewirings",
         "set_weights",
+        "set_synapse_parameters",
         "set_plastic",
         "reward",
         "hold_reward",

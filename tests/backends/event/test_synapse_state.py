@@ -203,3 +203,95 @@ def test_dopamine_that_does_not_fit_is_refused(opened: Open, settings: dict[str,
 def test_other_equations_of_the_weight_are_refused(equations: str, message: str) -> None:
     with pytest.raises(NetworkError, match=message):
         pair_law(builder(), equations)
+
+
+@MODES
+def test_parameters_of_plastic_synapses_change_while_they_run(opened: Open, options: dict[str, str]) -> None:
+    """Traces have decayed with the old time constant until then; snapshots and resets restore the values."""
+    sim = builder()
+    law = pair_law(sim, on_post="weight += change*pre; ", parameters={"change": 0.1})(weight=1.0, delay=2.0)
+    ends = cells_that_fire(sim, "a", [10.0, 50.0], 2), cells_that_fire(sim, "b", [20.0, 60.0])
+    sim.Projection(*ends, sim.AllToAllConnector(), law, label="learned")
+    brain = opened(sim.network(), options)
+
+    def learned() -> list[float]:
+        brain.run_until(40 * MS)
+        brain.set_synapse_parameters("learned", {"tau": 5.0, "change": [-0.2, -0.2]})
+        saved = brain.snapshot()
+        weights = []
+        for _ in range(2):
+            brain.run_until(55 * MS)
+            weights.append(float(brain.read_synapse_state("learned", "pre")[0]))
+            brain.set_synapse_parameters("learned", {"change": 0.3})
+            brain.run_until(80 * MS)
+            weights.append(float(brain.read_weights("learned")[1]))
+            brain.restore(saved)
+        assert weights[:2] == weights[2:]
+        return weights[:2]
+
+    found = learned()
+    left = exp(-30 / 20) * exp(-10 / 5)
+    trace = (left + 1.0) * exp(-5 / 5)
+    assert found[0] == pytest.approx(trace, rel=1e-12)
+    expected = 1.0 + 0.1 * exp(-12 / 20) + 0.3 * trace * exp(-7 / 5)
+    assert found[1] == pytest.approx(expected, rel=1e-12)
+    brain.set_plastic("learned", False)
+    brain.reset()
+    assert learned() == found
+    brain.reset()
+    brain.run_until(80 * MS)
+    old = 0.1 * (exp(-12 / 20) + exp(-12 / 20) + exp(-52 / 20))
+    assert brain.read_weights("learned") == pytest.approx([1.0 + old] * 2, rel=1e-12)
+    brain.reset()
+    with pytest.raises(CapabilityError, match="change gets several"):
+        brain.set_synapse_parameters("learned", {"change": [0.1, 0.2]})
+
+
+@MODES
+def test_parameters_of_a_share_change_while_it_runs(opened: Open, options: dict[str, str]) -> None:
+    """A spike that is on its way at 11 ms is released with the old parameters."""
+    sim = builder()
+    law = sim.EquationSynapse(
+        "dD/dt = (1 - D)/tau : 1", on_pre="share = D; D *= kept", initial={"D": 1},
+        parameters={"tau": "50 ms", "kept": 0.5},
+    )  # fmt: skip
+    source = sim.Population(1, sim.SpikeSourceArray(spike_times=[10.0, 20.0]), label="a")
+    cells = sim.Population(2, sim.IF_curr_delta(tau_m=1e9, v_rest=0.0, v_reset=0.0, v_thresh=9.0), label="b")
+    sim.Projection(source, cells, sim.AllToAllConnector(), law(weight=1.0, delay=4.0), label="tired")
+    brain = opened(sim.network(), options)
+    brain.run_until(11 * MS)
+    brain.set_synapse_parameters("tired", {"tau": [20.0, 50.0], "kept": 0.25})
+    first = 1.0 - 0.5 * exp(-1 / 50)
+    levels = [1.0 + (first - 1.0) * exp(-9 / tau) for tau in (20, 50)]
+    brain.run_until(30 * MS)
+    v = brain.read_state("v", brain.network.ids_of("b"))
+    assert v + 65.0 == pytest.approx([1.0 + one for one in levels], abs=1e-5)
+    expected = [1.0 + (0.25 * one - 1.0) * exp(-10 / tau) for one, tau in zip(levels, (20, 50), strict=True)]
+    assert brain.read_synapse_state("tired", "D") == pytest.approx(expected, rel=1e-12)
+
+
+def test_an_eligibility_keeps_the_time_constant_of_rewards(opened: Open) -> None:
+    brain = opened(learner(builder(), own=True), {})
+    brain.set_synapse_parameters("learned", {"tau": 10.0})
+    with pytest.raises(CapabilityError, match="'c' decays in 400 ms"):
+        brain.set_synapse_parameters("learned", {"tau_c": 400.0})
+
+
+@pytest.mark.parametrize(
+    ("label", "values", "message"),
+    [
+        ("learned", {"tau_e": 1.0}, "no parameter 'tau_e'"),
+        ("learned", {"tau": 0.0}, "dpre/dt of synapse 0 is not finite"),
+        ("learned", {"tau": [1.0, 2.0, 3.0]}, "tau takes one value or 4"),
+        ("learned", {"tau": "long"}, "it must be a number"),
+        ("lerned", {"tau": 1.0}, "no projection 'lerned'"),
+        ("fixed", {"weight": 1.0}, "if their law is given as equations"),
+    ],
+)
+def test_impossible_parameters_are_refused(opened: Open, label: str, values: Any, message: str) -> None:
+    sim = builder()
+    learner(sim, own=True)
+    a, b = (one for one in sim.state.populations if one.label in ("a", "b"))
+    sim.Projection(a, b, sim.AllToAllConnector(), sim.StaticSynapse(weight=1.0, delay=1.0), label="fixed")
+    with pytest.raises(NetworkError, match=message):
+        opened(sim.network(), {}).set_synapse_parameters(label, values)

@@ -5,7 +5,7 @@ Spikes in transit, synapse by synapse: weights can be read, and changed for late
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, Final
 
@@ -14,7 +14,13 @@ import numpy as np
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
 from nrp_brain_event.connections import begin_plastic, numbers_of, places_of_plastic
 from nrp_brain_event.engine import StoredSpikes, doubled
-from nrp_brain_event.equation_synapses import keep_kernels, share_state
+from nrp_brain_event.equation_synapses import (
+    change_rules,
+    change_shares,
+    keep_addresses,
+    keep_kernels,
+    share_state,
+)
 from nrp_brain_event.grid.advance import set_currents
 from nrp_brain_event.grid.couplings import couplings_of, with_responses
 from nrp_brain_event.grid.equations.blocks import (
@@ -400,11 +406,17 @@ class GridBrain(Brain):
         return plastic_now(self._grid, self._plastic_places[projection.label]).variable(projection, variable)
 
     def _read_share(self, projection: Projection, variable: str) -> FloatArray:
+        rows, arrivals = self._share_rows(projection)
+        return share_state(shares_now(self._grid)[rows], projection, variable, arrivals)
+
+    def _share_rows(self, projection: Projection) -> tuple[IntArray, FloatArray]:
+        """Return the places of synapses in ``short_term``, and when a spike of now would arrive, ms."""
         order = np.argsort(self._initial.short_term["stream"])  # which are the numbers of the synapses there
         numbers = self._initial.short_term["stream"][order]
-        rows = order[np.searchsorted(numbers, numbers_of(projection))]
-        arrivals = _now(self._grid) + self._times.delays(projection.delay_ms) * self._times.step_ms
-        return share_state(shares_now(self._grid)[rows], projection, variable, arrivals)
+        rows: IntArray = order[np.searchsorted(numbers, numbers_of(projection))]
+        delays_ms: FloatArray = self._times.delays(projection.delay_ms) * self._times.step_ms
+        arrivals: FloatArray = _now(self._grid) + delays_ms
+        return rows, arrivals
 
     def _do_reward(self, population: str, amount: float) -> None:
         assert self._rewards is not None
@@ -425,11 +437,28 @@ class GridBrain(Brain):
         elif len(weights):
             self._set_static(projection, weights)
 
+    def _do_set_synapse_parameters(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
+        self._take(handle(unfolded(self._grid)))
+        if not projection.is_plastic:
+            rows, arrivals = self._share_rows(projection)
+            table = self._grid.short_term[rows]
+            change_shares(table, projection, values, arrivals)
+            self._grid.short_term[rows] = table
+            return
+        if self._rewards is not None:
+            self._rewards.require_same_decay(projection, values, self._grid.rules)
+        hear_all(self._grid)
+        numbers = self._grid.plastic["rule"][self._plastic_places[projection.label]]
+        rules = self._grid.rules.copy()
+        change_rules(rules, numbers, projection, values)
+        self._take(handle(self._grid._replace(rules=rules)))
+
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
         self._take(handle(unfolded(self._grid)))
         hear_all(self._grid)
         numbers = self._grid.plastic["rule"][self._plastic_places[projection.label]]
-        freeze(self._grid.rules, numbers, not plastic)
+        for rules in (self._grid.rules, self._initial.rules):
+            freeze(rules, numbers, not plastic)
 
     @cached_property
     def _plastic_places(self) -> dict[str, Array]:
@@ -495,7 +524,10 @@ class GridBrain(Brain):
         cells = None if self._cells is self._initial_cells else self._cells
         rewards = () if self._rewards is None else (self._rewards.save(),)
         given = dict(self._given.weights), self._given.each
-        return changing(self._grid), waiting(self._grid), cells, given, *rewards
+        arrays, rules = changing(self._grid), self._grid.rules
+        if rules is not self._initial.rules:
+            arrays["rules"] = rules.copy()
+        return arrays, waiting(self._grid), cells, given, *rewards
 
     def _do_restore(self, saved: Any) -> None:
         arrays, inputs, cells, given, *rewards = saved
@@ -510,6 +542,7 @@ class GridBrain(Brain):
         grid = with_waiting(self._grid._replace(**arrays), *inputs)
         self._take(handle(with_code(grid, self.network)))
         keep_kernels(self._grid.short_term, self._initial.short_term)
+        keep_addresses(self._grid.rules, self._initial.rules)
 
     def _do_close(self) -> None:
         if self._threads:

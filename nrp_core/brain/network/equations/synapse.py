@@ -212,8 +212,8 @@ def _eligibility(
         variables[name].place.refuse(f"'{name}' does not only decay; {_PRODUCT}")
     for what, unit in (("the equation", line.unit), (f"'{name}'", variables[name].unit)):
         if unit.dimension != weight.dimension:
-            own, others = as_unit(unit.dimension), as_unit(weight.dimension)
-            line.place.refuse(f"{what} is in {own}, and '{WEIGHT}' in {others}")
+            own, of_weight = as_unit(unit.dimension), as_unit(weight.dimension)
+            line.place.refuse(f"{what} is in {own}, and '{WEIGHT}' in {of_weight}")
     return name
 
 
