@@ -414,7 +414,7 @@ class GridBrain(Brain):
         order = np.argsort(self._initial.short_term["stream"])  # which are the numbers of the synapses there
         numbers = self._initial.short_term["stream"][order]
         rows: IntArray = order[np.searchsorted(numbers, numbers_of(projection))]
-        delays_ms: FloatArray = self._times.delays(projection.delay_ms) * self._times.step_ms
+        delays_ms = self._times.time_ms(self._times.delays(projection.delay_ms))
         arrivals: FloatArray = _now(self._grid) + delays_ms
         return rows, arrivals
 
