@@ -65,7 +65,7 @@ class Drive:
 
 
 def set_target_velocities(drives: Sequence[Drive], velocities: Sequence[BodyVelocity]) -> None:
-    """Set the target velocities of the same drive in copies of a scene, as :meth:`Drive.aim` does of one."""
+    """Set the target velocities of the same drive in copies, as :meth:`Drive.set_velocity` does of one."""
     servo, step_s = drives[0].servo, drives[0].step_s
     new = [(drive, v) for drive, v in zip(drives, velocities, strict=True) if drive.command != v]
     moved = [(drive, v) for drive, v in new if drive.command is not None]
@@ -98,7 +98,7 @@ class MujocoBatchEngine(BatchEngine):
     def set_drives(self, model: str, drive: str, velocities: Sequence[BodyVelocity]) -> None:
         drives = [engine.drives[model, drive] for engine in self._engines]
         servo = drives[0].servo
-        if all(one.servo == servo for one in drives):
+        if all(one.servo is servo or one.servo == servo for one in drives):
             set_target_velocities(drives, velocities)
         else:  # an event replaced the robot in a copy by another one
             super().set_drives(model, drive, velocities)
