@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dis
 import math
+import sys
 from collections.abc import Iterator, Sequence
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, Final
@@ -63,12 +64,21 @@ def _in_code(code: CodeType) -> str:
             return _REFUSED[step.opname]
         if step.opname == "STORE_ATTR" and (before is None or not before.opname.startswith("LOAD_FAST")):
             return f"it sets the attribute '{step.argval}' within an object"
-        if step.opname == "IS_OP" and (before is None or before.argval is not None):
+        if step.opname == "IS_OP" and (
+            before is None or (before.opname, before.argval) != ("LOAD_CONST", None)
+        ):
             return "it compares objects by 'is'"
-        if step.opname == "LOAD_METHOD" and not _only_computes(step.argval):
+        if _is_of_method(step) and not _only_computes(step.argval):
             return f"it calls '{step.argval}', which may change something"
         before = step
     return ""
+
+
+def _is_of_method(step: dis.Instruction) -> bool:
+    """Return whether an instruction reads an attribute to call it."""
+    return step.opname == "LOAD_METHOD" or (  # since Python 3.12 both are one, with a flag
+        sys.version_info >= (3, 12) and step.opname == "LOAD_ATTR" and bool((step.arg or 0) & 1)
+    )
 
 
 def _only_computes(name: str) -> bool:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -79,6 +79,7 @@ FUNCTIONS = [
 ]  # fmt: skip
 
 
+@settings(max_examples=25)
 @given(rows=ROWS)
 @pytest.mark.parametrize("act", FUNCTIONS)
 def test_functions_of_arrays_are_those_of_each_copy(act, rows):

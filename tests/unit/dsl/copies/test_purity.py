@@ -59,6 +59,7 @@ def test_a_function_that_computes_may_be(body):
         ("try:\n    b.rate = a.rate\nexcept ValueError:\n    pass", "catches errors"),
         ("print(a.rate)", "print"),
         ("b.rate = len(SEEN)", "SEEN"),
+        ("if a.value is t[0]:\n    b.rate = 1.0", "'is'"),
         ("if a.value is SEEN:\n    b.rate = 1.0", "'is'"),
     ],
 )
