@@ -11,7 +11,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.scene.meshes.convex import MAX_CORNERS, MAX_PIECES, simple_hull
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.world.scene.meshes.convex import MAX_CORNERS, MAX_PIECES, along, simple_hull
 from nrp_core.world.scene.meshes.triangles import Points, Surface, Triangles, weld_vertices
 
 MAX_DEPTH = 0.05
@@ -30,6 +31,7 @@ _BALANCED = 1e-3  # maximum length of the sum of area vectors of a closed surfac
 _OPEN_SHARE = 0.05  # maximum share of its edges that are edges of one triangle
 _UPWARD = 0.5  # minimum mean of the vertical components of a ground's normals
 _THIN_SHARE = 0.02  # of a surface, behind which the solid may be thinner than the cells
+_AT_ONCE = 500_000  # of these at once
 _TESTS = 5_000_000  # maximum number of crossings that are computed for the thickness of a solid
 
 
@@ -90,10 +92,10 @@ def _is_concave(piece: Triangles) -> bool:
     points = piece.reshape(-1, 3)
     middle = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
-    along = (points - middle) @ axes.T
-    extents = np.ptp(along, axis=0)
+    flattened = (points - middle) @ axes.T
+    extents = np.ptp(flattened, axis=0)
     if extents[2] <= _ON_HULL * extents[0]:
-        flat = along[:, :2] if extents[1] > _ON_HULL * extents[0] else None
+        flat = flattened[:, :2] if extents[1] > _ON_HULL * extents[0] else None
         sides = 2 if _is_closed(piece) else 1
         return flat is not None and ConvexHull(flat).volume > (1 + TOLERANCE) * _area(piece) / sides
     try:
@@ -162,20 +164,40 @@ def _depth(piece: Triangles) -> float:
     areas = np.linalg.norm(normals, axis=1)
     shares = np.cumsum(areas) / areas.sum()
     sample, places = np.unique(np.searchsorted(shares, (np.arange(count) + 0.5) / count), return_inverse=True)
-    thickness = np.array([_thickness(piece, i, -normals[i] / areas[i]) for i in sample])
+    thickness = _thickness(piece, sample, -normals[sample] / areas[sample, None])
     thin = float(np.quantile(thickness[places], _THIN_SHARE, method="lower"))
     return float(np.clip(thin, MIN_DEPTH, most))
 
 
-def _thickness(piece: Triangles, number: int, ray: Points) -> float:
-    """Return the distance (m) along a ray from a triangle to the opposite surface (Moeller and Trumbore)."""
-    a, b, c = piece.swapaxes(0, 1)
-    u_edge, v_edge, start = b - a, c - a, piece[number].mean(axis=0) - a
-    p, q = np.cross(ray, v_edge), np.cross(start, u_edge)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        scale = 1 / np.einsum("ij,ij->i", u_edge, p)
-        u, v = np.einsum("ij,ij->i", start, p) * scale, q @ ray * scale
-        t = np.einsum("ij,ij->i", v_edge, q) * scale
-        met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > -1e-9)
-    met[number] = False
-    return float(t[met].min()) if met.any() else MAX_DEPTH
+def _thickness(piece: Triangles, sample: IntArray, rays: Points) -> FloatArray:
+    """Return the distances along rays from the middles of triangles to the opposite surface, shape ``(k,)``.
+
+    The formulas are those of Moeller and Trumbore, as products of matrices: a ray ``d`` from ``o`` meets the
+    plane of a triangle at ``t = -(o - a) n / d n``.
+
+    Args:
+        piece: the triangles.
+        sample: the triangles from which rays begin, shape ``(k,)``.
+        rays: their directions, shape ``(k, 3)``.
+    """
+    a, b, c = (piece - piece.reshape(-1, 3).mean(axis=0)).swapaxes(0, 1)
+    starts = (a + b + c)[sample] / 3
+    first, second = b - a, c - a
+    normals, heights = np.cross(first, second), np.einsum("nj,nj->n", a, np.cross(first, second))
+    of_first, of_second = np.cross(a, first), np.cross(a, second)
+    distances = np.full(len(sample), MAX_DEPTH)
+    chunk = max(1, _AT_ONCE // len(piece))
+    for begin in range(0, len(sample), chunk):
+        part = slice(begin, begin + chunk)
+        ray, start, own = rays[part], starts[part], sample[part]
+        moment = np.cross(start, ray)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = -1 / along(ray, normals)
+            u = (along(moment, second) + along(ray, of_second)) * scale
+            v = -(along(moment, first) + along(ray, of_first)) * scale
+            t = (along(start, normals) - heights) * scale
+            met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > -1e-9)
+        met[np.arange(len(own)), own] = False
+        nearest = np.where(met, t, np.inf).min(axis=1)
+        distances[part] = np.where(met.any(axis=1), nearest, MAX_DEPTH)
+    return distances

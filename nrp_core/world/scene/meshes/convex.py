@@ -32,7 +32,7 @@ def convex_pieces(triangles: Triangles) -> list[Triangles]:
     kept: list[npt.NDArray[np.float64]] = []
     pieces: list[Triangles] = []
     for cloud in clouds:
-        if any((_along(planes[:, :3], cloud) <= _INSIDE - planes[:, 3:]).all() for planes in kept):
+        if any((along(planes[:, :3], cloud) <= _INSIDE - planes[:, 3:]).all() for planes in kept):
             continue
         hull = simple_hull(_thick(cloud))
         kept.append(hull.equations)
@@ -69,7 +69,7 @@ def simple_hull(points: Points) -> ConvexHull:
 
     if len(points) > 2 * MAX_CORNERS:
         rough = ConvexHull(_outermost(points))
-        furthest = _along(rough.equations[:, :3], points).argmax(axis=1)
+        furthest = along(rough.equations[:, :3], points).argmax(axis=1)
         if len(np.unique(furthest)) > MAX_CORNERS:  # and each of them is a corner of the hull of all
             return rough
     hull = ConvexHull(points)
@@ -101,11 +101,11 @@ def _outermost(corners: Points) -> Points:
     directions = np.stack([level * np.cos(angles), level * np.sin(angles), heights], axis=1)
     directions = np.concatenate([directions, np.eye(3), -np.eye(3)])
     extents = np.maximum(np.ptp(corners, axis=0), 1e-12)
-    furthest: Points = corners[np.unique(_along(directions, corners / extents).argmax(axis=1))]
+    furthest: Points = corners[np.unique(along(directions, corners / extents).argmax(axis=1))]
     return furthest
 
 
-def _along(directions: Points, points: Points) -> npt.NDArray[np.float64]:
+def along(directions: Points, points: Points) -> npt.NDArray[np.float64]:
     """Return the position of each point along each direction, shape ``(directions, points)``."""
     # without BLAS, whose threads cost more than they gain for three columns
     far: npt.NDArray[np.float64] = np.einsum("ij,jk->ik", directions, np.ascontiguousarray(points.T))
