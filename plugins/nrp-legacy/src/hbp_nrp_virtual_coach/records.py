@@ -94,7 +94,7 @@ class Records(Live):
         recordings = self._records / RECORDINGS
         recordings.mkdir(parents=True, exist_ok=True)
         self._folder = recordings / str(len(list(recordings.iterdir())))
-        self._recording = RecordingFolder(run, self._folder)
+        self._recording = RecordingFolder(run, self._folder, files=self._runner.files)
 
     def _complete(self, state: str) -> Path | None:
         recording, self._recording = self._recording, None

@@ -15,6 +15,7 @@ from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import LifecycleError
 from nrp_core.experiment import Experiment, Run
 from nrp_core.findings import Weight
+from nrp_core.recording import FilesRead
 from nrp_core.running import open_checked_run
 
 T = TypeVar("T")
@@ -36,6 +37,7 @@ class Runner:
     Attributes:
         state: ``paused``, ``started``, ``stopped``, or ``halted`` by an error.
         error: the error that halted it.
+        files: the files that it was read from, which its recordings keep.
 
     Raises:
         NrpError: the experiment cannot be opened.
@@ -58,6 +60,7 @@ class Runner:
         self._opened.result()
 
     error: Exception | None
+    files: FilesRead
     _run: Run
 
     # -- for all threads
@@ -147,7 +150,7 @@ class Runner:
 
     def _main(self) -> None:
         try:
-            with open_checked_run(self._read()) as run:
+            with FilesRead() as self.files, open_checked_run(self._read()) as run:
                 run.on_step(self._look_at_clock)
                 with run.loop.serving_calls():
                     self._run, self._reported_at = run, time.monotonic()
