@@ -115,7 +115,7 @@ def read(cells: Cells, ring: Ring, tick: int, population: int, model: CellModel,
     raw = values[int(variable.endswith("inh"))]
     if model.input == kinds.CONDUCTANCE:  # the machine uses and records it without the last ten bits
         return from_accum(raw >> 10)
-    return from_accum(raw) / model.weight_scale
+    return from_accum(raw) / state_scale(model, variable)
 
 
 def _with_input(cells: Cells, ring: Ring, tick: int, population: int) -> IntArray:

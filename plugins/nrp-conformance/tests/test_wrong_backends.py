@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import brains_in_kind
+import brains_in_limits
 import brains_in_number
 import brains_in_precision
 import brains_in_time
@@ -20,7 +21,7 @@ from nrp_conformance.report import Outcome
 from nrp_conformance.run import run_tests
 from small_brain import SmallBackend
 
-_BRAINS = brains_in_time, brains_in_kind, brains_in_number, brains_in_precision
+_BRAINS = brains_in_time, brains_in_kind, brains_in_number, brains_in_precision, brains_in_limits
 BRAINS = {brain: tests for module in _BRAINS for brain, tests in module.FOUND_BY.items()}
 _WORLDS = worlds_in_motion, worlds_in_sight, worlds_in_change, worlds_in_body
 WORLDS = {world: tests for module in _WORLDS for world, tests in module.FOUND_BY.items()}

@@ -170,6 +170,8 @@ def _set(cells: Cells, own: slice, model: CellModel, name: str, values: FloatArr
 
 def state_scale(model: CellModel, name: str) -> int:
     """Return the factor with which a variable is stored."""
+    if name == "isyn_inh":  # PyNN's inhibitory currents are negative; the machine subtracts
+        return -model.weight_scale
     if name in (*GSYN, *ISYN):
         return model.weight_scale
     return CONDUCTANCE_SCALE if name == "w" else 1

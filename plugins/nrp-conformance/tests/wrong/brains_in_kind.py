@@ -47,6 +47,7 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
     "input_during_a_refractory_period_acts_after_it",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class SwapsReceptors(SmallBrain):
     def receive(self, target: int, weight: float, receptor: str) -> None:
@@ -147,6 +148,7 @@ class GivesCurrentsToTheNextNeuron(SmallBrain):
     "currents_of_several_sources_add_up",
     "removing_one_of_two_currents_leaves_the_other",
     "the_values_of_a_source_go_to_its_neurons_in_their_order",
+    "a_current_out_of_a_cell_hyperpolarises_it_by_its_equations",
 )
 class TakesCurrentsOneWindowLate(SmallBrain):
     waiting: FloatArray | None = None
@@ -172,6 +174,7 @@ class TakesCurrentsOneWindowLate(SmallBrain):
     "currents_of_several_sources_add_up",
     "removing_one_of_two_currents_leaves_the_other",
     "the_values_of_a_source_go_to_its_neurons_in_their_order",
+    "a_current_out_of_a_cell_hyperpolarises_it_by_its_equations",
 )
 class TakesCurrentsInPicoamperes(SmallBrain):
     def _do_set_current(self, currents_na: FloatArray) -> None:
@@ -227,6 +230,7 @@ class SharesCurrentsBetweenBrains(SmallBrain):
     "spikes_reach_the_connected_cell_and_no_other",
     "two_synapses_onto_one_cell_add_up",
     "input_during_a_refractory_period_acts_after_it",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class CountsSourcesOut(SmallBrain):
     def _do_take_spikes(self) -> Spikes:
@@ -268,6 +272,7 @@ class ReadsInTheOrderOfIds(SmallBrain):
     "a_cell_under_a_current_fires_at_the_times_of_its_equations",
     "a_cell_does_not_fire_in_its_refractory_period",
     "input_during_a_refractory_period_acts_after_it",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class IsNeverRefractory(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -289,6 +294,7 @@ class HasSlowerSynapses(SmallBrain):
     "a_cell_under_a_current_fires_at_the_times_of_its_equations",
     "a_current_acts_from_the_moment_it_is_set",
     "a_synaptic_potential_follows_its_equations",
+    "a_current_out_of_a_cell_hyperpolarises_it_by_its_equations",
 )
 class LeaksTooFast(SmallBrain):
     def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
@@ -380,6 +386,9 @@ class _Junctions(SmallBrain):
 
 @found_by(
     "a_gap_junction_carries_current_both_ways",
+    "a_cell_does_not_fire_in_its_refractory_period",
+    "nothing_acts_before_its_delay",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class LetsJunctionsPassOneWay(SmallBackend):
     brain = _Junctions
@@ -403,6 +412,9 @@ class _Release(_Junctions):
 
 @found_by(
     "graded_release_follows_the_voltage_of_its_source",
+    "a_cell_does_not_fire_in_its_refractory_period",
+    "nothing_acts_before_its_delay",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class ReleasesAllOrNothing(SmallBackend):
     brain = _Release

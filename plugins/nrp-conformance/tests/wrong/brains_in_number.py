@@ -63,6 +63,7 @@ class DividesByTheDifferenceOfTimeConstants(SmallBrain):
 @found_by(
     "a_spike_arrives_after_its_delay_and_not_before",
     "each_synapse_has_its_own_delay",
+    "nothing_acts_before_its_delay",
 )
 class RoundsDelaysToMilliseconds(_Wires):
     def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
@@ -252,6 +253,7 @@ class SharesOneResourceAmongSynapses(MinimalBrain):
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
     "input_during_a_refractory_period_acts_after_it",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class ScalesJumpsByTheStep(MinimalBrain):
     def _post(self, target: IntArray, receptor: IntArray, weight: FloatArray, at_ms: FloatArray) -> None:

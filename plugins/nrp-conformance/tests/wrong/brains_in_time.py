@@ -107,6 +107,7 @@ class ReportsSpikesOneWindowLate(SmallBrain):
     "every_kind_of_cell_can_be_recorded_under_its_own_id",
     "spikes_reach_the_connected_cell_and_no_other",
     "input_during_a_refractory_period_acts_after_it",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class ReportsSpikesTwice(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -129,6 +130,7 @@ class RunsTooFar(SmallBrain):
     "a_synaptic_potential_follows_its_equations",
     "splitting_a_run_is_invisible",
     "two_brains_in_one_process_do_not_disturb_each_other",
+    "a_synapse_starts_from_its_initial_value_or_that_is_refused",
 )
 class StartsEveryWindowAnew(SmallBrain):
     def _do_run_until(self, t_ns: int) -> None:
@@ -240,6 +242,7 @@ class KeepsTheMembraneOverAReset(SmallBrain):
     "a_reset_brain_equals_a_fresh_one",
     "a_reset_repeats_the_noise",
     "a_reset_with_another_seed_equals_a_brain_opened_with_it",
+    "a_synapse_starts_from_its_initial_value_or_that_is_refused",
 )
 class ReseedsOnReset(SmallBrain):
     def _do_reset(self, seed: int) -> None:

@@ -113,8 +113,7 @@ class CapabilityTests(BrainKit):
                 brain.read_state(variable, [0])
 
     def test_state_is_returned_in_the_requested_order(self) -> None:
-        if "v" not in self.capabilities.state_variables:
-            skip_undeclared("state variable v")
+        self.require_declared()
         brain = self.open(self.cells("a", 3, i_offset=[0.0, 0.1, 0.2]), spikes("s", [1.0]), self.cells("b"))
         self.run(brain, 6)
         first, *_, last = brain.read_state("v", [0, 1, 2])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -143,6 +144,16 @@ def _broadcast(value: Numbers, size: int) -> FloatArray:
     return np.broadcast_to(np.asarray(value, float), size).copy()
 
 
+def truncated_ms(step_ms: float, from_ms: float) -> float:
+    """Return a multiple of a step, ms, whose quotient by the step is a little below the whole number.
+
+    Who truncates that quotient gets a step too few. Without such a multiple the result is ``from_ms``.
+    """
+    first = ceil(from_ms / step_ms)
+    multiples = ((n, round(n * step_ms, 6)) for n in range(first, first + 1000))
+    return next((t_ms for n, t_ms in multiples if int(t_ms / step_ms) < n), from_ms)
+
+
 class BrainKit(SimulatorTests[BrainBackend, BrainCapabilities]):
     """Opens the brain under test."""
 
@@ -154,6 +165,14 @@ class BrainKit(SimulatorTests[BrainBackend, BrainCapabilities]):
     def tolerance_ms(self) -> float:
         """The allowed time shift of an event: one step of the declared grid."""
         return milliseconds(self.capabilities.resolution_ns or 0) or EXACT_MS
+
+    def require_declared(self, *, synapses: str | None = None, state: str | None = "v") -> None:
+        """Skip the test if a synapse law or a state variable is not declared, naming what is not."""
+        missing = [f"{synapses} synapses"] if synapses and synapses not in self.capabilities.synapses else []
+        if state is not None and state not in self.capabilities.state_variables:
+            missing.append(f"state variable {state}")
+        if missing:
+            skip_undeclared(" and ".join(missing))
 
     def grid_ns(self, t_ms: float) -> int:
         """Return the first time at or after ``t_ms`` at which the brain can be stopped."""

@@ -73,8 +73,7 @@ class VoltageTests(BrainKit):
             assert second == pytest.approx(expected, abs=slack)
 
     def _leaky_sample(self, kind: str) -> Sample:
-        if kind not in self.capabilities.synapses or "v" not in self.capabilities.state_variables:
-            skip_undeclared(f"{kind} synapses and state variable v")
+        self.require_declared(synapses=kind)
         declared = [SAMPLES[name] for name in LEAKY if name in self.capabilities.cells]
         return declared[0] if declared else skip_undeclared("leaky cells")
 
