@@ -76,6 +76,16 @@ def test_headers_of_tables_have_units_and_pandas_reads_the_numbers(
     assert list(voltage) == ["data [mV]"]
 
 
+def test_the_inspector_of_dandi_has_no_critical_finding(recording: Recording, tmp_path: Path) -> None:
+    from nwbinspector import Importance, inspect_nwbfile, load_config
+
+    (path,) = export(recording, Format.NWB, tmp_path / "out.nwb")
+    found = inspect_nwbfile(
+        nwbfile_path=path, config=load_config("dandi"), importance_threshold=Importance.CRITICAL
+    )
+    assert [str(message) for message in found] == []
+
+
 def test_nwb_is_valid_and_read_by_neo(recording: Recording, tmp_path: Path) -> None:
     import pynwb
     from neo.io import NWBIO

@@ -11,6 +11,7 @@ from nrp_lab.paper.archive import write_archive
 from nrp_lab.paper.methods import values_text
 from nrp_lab.paper.verification import Outcome, compare_runs
 
+from nrp_core import shipped
 from nrp_core.recording import Recording
 
 pytestmark = pytest.mark.slow
@@ -100,3 +101,16 @@ def test_a_mistake_is_one_sentence(nrp: Any, arguments: tuple[object, ...], word
 def test_several_values_are_their_range_and_mean() -> None:
     assert values_text([2.0, 2.0]) == "2"
     assert values_text([1.0, 3.0]) == "1 to 3, mean 2"
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("name", [name for name in shipped() if "/" not in name])
+def test_every_experiment_that_ships_is_an_archive_that_can_be_repeated(
+    nrp: Any, name: str, tmp_path: Path
+) -> None:
+    """As they are, to their end."""
+    target = tmp_path / f"{name}.zip"
+    assert nrp("paper", name, "--seeds", 1, "-o", target).code == 0
+    done = nrp("paper", target, "--verify", "--json")
+    assert done.code == 0
+    assert [run["outcome"] for run in json.loads(done.out)["runs"]] == ["identical"]
