@@ -199,6 +199,28 @@ def show_the_last(self: E, *path: str) -> ImageArray:
     return np.array(last)
 
 
+def joints(fault: str, found_by: str, change: Callable[[E, str, JointStates], JointStates]) -> None:
+    """Add an engine that reports other states of joints."""
+    wrong(
+        fault, found_by, read_joints=Engine.read_joints,
+        _do_joint_states=lambda s, m: change(s, m, E._do_joint_states(s, m)),
+    )  # fmt: skip
+
+
+def before(engine: E, model: str, now: Any) -> Any:
+    """Return what was reported at the last time."""
+    told = engine.__dict__.setdefault("_told", {})
+    last_ns, last, shown = told.get(model, (engine.now_ns, now, now))
+    if last_ns != engine.now_ns:
+        shown = last
+    told[model] = engine.now_ns, now, shown
+    return shown
+
+
+def turned_with_the_body(_: E, __: str, motion: ModelMotion) -> ModelMotion:
+    return replace(motion, angular=motion.pose.inverse().rotate(motion.angular))
+
+
 driven("turns 2 % slow", ARC, lambda v: replace(v, turn=0.98 * v.turn))
 driven("forward 2 % slow", ARC, lambda v: replace(v, forward=0.98 * v.forward))
 driven("backward 2 % slow", ARC, slow_when_backing)
@@ -210,6 +232,20 @@ compiled("robots pass through each other", "robots_do_not_pass_through_each_othe
 moved("roll and pitch dropped", "a_robot_keeps_its_roll_and_pitch_on_level_ground", flattened)
 moved("height of robots dropped", "a_robot_falls_like_everything_else", grounded)
 moved("commanded velocity at a wall", "the_velocity_at_a_wall_is_the_real_one", commanded)
+moved(
+    "turn rates in the frame of the body", "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
+    turned_with_the_body,
+)  # fmt: skip
+moved("motions one step late", "a_run_ends_exactly_at_the_requested_time", before)
+joints("joints one step late", SWING, before)
+joints(
+    "velocities of joints have the other sign", "a_joint_is_slowed_by_its_damping",
+    lambda _, __, found: replace(found, velocities=-found.velocities),
+)  # fmt: skip
+joints(
+    "efforts of joints have the other sign", "an_effort_accelerates_a_joint",
+    lambda _, __, found: replace(found, efforts=-found.efforts),
+)  # fmt: skip
 moved("velocity 2 % low", "velocities_are_those_of_the_arc", slower)
 compiled("gravity 5 % less", "a_body_falls_along_gravity_by_half_g_t_squared", lighter)
 scaled("friction 10 % low", "a_sliding_body_is_slowed_by_the_friction_of_its_shape", "geom_friction", 0.9)

@@ -259,7 +259,7 @@ def test_a_recording_holds_the_run_since_it_began(launched: Launched, corpus: Pa
     assert folder.is_relative_to(corpus / "p3dx_2018")
     assert Recording(folder).run["result"]["sim_time_s"] == 1.0
     kept = {path.name for path in (folder / "experiment" / "p3dx_2018").iterdir()}
-    assert {"drive.py", "grab_laser.py", "walls.sdf"} <= kept  # the first two are named by its BIBI file alone
+    assert {"drive.py", "grab_laser.py", "walls.sdf"} <= kept  # two are named by its BIBI file alone
     simulation.start_recording()
     assert simulation.stop_recording(False) is None
 

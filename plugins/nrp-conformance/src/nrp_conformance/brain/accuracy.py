@@ -227,7 +227,7 @@ class AccuracyTests(BrainKit):
         sample = self._declared_sample(cell_type)
         if not {"tau_refrac", "tau_syn_E"} <= sample.parameters.keys() or sample.loses_refractory_input:
             skip_undeclared("a refractory time and lasting synaptic currents")
-        slow = {"tau_syn_E": 20.0, "tau_refrac": 2.0}
+        slow: dict[str, Any] = {"tau_syn_E": 20.0, "tau_refrac": 2.0}
         expected = simulate(sample, [Arrival(6.0, sample.strong)], until_ms=60.0, **slow).spikes
         assert len(expected) > 2
         synapse = connect("s", "n", sample.strong, 1.0)
