@@ -42,6 +42,12 @@ def written_out(function: ast.FunctionDef, known: Mapping[str, str]) -> ast.Func
     return made
 
 
+def with_full_names(node: ast.expr, known: Mapping[str, str]) -> ast.expr:
+    """Return an expression with full names in place of imported names."""
+    made: ast.expr = _WrittenOut(known).visit(deepcopy(node))
+    return made
+
+
 class _WrittenOut(ast.NodeTransformer):
     def __init__(self, known: Mapping[str, str]) -> None:
         self._known = known

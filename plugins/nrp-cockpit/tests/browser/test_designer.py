@@ -243,6 +243,22 @@ def test_python_that_is_blocks_opens_as_boxes_in_the_cockpit_too(husky: str, wat
     expect(page.get_by_role("menuitem", name="listing2.py")).to_be_visible()
 
 
+def test_python_is_wired_and_undo_works_wherever_the_focus_is(watched: Watched):
+    with cockpit(experiment="slalom_pioneer") as opened:
+        page = watched.open(opened.address, 1280, 720)
+        page.get_by_role("link", name="Designer").click()
+        box = page.get_by_role("group", name="python feel, drive")
+        box.get_by_role("button", name="topic drive: return Twist").click()
+        expect(page.get_by_role("region", name="Form")).to_contain_text("def drive")
+        expect(page.locator(".react-flow__edge")).to_have_count(7)
+        page.get_by_role("button", name="Neurons \N{RIGHTWARDS ARROW} robot").click()
+        made = page.get_by_role("group", name="function to_robot")
+        expect(made).to_be_visible()
+        page.evaluate("() => document.activeElement.blur()")
+        page.keyboard.press("Control+z")
+        expect(made).to_have_count(0)
+
+
 def test_a_shipped_model_that_is_typed_in_is_no_change_and_what_is_wrong_has_a_badge(
     drawn: tuple[Hand, Path], studio: str, tmp_path: Path
 ):

@@ -19,7 +19,7 @@ from nrp_cockpit.designer.document import Document
 from nrp_cockpit.designer.graph import Graph
 from nrp_cockpit.designer.layout import placed
 from nrp_cockpit.designer.metamodel import metamodel_data
-from nrp_cockpit.designer.surroundings import Surroundings
+from nrp_cockpit.designer.surroundings import Surroundings, Topic
 from nrp_cockpit.designer.tree import at, node_data, walk
 
 from nrp_core.errors import ExperimentError
@@ -143,6 +143,28 @@ def test_python_that_is_blocks_becomes_boxes_and_other_python_one_box(tmp_path: 
     assert not document.is_saved
     with pytest.raises(ExperimentError, match="this Python function cannot be expressed as blocks"):
         document.as_blocks("transfer_function/1")
+
+
+def test_python_functions_are_wired_by_their_decorators_and_only_by_their_text() -> None:
+    hexapod = ROOT / "experiments/nrp_experiments/walking_hexapod/walk.py"
+    topics = [
+        f"/hexapod/{leg}_{joint}/cmd_pos"
+        for leg in ("front_left", "rear_right")
+        for joint in ("alpha", "beta")
+    ]
+    around = Surroundings(
+        {name: Topic(name, "std_msgs.msg.Float64") for name in topics}, {"swing": 48, "stance": 48}
+    )
+    document = Document(hexapod, around)
+    data = document.data()
+    (box,) = (one for one in data["boxes"] if one["kind"] == "python")
+    assert [row["name"] for row in box["rows"]] == ["lifting", "forward", "back", "alpha", "beta"]
+    ends = {end for wire in data["wires"] for end in (wire["source_end"], wire["target_end"])}
+    assert ends == {*(row["path"] for row in box["rows"]), *(f"topic:{name}" for name in topics),
+                    "population:swing[cells]", "population:stance[cells]"}  # fmt: skip
+    messages = [wire for wire in data["wires"] if wire["kind"] == "message"]
+    assert {wire["target"] for wire in messages} == {f"topic:{name}" for name in topics}
+    assert box["id"] not in document.fits(f"topic:{topics[0]}")
 
 
 def test_a_reference_to_a_python_file_becomes_boxes_when_asked(tmp_path: Path) -> None:

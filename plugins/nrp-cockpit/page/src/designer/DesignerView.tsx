@@ -1,5 +1,5 @@
 import { ReactFlowProvider } from "@xyflow/react";
-import { type KeyboardEvent, useEffect } from "react";
+import { useEffect } from "react";
 import { barredBy, useRun } from "../state/run";
 import { Empty, Panel } from "../ui/Panel";
 import { Bar } from "./Bar";
@@ -34,18 +34,27 @@ const everywhere: Record<string, () => void> = {
   "Ctrl+Shift+Enter": () => void run(),
 };
 
-function press(event: KeyboardEvent<HTMLElement>): void {
+/** Before the keys of the page, which are heard at the window. */
+function useDesignerKeys(): void {
+  useEffect(() => {
+    document.addEventListener("keydown", press);
+    return () => document.removeEventListener("keydown", press);
+  }, []);
+}
+
+function press(event: KeyboardEvent): void {
   const modifiers = `${event.ctrlKey || event.metaKey ? "Ctrl+" : ""}${event.shiftKey ? "Shift+" : ""}`;
   const name = modifiers + (event.key.length === 1 ? event.key.toLowerCase() : event.key);
   const typing = (event.target as HTMLElement).closest(EDITED) !== null;
   const does = everywhere[name] ?? (typing ? undefined : keys[name]);
-  if (!does || event.defaultPrevented) return;
+  if (!does || event.defaultPrevented || document.querySelector("dialog[open], [role=menu]")) return;
   event.preventDefault();
   does(useDesign.getState().selected);
 }
 
 /** The transfer functions or the brain as boxes and wires, the form of what is selected, and the texts that say the same. */
 export default function DesignerView() {
+  useDesignerKeys();
   const barred = useRun(barredBy);
   const recorded = useRun((now) => now.experiment?.source === "recording");
   const open = useRun((now) => now.link.state === "open");
@@ -54,8 +63,7 @@ export default function DesignerView() {
   if (recorded) return <Notice text="This is a recording: the designer needs a live run." />;
   if (!state) return <Notice text={barred ?? "Waiting for the model."} />;
   return (
-    // biome-ignore lint/a11y/noStaticElementInteractions: the keys of the view act wherever the focus is in it
-    <div className="designer" onKeyDown={press}>
+    <div className="designer">
       <h1 className="hidden-text">Designer</h1>
       <Bar state={state} />
       <section className="panel designer-canvas" aria-label="Drawing" data-panel="drawing" tabIndex={-1}>

@@ -4,8 +4,14 @@ import type { Row } from "./types";
 
 const lookOf = (row: Row) => (row.kind === "topic" ? "message" : row.is_written ? "drives" : "reads");
 
+interface RowProps {
+  row: Row;
+  /** What a click shows instead of the form of the row. */
+  shows?: string;
+}
+
 /** A channel or a variable of a function; a click shows its form. */
-export function FunctionRow({ row }: { row: Row }) {
+export function FunctionRow({ row, shows = row.path }: RowProps) {
   const selected = useDesign((design) => design.selected === row.path);
   const bad = useDesign(({ findings }) =>
     findings.some(({ path, weight }) => weight === "error" && path.startsWith(row.path)),
@@ -18,7 +24,7 @@ export function FunctionRow({ row }: { row: Row }) {
         className="box-part nodrag"
         aria-pressed={selected}
         aria-label={[row.kind, name, row.type].filter(Boolean).join(" ")}
-        onClick={() => select(row.path)}
+        onClick={() => select(shows)}
       >
         {row.kind === "local" ? (
           <span className="mono cut box-text">

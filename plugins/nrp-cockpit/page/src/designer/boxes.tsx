@@ -127,7 +127,7 @@ function FunctionBox({ data: { box }, selected }: BoxProps) {
             title={found[0].summary}
           >
             <Icon name={found[0].weight === "error" ? "error" : "warning"} small />
-            {found.length}
+            {found.filter(({ weight }) => weight === found[0]?.weight).length}
           </span>
         )}
         {box.active === false && <span className="tag">off</span>}
@@ -151,7 +151,7 @@ function FunctionBox({ data: { box }, selected }: BoxProps) {
       )}
       {box.kind === "function" && !monitor && <End id={box.id} label={box.name} side="left" look="free" />}
       {box.rows?.map((row) => (
-        <FunctionRow key={row.path} row={row} />
+        <FunctionRow key={row.path} row={row} {...(box.kind === "python" ? { shows: box.id } : {})} />
       ))}
       {box.kind === "python" && <p className="box-hint">opens in the editor</p>}
       {box.kind === "function" && box.rows?.length === 0 && (

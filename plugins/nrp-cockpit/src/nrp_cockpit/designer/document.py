@@ -95,7 +95,9 @@ class Document(Drawing):
         }
 
     def fits(self, source: str) -> dict[str, str | None]:
-        boxes = self._graph().boxes
+        boxes = [
+            box for box in self._graph().boxes if box["kind"] != "python"
+        ]  # they are wired in their text
         ends = [end for box in boxes
                 for end in (box["id"], *(row["path"] for row in box.get("rows", ())))]  # fmt: skip
         edit = Edit(self.model, self.surroundings)

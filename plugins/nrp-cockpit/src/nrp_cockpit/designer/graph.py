@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,6 +17,7 @@ from nrp_bibi.model.functions import (
     TransferFunction,
 )
 from nrp_bibi.model.selectors import NeuronSelector, NeuronSelectorTemplate
+from nrp_bibi.reverse.wiring import Connection, connections
 
 from nrp_cockpit.designer.connecting import POPULATION, TOPIC
 from nrp_cockpit.designer.surroundings import Surroundings, Topic
@@ -58,7 +60,8 @@ class Graph:
                "active": function.active, "when": _when(function)}  # fmt: skip
         if isinstance(function, PythonTransferFunction):
             name = function.src or _first_name(function.code)
-            return {**box, "kind": "python", "name": name, "code": function.code, "rows": []}
+            rows = list(self._python_rows(function.code, path))
+            return {**box, "kind": "python", "name": name, "code": function.code, "rows": rows}
         assert isinstance(function, BIBITransferFunction)
         return {**box, "name": function.name, "rows": list(self._rows(function, path))}
 
@@ -79,6 +82,36 @@ class Graph:
                 yield self._device_row(device, f"{path}/{field}/{place}", path)
         if isinstance(returned, AnyDevice):
             yield self._device_row(returned, f"{path}/return_value", path)
+
+    def _python_rows(self, code: str, path: str) -> Iterator[dict[str, Any]]:
+        """Yield what the decorators of Python functions connect, and add the wires."""
+        found = connections(code)
+        several = len({one.function for one in found}) > 1
+        for place, one in enumerate(found):
+            end = [path, f"{path}/python/{place}"]
+            variable = one.variable or "return"
+            if one.is_topic:
+                others = [[f"{TOPIC}{name}"] * 2 for name in self._topics_of(one)]
+            else:
+                self._neurons.setdefault(one.target, {})[one.neurons] = None
+                others = [[f"{POPULATION}{one.target}", f"{POPULATION}{one.neurons}"]]
+            kind = "message" if one.is_topic else "drives" if one.is_written else "reads"
+            for other in others:
+                pair = (end, other) if one.is_written else (other, end)
+                self.wires.append(_wire(kind, *pair))
+            yield {
+                "path": end[1], "kind": "topic" if one.is_topic else "device", "is_written": one.is_written,
+                "name": f"{one.function}: {variable}" if several else variable,
+                "type": one.kind.rpartition(".")[2], "text": "", "neurons": one.neurons,
+            }  # fmt: skip
+
+    def _topics_of(self, one: Connection) -> list[str]:
+        """Return the topics of a connection, and note them; an f-string stands for all that fit."""
+        parts = re.split(r"\{[^}]*\}", one.target) if one.is_pattern else [one.target]
+        fits = re.compile("[^/]+".join(map(re.escape, parts)))
+        found = [name for name in self._surroundings.topics if fits.fullmatch(name)] or [one.target]
+        self._topics |= dict.fromkeys(found, one.kind)
+        return found
 
     def _topic_row(self, channel: TopicChannel, path: str, box: str) -> dict[str, Any]:
         self._topics[channel.topic] = channel.type

@@ -52,9 +52,8 @@ def height_of(box: Mapping[str, Any]) -> int:
         return 44
     if box["kind"] == "population":
         return _HEAD + 28 * len(box["rows"])
-    if box["kind"] == "python":
-        return _HEAD + 28
-    return _HEAD + (sum(map(_row_height, box["rows"])) or 28)
+    rows = sum(map(_row_height, box["rows"]))
+    return _HEAD + (rows + 28 if box["kind"] == "python" else rows or 28)
 
 
 def _row_height(row: Mapping[str, Any]) -> int:
