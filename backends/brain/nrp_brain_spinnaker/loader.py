@@ -18,7 +18,7 @@ from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.rewired_rows import Rewired
 from nrp_brain_spinnaker.machine.synaptic_inputs import Ring
 from nrp_brain_spinnaker.mapping.fidelity import losses
-from nrp_brain_spinnaker.options import SpinnakerOptions, hints_of
+from nrp_brain_spinnaker.options import SpinnakerOptions, hinted_substeps, hints_of
 from nrp_brain_spinnaker.synapses.laws import load_stores
 from nrp_brain_spinnaker.synapses.rewired import load_rewired
 from nrp_brain_spinnaker.synapses.sites import Site, sites_of
@@ -45,7 +45,7 @@ def rounded_times(network: Network, options: SpinnakerOptions) -> Findings:
         warnings.add(
             Code.NRP217, f"spikes between time steps of {step_ms:g} ms come at the next: {_listed(between)}"
         )
-    rounded = list(_refractory(network, step_ms / options.substeps))
+    rounded = list(_refractory(network, options))
     if rounded:
         warnings.add(Code.NRP217, f"refractory periods become whole time steps: {_listed(rounded)}")
     return warnings
@@ -64,12 +64,13 @@ def _spikes(network: Network, step_ms: float) -> Iterator[tuple[str, float, floa
             yield from _first_between(population.label, np.concatenate(times), step_ms)
 
 
-def _refractory(network: Network, step_ms: float) -> Iterator[tuple[str, float, float]]:
+def _refractory(network: Network, options: SpinnakerOptions) -> Iterator[tuple[str, float, float]]:
     """Yield the first refractory period of each population that is not a number of steps, before and after.
 
     Periods of less than a step, such as PyNN's default, mean none.
     """
     for population in network.populations.values():
+        step_ms = options.step_us / 1000 / max(options.substeps, hinted_substeps(population))
         periods = population.parameters.get("tau_refrac", np.empty(0))
         yield from _first_between(population.label, periods[periods > step_ms], step_ms)
 

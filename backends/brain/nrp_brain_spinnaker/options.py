@@ -114,6 +114,11 @@ def hints_of(population: Population, options: SpinnakerOptions) -> Hints:
     )
 
 
+def hinted_substeps(population: Population) -> int:
+    """Return the number of updates in a time step that a script asks for."""
+    return int(population.hints.get("n_steps_per_timestep", 1))
+
+
 def cells_per_core(population: Population, options: SpinnakerOptions) -> int:
     """Return the largest number of cells of a population on a core."""
     if not population.is_source:

@@ -86,7 +86,7 @@ LISTED: Final = Origin("FromListConnector")
 HINTS: Final = frozenset(
     {
         "neurons_per_core", "synapse_cores", "spikes_per_second", "ring_buffer_sigma",
-        "max_summed_weight_exc", "max_summed_weight_inh",
+        "max_summed_weight_exc", "max_summed_weight_inh", "n_steps_per_timestep",
     }
 )  # fmt: skip
 """What a script may say about the place of a population on a machine, in the words of sPyNNaker."""

@@ -494,3 +494,57 @@ def test_a_number_of_synapses_follows_the_rules_of_spynnaker(
         assert words in str(refused(tmp_path, lines))
     else:
         assert len(run(tmp_path, HEAD + lines).wires) == n
+
+
+def test_delays_below_a_time_step_become_one(tmp_path: Path) -> None:
+    """As ``AbstractConnector._clip_delays`` of sPyNNaker 7.4.1, as for its test_synaptic_expander.py."""
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(5, p.IF_curr_exp())\n"
+        "wires = p.Projection(cells, cells, p.OneToOneConnector(),\n"
+        "    p.StaticSynapse(weight=0.1, delay=[3.0, -4.5, 0.2, 1.0, 2.0]))\np.run(1)\n",
+    )
+    assert list(script.wires.get("delay", "list", with_address=False)) == [3.0, 1.0, 1.0, 1.0, 2.0]
+    assert any("2 delays are below a time step of 1 ms" in text for text in script.p.network().remarks)
+
+
+def test_a_population_has_its_own_number_of_updates_in_a_step(tmp_path: Path) -> None:
+    """A leaky cell with ten updates a step fires in the steps in which it does with steps of a tenth.
+
+    A tenth of a step is rounded down on the machine, so that a refractory period lasts one update more.
+    """
+    times = []
+    for step, more in ((1.0, ", n_steps_per_timestep=10"), (0.1, ""), (1.0, "")):
+        script = run(
+            tmp_path,
+            f"import pyNN.spiNNaker as p\np.setup({step})\n"
+            f"cell = p.Population(1, p.IF_curr_exp(i_offset=2.0, tau_refrac=2.0){more})\n"
+            "cell.record('spikes')\np.run(60)\n",
+        )
+        times.append(trains(script.cell)[0])
+    many, fine, usual = times
+    assert many == pytest.approx([t // 1.0 for t in fine], abs=1.0)
+    assert many[1:] != usual[1:]
+    assert "must be a whole number" in str(
+        refused(tmp_path, "p.Population(1, cell, n_steps_per_timestep=1.5)")
+    )
+
+
+def test_its_panel_draws_spikes_and_heat_maps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    script = run(
+        tmp_path,
+        HEAD + "import numpy as np\nfrom spynnaker.spynnaker_plotting import SpynnakerPanel\n"
+        "from spynnaker8.spynakker_plotting import SpynnakerPanel as Former\n"
+        "from pyNN.utility.plotting import Figure\n"
+        "source = p.Population(2, p.SpikeSourceArray([[1.0, 4.0], [2.0]]))\nsource.record('spikes')\n"
+        "cells = p.Population(3, p.IF_curr_exp())\ncells.record('v')\np.run(5)\n"
+        "figure = Figure(SpynnakerPanel(source.get_data('spikes'), yticks=True, xlim=(0, 5)),\n"
+        "    Former(cells.get_data('v').segments[0]), SpynnakerPanel(np.array([[1, 7.0], [3, 9.0]])),\n"
+        "    SpynnakerPanel(np.array([[1, 0, 7.0], [0, 2, 9.0]])))\n",
+    )
+    spikes, v, rows, values = (one for one in script.figure.fig.axes if one.get_label() != "<colorbar>")
+    assert sorted(zip(*spikes.lines[0].get_data(), strict=True)) == [(1.0, 0.0), (2.0, 1.0), (4.0, 0.0)]
+    assert v.images[0].get_array().shape == (3, 5)
+    assert [each.tolist() for each in rows.lines[0].get_data()] == [[7.0, 9.0], [1.0, 3.0]]
+    assert values.images[0].get_array()[[1, 0], [0, 2]].tolist() == [7.0, 9.0]

@@ -266,6 +266,7 @@ def test_modules_of_its_tools_that_a_script_names_are_there(tmp_path: Path) -> N
     [
         ("spynnaker.pyNN.models.neuron", "compiled for a machine are not emulated; sim.EquationCell"),
         ("spinn_front_end_common.utilities.globals_variables", "it works on the machine, or on the tools"),
+        ("spynnaker.spike_checker", "sPyNNaker's own tests"),
         ("spynnaker.plot_utils", "sPyNNaker 7 does not have it"),
         ("spynnaker8.utilities.DataHolder", "compiled for a machine are not emulated"),
     ],

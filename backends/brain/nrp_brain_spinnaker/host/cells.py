@@ -35,7 +35,7 @@ from nrp_brain_spinnaker.machine.fixed_point import (
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.neuron_kernels import FINE_BITS, LIFT_BITS, OPEN, gate_rates
 from nrp_brain_spinnaker.models import CONDUCTANCE_SCALE, GSYN, ISYN, CellModel, Semantics, cell_models
-from nrp_brain_spinnaker.options import SpinnakerOptions
+from nrp_brain_spinnaker.options import SpinnakerOptions, hinted_substeps
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import NetworkError, did_you_mean
@@ -213,9 +213,9 @@ class Grid:
         """Return the first tick at or after each time; times are rounded to whole microseconds."""
         return -(np.floor(times_ms * 1000).astype(np.int64) // -self.step_us)
 
-    def substeps_of(self, model: CellModel) -> int:
-        """Return the number of updates of cells of a model in a tick."""
-        return max(self.substeps, model.substeps(self.step_us))
+    def substeps_of(self, model: CellModel, population: Population) -> int:
+        """Return the number of updates of the cells of a population in a tick."""
+        return max(self.substeps, model.substeps(self.step_us), hinted_substeps(population))
 
 
 def load_cells(populations: Sequence[Population], ids: IntArray, grid: Grid, semantics: Semantics) -> Cells:
@@ -231,7 +231,7 @@ def load_cells(populations: Sequence[Population], ids: IntArray, grid: Grid, sem
         NetworkError: a parameter does not fit the machine's numbers.
     """
     models = [cell_models(semantics)[population.cell_type] for population in populations]
-    substeps = [grid.substeps_of(model) for model in models]
+    substeps = [grid.substeps_of(model, own) for model, own in zip(models, populations, strict=True)]
     most_spikes = sum(p.size * n for p, n in zip(populations, substeps, strict=True))
     cells = _blank(len(populations), ids, most_spikes)
     first = 0

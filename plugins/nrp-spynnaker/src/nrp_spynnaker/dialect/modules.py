@@ -33,6 +33,7 @@ from nrp_spynnaker.dialect.other_modules import (
     tools,
     utilities,
 )
+from nrp_spynnaker.dialect.panels import SpynnakerPanel
 from nrp_spynnaker.dialect.plasticity import (
     RULES,
     nearest_pair_rule,
@@ -61,7 +62,12 @@ _THEMSELVES: Final = ("spynnaker8", "spynnaker", _MODELS)
 """Packages with names of their own, besides modules."""
 NAME: Final = "SpiNNaker"
 _logger = logging.getLogger(__name__)
-_FORMER_PLOTS: Final = "plot_utils"
+_TOOLS: Final = {
+    "plot_utils": "sPyNNaker 7 does not have it; pyNN.utility.plotting draws data",
+    "spike_checker": "it checks the results of sPyNNaker's own tests",
+}
+_PANELS: Final = ("spynnaker_plotting", "spynakker_plotting")
+"""Its module of panels; the second spelling is that of version 8."""
 DEFAULT_TIMESTEP_MS: Final = 1.0
 _MACHINE: Final = (
     "n_chips_required", "n_boards_required", "time_scale_factor", "machine_time_step", "hostname",
@@ -142,10 +148,8 @@ class Dialect:
             found = vars(found).get(part) if isinstance(found, ModuleType) else getattr(found, part, None)
         if isinstance(found, ModuleType):
             return found
-        if name.endswith(f".{_FORMER_PLOTS}"):
-            raise NoEquivalentError(
-                f"'{name}' has no equivalent: sPyNNaker 7 does not have it; pyNN.utility.plotting draws data"
-            )
+        if (last := name.rpartition(".")[2]) in _TOOLS:
+            raise NoEquivalentError(f"'{name}' has no equivalent: {_TOOLS[last]}")
         if found is not None or package == name.rpartition(".")[0] in _THEMSELVES:
             return None  # a name of the simulator
         raise no_equivalent(name)
@@ -204,6 +208,7 @@ class Dialect:
             ),
             protocols=devices.protocols,
             exceptions=exceptions(),
+            **{name: module(name, SpynnakerPanel=SpynnakerPanel) for name in _PANELS},
             __getattr__=unsupported.unknown_name("sPyNNaker", own),
         )
         return api

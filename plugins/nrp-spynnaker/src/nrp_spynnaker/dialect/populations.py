@@ -30,6 +30,7 @@ _HINTS: Final = {
     "n_synapse_cores": "synapse_cores",
     "spikes_per_second": "spikes_per_second",
     "ring_buffer_sigma": "ring_buffer_sigma",
+    "n_steps_per_timestep": "n_steps_per_timestep",
 }
 _AHEAD_MS: Final = 1000.0
 """For how long spikes of sources without an end are drawn in advance."""
@@ -101,6 +102,8 @@ def hints_of(owner: str, given: Mapping[str, Any]) -> dict[str, float]:
             hints[name] = cells_per_core(owner, value)
         elif name in _HINTS:
             hints[_HINTS[name]] = _numbers(owner, [value], name)[0]
+            if name == "n_steps_per_timestep" and (value < 1 or value != int(value)):
+                raise InvalidValueError(f"{owner}: {name} is {value!r}; it must be a whole number from 1 on")
         else:
             valid = [*_HINTS, SUMMED, *_WITHOUT_EFFECT]
             raise NetworkError(f"{owner} has no additional parameter '{name}'{did_you_mean(name, valid)}")
@@ -580,8 +583,19 @@ class Projection(projections.Projection):
             return None
         return self._simulator.state.synapses_of(self)
 
+    def _with_delays(self, values: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+        """Return values whose delays are one time step at least, as those of sPyNNaker."""
+        delays, least = values.get("delay"), self._simulator.state.dt
+        if delays is None or not (short := delays < least).any():
+            return values
+        self._simulator.state.remark(
+            f"{self._name}: {np.count_nonzero(short)} delays are below a time step of {least:g} ms, and "
+            "become one"
+        )
+        return {**values, "delay": np.maximum(delays, least)}
+
     def _meant(self, values: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
-        weight = values.get("weight")
+        values, weight = self._with_delays(values), values.get("weight")
         if self.receptor_type not in RECEPTORS or weight is None:
             return values
         below = weight < 0
