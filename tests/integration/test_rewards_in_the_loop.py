@@ -50,6 +50,13 @@ def teach(t, reward, learned, rows):
         reward.value = 0.1 if t < 0.3 else -0.05
     rows.record_entry(t, learned.values[0])
 """
+HELD = FUNCTIONS.replace(
+    '("learned"))\n@nrp.MapWeights', '("learned"), baseline=4)\n@nrp.MapWeights'
+).replace(
+    "    rows",
+    "    reward.held = 0.002 * (round(50 * t) % 7)\n    rows",
+)
+"""The same with a held value in each step, and less running means."""
 EXPERIMENT = """\
 name: rewards
 duration: 1 s
@@ -99,7 +106,11 @@ def test_weights_follow_a_reward_from_its_step_on(experiment: Path, tmp_path: Pa
 
 
 @MODES
-def test_a_snapshot_and_a_reset_restore_it(experiment: Path, tmp_path: Path, options: str) -> None:
+@pytest.mark.parametrize("functions", [FUNCTIONS, HELD], ids=["pulses", "held"])
+def test_a_snapshot_and_a_reset_restore_it(
+    experiment: Path, tmp_path: Path, options: str, functions: str
+) -> None:
+    (experiment.parent / "functions.py").write_text(functions)
     with Run(load_experiment(experiment, [f"brain.options={options}"])) as run:
         run.run_until(0.3)
         saved = run.snapshot()
@@ -115,7 +126,9 @@ def test_a_snapshot_and_a_reset_restore_it(experiment: Path, tmp_path: Path, opt
 
 
 @MODES
-def test_a_replay_is_the_same(experiment: Path, tmp_path: Path, options: str) -> None:
+@pytest.mark.parametrize("functions", [FUNCTIONS, HELD], ids=["pulses", "held"])
+def test_a_replay_is_the_same(experiment: Path, tmp_path: Path, options: str, functions: str) -> None:
+    (experiment.parent / "functions.py").write_text(functions)
     folder = tmp_path / "recording"
     with FilesRead() as files, Run(load_experiment(experiment, [f"brain.options={options}"])) as run:
         recording_folder = RecordingFolder(run, folder, files=files, snapshots_ns=S // 4)
@@ -124,6 +137,34 @@ def test_a_replay_is_the_same(experiment: Path, tmp_path: Path, options: str) ->
     for request in (ReplayRequest(), ReplayRequest(from_ns=round(0.62 * S))):
         with FilesRead() as files, Replay(Recording(folder), request, files=files) as again:
             assert again.verify().difference is None
+
+
+@MODES
+def test_held_values_are_less_their_running_mean(experiment: Path, tmp_path: Path, options: str) -> None:
+    """The weight follows from the values and the eligibility, after the dendritic delay of 1 ms."""
+    pulses = "    if round(t, 3) in (0.2, 0.5):\n        reward.value = 0.1 if t < 0.3 else -0.05\n"
+    assert pulses in HELD
+    (experiment.parent / "functions.py").write_text(HELD.replace(pulses, ""))
+    with Run(load_experiment(experiment, [f"brain.options={options}"])) as run:
+        run.run()
+        found = rows(run, tmp_path)
+    times = [1000 * t for t in found[:, 0]]
+    mean, held = 0.0, []
+    for t in times:
+        reward = 0.002 * (round(t / 20) % 7)
+        held.append(reward - mean)
+        mean += held[-1] / 4
+
+    def passed(since: float, until: float) -> float:
+        """Return the integral of the eligibility of the pair at 106 ms."""
+        since, until = max(since, 106.0), max(until, 106.0)
+        return 100.0 * exp(-6 / 20) * (exp((106 - since) / 1000) - exp((106 - until) / 1000))
+
+    for now, weight in found * [1000, 1]:
+        each = zip(times, held, strict=True)
+        changes = [r * passed(min(t + 1, now), min(t + 21, now)) for t, r in each]
+        assert weight == pytest.approx(2.0 + sum(changes), rel=1e-9)
+    assert abs(found[-1, 1] - 2.0) > 1e-3
 
 
 def test_a_recorded_brain_takes_rewards(experiment: Path, tmp_path: Path) -> None:
@@ -139,7 +180,9 @@ def test_a_recorded_brain_takes_rewards(experiment: Path, tmp_path: Path) -> Non
         assert again.verify().difference is None
 
 
-def test_correct_functions_are_met_with_silence(experiment: Path) -> None:
+@pytest.mark.parametrize("functions", [FUNCTIONS, HELD], ids=["pulses", "held"])
+def test_correct_functions_are_met_with_silence(experiment: Path, functions: str) -> None:
+    (experiment.parent / "functions.py").write_text(functions)
     assert validate_file(experiment) == []
 
 
