@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import PLASTICITY, WEIGHTS
+from nrp_core.brain.changes import EQUATIONS, PLASTICITY, WEIGHTS
 from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain, BrainCapabilities
@@ -63,6 +63,7 @@ class MockBrain(Brain):
         values: state of its neurons, by variable, shape ``(network.size,)``.
         rewards: the population and the dopamine of each reward since the beginning or a reset.
         held_rewards: the value that is held now, by population.
+        synapse_parameters: changed parameters of synapses in equations, by projection.
 
     Raises:
         CapabilityError: the given capabilities do not cover the network.
@@ -87,7 +88,7 @@ class MockBrain(Brain):
             synapses=frozenset(projection.synapse_type for projection in network.projections),
             resolution_ns=step_ns,
             state_variables=frozenset(_REST),
-            changes=frozenset({WEIGHTS, PLASTICITY}),
+            changes=frozenset({WEIGHTS, PLASTICITY, EQUATIONS}),
             neuromodulation=True,
             rewards=True,
             releases_gil=releases_gil,
@@ -98,6 +99,7 @@ class MockBrain(Brain):
         self._weights: dict[str, FloatArray] = {}
         self.rewards: list[tuple[str, float]] = []
         self.held_rewards: dict[str, float] = {}
+        self.synapse_parameters: dict[str, Mapping[str, FloatArray]] = {}
 
     def fire(self, neurons: npt.ArrayLike, times_ms: npt.ArrayLike) -> None:
         """Make neurons (global ids) spike at ascending times of the next step."""
@@ -133,8 +135,13 @@ class MockBrain(Brain):
 
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None: ...
 
+    def _do_set_synapse_parameters(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
+        before = self.synapse_parameters.get(projection.label, {})
+        self.synapse_parameters[projection.label] = {**before, **values}
+
     def _do_reset(self, seed: int) -> None:
         self._planned, self._weights, self.rewards, self.held_rewards = [], {}, [], {}
+        self.synapse_parameters = {}
 
     def _do_close(self) -> None: ...
 

@@ -1,4 +1,4 @@
-"""The weights of a projection as transfer functions read, set and freeze them."""
+"""The synapses of a projection as transfer functions read, set and freeze them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.brain.changes import PLASTICITY, WEIGHTS, lasting, learning
+from nrp_core.brain.changes import PLASTICITY, WEIGHTS, lasting, learning, synapse_parameters
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Projection
 from nrp_core.dsl.functions import Flow
@@ -32,6 +32,7 @@ class Weights(Adapter):
         self._parameter, self._brain, self._projection = parameter, brain, projection
         self._values: FloatArray | None = None
         self._read: FloatArray | None = None
+        self._parameters: dict[str, FloatArray] = {}
 
     @property
     def values(self) -> FloatArray:
@@ -72,6 +73,27 @@ class Weights(Adapter):
     def plastic(self, plastic: bool) -> None:
         self._brain.set_plastic(self._projection.label, bool(plastic))
 
+    def state(self, variable: str) -> FloatArray:
+        """Return a state variable of the synapses, one value for each, shape ``(n,)``.
+
+        See :meth:`nrp_core.brain.Brain.read_synapse_state`.
+
+        Raises:
+            NetworkError: the synapses have no such variable.
+        """
+        return self._brain.read_synapse_state(self._projection.label, variable)
+
+    def set_parameters(self, **values: npt.ArrayLike) -> None:
+        """Change parameters of synapses in equations when the function has returned.
+
+        See :meth:`nrp_core.brain.Brain.set_synapse_parameters`.
+
+        Raises:
+            NetworkError: the synapses have no such parameter, or a value is impossible.
+        """
+        _, each = synapse_parameters(self._brain.network, self._projection.label, values)
+        self._parameters |= each
+
     @cached_property
     def pre_index(self) -> IndexArray:
         """The cell in the source population that each synapse begins at, shape ``(n,)``."""
@@ -95,16 +117,19 @@ class Weights(Adapter):
         return f"the brain backend '{backend}' cannot change {needed} while it runs"
 
     def refresh(self, now_ns: int) -> None:
-        self._values = self._read = None
+        self.reset()
 
     def commit(self) -> None:
+        if self._parameters:
+            self._brain.set_synapse_parameters(self._projection.label, self._parameters)
         values, read = self._values, self._read
         if values is not None and (read is None or not np.array_equal(values, read)):
             self._brain.set_weights(self._projection.label, values)
-        self._values = self._read = None
+        self.reset()
 
     def reset(self) -> None:
         self._values = self._read = None
+        self._parameters = {}
 
     def value_text(self) -> str:
         return "" if self._values is None else f"{len(self._values)} weights"

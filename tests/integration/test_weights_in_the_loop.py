@@ -171,3 +171,54 @@ def test_a_mistake_is_found_before_the_run(
     found = [one for one in validate_file(experiment, [f"brain.backend={backend}"]) if one.path == path]
     assert [one.code for one in found] == [Code[code]]
     assert found[0].line is not None
+
+
+OWN_RULE = """\
+law = sim.EquationSynapse(
+    "dx/dt = -x/tau : 1", on_pre="x += 1", on_post="weight += rate*x",
+    parameters={"tau": "20 ms", "rate": 0.01},
+)
+rule = law(weight=2.0, delay=1.0)
+"""
+TENDING = """\
+@nrp.MapWeights("w", nrp.brain.projection("learned"))
+@nrp.MapCSVRecorder("rows", "own.csv", ["t", "x", "weight"])
+@nrp.Robot2Neuron()
+def tend(t, w, rows):
+    rows.record_entry(t, w.state("x").sum(), w.values.sum())
+    if t > 0.3:
+        w.set_parameters(rate=0.0 if t > 0.7 else -0.01, tau=5.0)
+"""
+
+
+@MODES
+def test_the_state_and_the_parameters_of_equations(experiment: Path, tmp_path: Path, options: str) -> None:
+    """It learns, unlearns and stops; a snapshot and a replay know the changed parameters."""
+    begin, end = BRAIN.index("rule ="), BRAIN.index("sim.Projection(eyes")
+    (experiment.parent / "brain.py").write_text(BRAIN[:begin] + OWN_RULE + BRAIN[end:])
+    (experiment.parent / "functions.py").write_text(TENDING)
+    settings, folder = [f"brain.options={options}"], tmp_path / "recording"
+    assert validate_file(experiment, settings) == []
+    with FilesRead() as files, Run(load_experiment(experiment, settings)) as run:
+        recording_folder = RecordingFolder(run, folder, files=files, snapshots_ns=S // 4)
+        run.run_until(0.6)
+        saved = run.snapshot()
+        run.run()
+        first = rows(run, tmp_path)
+        t, x, weight = first.T
+        change = np.diff(weight)
+        assert change[t[1:] <= 0.3].min() >= 0.0 >= change[(t[1:] > 0.34) & (t[1:] <= 0.7)].max()
+        assert weight[t <= 0.3][-1] > 1.1 * weight[0]
+        assert weight[-1] < 0.9 * weight[t <= 0.3][-1]
+        assert len(np.unique(weight[t > 0.74])) == 1
+        assert x[t > 0.5].mean() < 0.5 * x[(t > 0.1) & (t < 0.3)].mean()  # it decays faster
+        recording_folder.close("finished")
+        run.restore(saved)
+        run.run()
+        assert rows(run, tmp_path).tolist() == first.tolist()
+    for request in (ReplayRequest(), ReplayRequest(from_ns=round(0.62 * S))):
+        with FilesRead() as files, Replay(Recording(folder), request, files=files) as again:
+            assert again.verify().difference is None
+    request = ReplayRequest(recorded=frozenset({"brain"}))
+    with FilesRead() as files, Replay(Recording(folder), request, files=files) as again:
+        assert "state of synapses of 'learned' was not recorded" in str(again.verify().error)

@@ -109,6 +109,11 @@ class RecordedBrain(Brain):
             )
         return self._weights.get(projection.label, projection.weight).copy()
 
+    def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
+        raise CapabilityError(
+            f"the brain is replayed, and the state of synapses of '{projection.label}' was not recorded"
+        )
+
     def _do_reset(self, seed: int) -> None:
         self._until_ns, self._weights = 0, {}
         self._playback.reset()

@@ -22,6 +22,11 @@ def network() -> Network:
     sim.Projection(a, b, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.5, delay=1.0), label="static")
     rule = sim.STDPMechanism(sim.SpikePairRule(), sim.AdditiveWeightDependence(), weight=0.5, delay=1.0)
     sim.Projection(a, b, sim.OneToOneConnector(), rule, label="learned")
+    own = sim.EquationSynapse(
+        "dx/dt = -x/tau : 1", on_pre="weight += rate*x", on_post="x += 1",
+        parameters={"tau": "20 ms", "rate": 0.1},
+    )  # fmt: skip
+    sim.Projection(a, b, sim.OneToOneConnector(), own(weight=0.5, delay=1.0), label="own")
     return sim.network()
 
 
@@ -146,3 +151,40 @@ def test_a_rig_has_every_projection_that_a_function_names(load: Load) -> None:
     assert not rig.function.w.plastic
     with pytest.raises(TransferFunctionError, match="did you mean 'w'"):
         rig.set(ww=1.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("w.set_parameters(rate=0.0)", {"rate": [0.0, 0.0]}),
+        ("w.set_parameters(rate=0.2)\nw.set_parameters(tau=[5, 10])", {"rate": [0.2] * 2, "tau": [5, 10]}),
+        ("w.values = 2.0", {}),
+    ],
+)
+def test_parameters_of_equations_change_once_the_function_has_returned(
+    load: Load, body: str, expected: dict[str, list[float]]
+) -> None:
+    brain = MockBrain(network())
+    rig = Rig(function_with(load, body, "own"), brain)
+    rig.run()
+    found = brain.synapse_parameters.get("own", {})
+    assert {name: values.tolist() for name, values in found.items()} == expected
+    brain.reset()
+    with pytest.raises(RuntimeError, match="late"):
+        Rig(function_with(load, f"{body}\nraise RuntimeError('late')", "own"), brain).run()
+    assert brain.synapse_parameters == {}
+
+
+@pytest.mark.parametrize(
+    ("body", "projection", "message"),
+    [
+        ("w.set_parameters(rates=0.0)", "own", "no parameter 'rates'"),
+        ("w.set_parameters(tau=0.0)", "own", "is not finite"),
+        ("w.set_parameters(A_plus=0.0)", "learned", "if their law is given as equations"),
+    ],
+)
+def test_impossible_parameters_of_equations_are_refused(
+    load: Load, body: str, projection: str, message: str
+) -> None:
+    with pytest.raises(NetworkError, match=message):
+        Rig(function_with(load, body, projection), MockBrain(network())).run()
