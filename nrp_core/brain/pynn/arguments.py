@@ -16,6 +16,7 @@ from pyNN import errors
 from pyNN.models import BaseCellType
 from pyNN.parameters import LazyArray
 from pyNN.space import BaseStructure
+from quantities import Quantity
 
 from nrp_core._support.checked_arguments import is_number
 from nrp_core.errors import NetworkError, NrpError, did_you_mean
@@ -177,6 +178,24 @@ def require_kind(owner: str, what: str, value: Any, kinds: Any, valid: str) -> N
     if not isinstance(value, kinds):
         shown = value.__name__ if isinstance(value, type) else reprlib.repr(value)
         raise WrongKindError(f"{owner}: its {what} is {shown}; it must be {valid}")
+
+
+def in_units(owner: str, given: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
+    """Return parameters as numbers in PyNN's units; values with a unit are converted.
+
+    Raises:
+        InvalidValueError: a value is in a unit of something else.
+    """
+    found = dict(given)
+    for name, value in given.items():
+        if isinstance(value, Quantity):
+            try:
+                numbers = value.rescale(units[name]).magnitude
+            except (LookupError, ValueError):
+                unit = units.get(name, "a number without a unit")
+                raise InvalidValueError(f"{owner}: {name} is {value}; it must be in {unit}") from None
+            found[name] = numbers if numbers.ndim else float(numbers)
+    return found
 
 
 def require_values(owner: str, given: Mapping[str, Any]) -> None:

@@ -23,7 +23,7 @@ from pyNN.standardmodels import (
 
 from nrp_core.brain.network.cells import CELLS, CellType
 from nrp_core.brain.network.synapses import LAWS, RulePart, SynapseLaw
-from nrp_core.brain.pynn.arguments import require_by_name, require_names, require_values
+from nrp_core.brain.pynn.arguments import in_units, require_by_name, require_names, require_values
 from nrp_core.errors import CapabilityError, NetworkError
 
 
@@ -120,7 +120,7 @@ def checked(base: Any) -> type:
         require_names(base.__name__, parameters, base.default_parameters)
         parameters = {
             name: list(value) if isinstance(value, np.ndarray) and value.ndim == _ROWS else value
-            for name, value in parameters.items()
+            for name, value in in_units(base.__name__, parameters, base.units).items()
         }
         require_values(base.__name__, parameters)
         base.__init__(self, **parameters)

@@ -28,6 +28,7 @@ from nrp_core.brain.pynn.arguments import (
     UnknownVariableError,
     WrongKindError,
     computing,
+    in_units,
     raising,
     require_kind,
     require_names,
@@ -155,6 +156,7 @@ class _Cells(common.BasePopulation):
     def set(self, **parameters: Any) -> None:
         """Set parameters of all cells: a number, one for each, a distribution or a function of the index."""
         self._require(parameters)
+        parameters = in_units(f"population '{self._owner().label}'", parameters, self._owner().celltype.units)
         require_values(f"population '{self._owner().label}'", parameters)
         space = ParameterSpace(parameters, self._owner().celltype.get_schema())
         require_shape(f"population '{self._owner().label}'", space, (self.size,))
@@ -163,6 +165,7 @@ class _Cells(common.BasePopulation):
     def initialize(self, **initial_values: Any) -> None:
         """Set initial values of state variables, as :meth:`set` does parameters."""
         owner = f"population '{self._owner().label}'"
+        initial_values = in_units(owner, initial_values, self._owner().celltype.units)
         require_values(owner, initial_values)
         require_shape(owner, initial_values, (self.size,))
         for variable, value in initial_values.items():

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyNN import errors
 from pyNN.parameters import Sequence
+from quantities import Hz, V, ms, nS, s, uV
 
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Network
@@ -276,3 +277,17 @@ def test_a_misspelt_setting_of_setup_is_refused_and_those_of_other_simulators_ar
     sim.setup(timestep=0.5, spike_precision="on_grid", threads=2)
     with pytest.raises(NetworkError, match="no setting 'timstep'; did you mean 'timestep'"):
         sim.setup(timstep=0.5)
+
+
+def test_parameters_with_a_unit_are_numbers_in_that_of_pynn(sim: ModuleType) -> None:
+    """A public script gives `rate=100.0*Hz, duration=100.0*s`; PyNN itself fails on such scalars."""
+    noise = sim.Population(2, sim.SpikeSourcePoisson(rate=100.0 * Hz, start=5.0 * ms, duration=2.0 * s))
+    assert noise.get(["rate", "start", "duration"]) == [100.0, 5.0, 2000.0]
+    cells = sim.Population(2, sim.IF_curr_exp(v_rest=np.array([-0.065, -0.07]) * V, tau_m=0.02 * s))
+    assert (cells.get("v_rest").tolist(), cells.get("tau_m")) == ([-65.0, -70.0], 20.0)
+    cells.set(v_reset=-66000.0 * uV)
+    cells.initialize(v=-0.06 * V)
+    assert cells.get("v_reset") == pytest.approx(-66.0)
+    assert cells.initial_values["v"].evaluate(simplify=True) == pytest.approx(-60.0)
+    with pytest.raises(NetworkError, match=r"IF_curr_exp: tau_m is 2.0 nS; it must be in ms"):
+        sim.IF_curr_exp(tau_m=2.0 * nS)
