@@ -98,7 +98,9 @@ SCRUB = """([key, t]) => new Promise((done) => {
     requestAnimationFrame(look);
 })"""
 
-HEARD = re.compile("/cockpit/.*|/scene|/tf|/gazebo/model_states|/husky/camera|/husky/cmd_vel|/brain/.*")
+HEARD = re.compile(
+    "/cockpit/.*|/scene|/tf|/gazebo/model_states|/husky/camera|/husky/cmd_vel|/brain/(?!projections/).*"
+)
 """The topics that the client hears: those that the page subscribes to when it is opened."""
 
 BODY = """

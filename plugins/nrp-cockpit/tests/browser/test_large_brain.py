@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from browsing import Kept, Watched, box_of, seen
+from browsing import Cockpits, Kept, Watched, box_of, seen, wait_until
 from large_brain import large_brain
 from playwright.sync_api import Locator, Page, expect
 
@@ -204,3 +204,61 @@ def test_cells_are_shown_in_space_and_selected_there(page: Page):
     expect(selected(page)).to_contain_text(re.compile(r"^ring \d+"))
     brain.get_by_role("radio", name="Graph").click()
     expect(brain.get_by_role("button", name="Group east of ring", exact=False)).to_be_visible()
+
+
+CELLS, PACKETS, SPIKES_HZ = 140_000, 40, 60_000
+FRAMES_HZ, FRAME_MS, WATCHED_MS = 30.0, 8.0, 4000.0
+FRAMES = """wall_ms => new Promise((done) => {
+    const began = performance.now();
+    let frames = 0;
+    const next = (now) => {
+        frames++;
+        if (now - began < wall_ms) requestAnimationFrame(next);
+        else done(frames);
+    };
+    requestAnimationFrame(next);
+})"""
+
+
+def frames(page: Page) -> tuple[float, float]:
+    """Return the frames a second, and the CPU time of the page's main thread for each, ms."""
+    devtools = page.context.new_cdp_session(page)
+    devtools.send("Performance.enable", {"timeDomain": "threadTicks"})
+
+    def spent_ms() -> float:
+        metrics = devtools.send("Performance.getMetrics")["metrics"]
+        return 1000 * float(next(each["value"] for each in metrics if each["name"] == "ThreadTime"))
+
+    before_ms = spent_ms()
+    count = int(page.evaluate(FRAMES, WATCHED_MS))
+    return count * 1000 / WATCHED_MS, (spent_ms() - before_ms) / count
+
+
+@pytest.mark.heavy
+def test_a_brain_of_140_000_cells_is_drawn_30_times_a_second(
+    tmp_path: Path, cockpits: Cockpits, watched: Watched
+):
+    file = large_brain(tmp_path, CELLS, PACKETS)
+    page = watched.open(cockpits.open(str(file), "-s", "duration=600 s"), width=1280, height=720)
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 5.0)
+    spikes = page.get_by_role("region", name="Spikes")
+    count = int(spikes.locator(".panel-sub").inner_text().split()[0])
+    assert count > SPIKES_HZ
+    spikes.get_by_role("button", name="Full size").click()
+    measured = {}
+    for kind in ("Spikes", "Heat", "Rates"):
+        spikes.get_by_role("radio", name=kind).click()
+        measured[kind] = frames(page)
+    page.keyboard.press("Escape")
+    brain = page.get_by_role("region", name="Brain", exact=True)
+    brain.get_by_role("radio", name="3D").click()
+    brain.get_by_role("button", name="Full size").click()
+    expect(brain.get_by_role("application")).to_be_visible()
+    measured["3D"] = frames(page)
+    for kind, (frames_hz, frame_ms) in measured.items():
+        print(f"{kind}: {frames_hz:.0f} frames a second, {frame_ms:.1f} ms of CPU each", flush=True)
+    assert all(frame_ms < FRAME_MS for _, frame_ms in measured.values()), measured
+    assert all(measured[kind][0] >= FRAMES_HZ for kind in ("Spikes", "Heat", "Rates")), (
+        measured
+    )  # 3D needs a GPU

@@ -14,21 +14,20 @@ export function brightnessOf(spikes: TimeRing, size: number, now_s: number): Flo
   spikes.visit(now_s - SEEN_S, now_s + 1e-9, (t_s, neuron) => {
     light[neuron] = (light[neuron] ?? 0) + Math.exp((t_s - now_s) / DECAY_S);
   });
-  return light.map((sum) => 1 - Math.exp(-sum / HALF));
+  for (let neuron = 0; neuron < size; neuron++)
+    if (light[neuron] !== 0) light[neuron] = 1 - Math.exp(-(light[neuron] as number) / HALF); // most are dark
+  return light;
 }
 
-/** The mean brightness of the cells of each box of a population; what is dark costs nothing. */
+/** The mean brightness of the cells of each box of a population. */
 export function boxBrightness(spikes: TimeRing, { partOf, sizes }: Grouping, now_s: number): Float64Array {
-  const light = new Map<number, number>();
-  spikes.visit(now_s - SEEN_S, now_s + 1e-9, (t_s, neuron) => {
-    light.set(neuron, (light.get(neuron) ?? 0) + Math.exp((t_s - now_s) / DECAY_S));
-  });
+  const light = brightnessOf(spikes, partOf.length, now_s);
   const means = new Float64Array(sizes.length);
-  for (const [neuron, sum] of light) {
-    const part = partOf[neuron] ?? 0;
-    means[part] = (means[part] ?? 0) + (1 - Math.exp(-sum / HALF)) / (sizes[part] ?? 1);
+  for (let neuron = 0; neuron < light.length; neuron++) {
+    const part = partOf[neuron] as number;
+    if (light[neuron] !== 0) means[part] = (means[part] as number) + (light[neuron] as number);
   }
-  return means;
+  return means.map((sum, part) => sum / (sizes[part] ?? 1));
 }
 
 const RATE_OVER_S = 1;

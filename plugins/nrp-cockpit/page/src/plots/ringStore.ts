@@ -82,6 +82,7 @@ function hear<T>(series: Series, topic: string, take: Take<T>): void {
     if (t_s < last_s) forget(series, t_s);
     last_s = t_s;
     take(series.ring, message, t_s);
+    if (series.ring.isFull) series.heard.forgetBefore(series.ring.timeAt(0)); // what was there is no silence
     clock.data(t_s);
   });
   wire.recall(topic); // another handler may have heard its past already

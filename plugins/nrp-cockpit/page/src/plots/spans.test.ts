@@ -44,3 +44,17 @@ test("after a seek the present stretch goes on from there, and no future is left
   ended.forgetFrom(3);
   expect(ended.within(0, 99)).toEqual([[2, 3]]);
 });
+
+test("what is no longer kept counts as not heard", () => {
+  const spans = heard(2, 4, 6);
+  spans.forgetBefore(3);
+  expect(spans.gaps(0, 10)).toEqual([
+    [0, 3],
+    [4, 6],
+  ]);
+  spans.forgetBefore(5);
+  expect(spans.within(0, 99)).toEqual([[6, 99]]);
+  spans.forgetBefore(7);
+  expect(spans.gaps(0, 10)).toEqual([[0, 7]]);
+  expect(spans.has(1e9)).toBe(true);
+});

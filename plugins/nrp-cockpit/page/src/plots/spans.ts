@@ -27,6 +27,14 @@ export class Spans {
     else if (open) this.begin(t_s);
   }
 
+  /** Drops what is earlier than a time. */
+  forgetBefore(t_s: number): void {
+    if ((this.spans[0]?.[0] ?? t_s) >= t_s) return;
+    this.spans = this.spans
+      .filter(([, to_s]) => to_s > t_s)
+      .map(([from_s, to_s]) => [Math.max(from_s, t_s), to_s]);
+  }
+
   /** Whether a time belongs to a stretch. */
   has(t_s: number): boolean {
     return this.spans.some(([from_s, to_s]) => from_s <= t_s && t_s <= to_s);

@@ -9,8 +9,8 @@ interface Spikes {
   times_ms: ArrayLike<number>;
 }
 
-/** A population keeps 26 seconds of 20 000 spikes a second. */
-const store = new RingStore(2 ** 19, "events");
+/** A population keeps 52 seconds of 20 000 spikes a second. */
+const store = new RingStore(2 ** 20, "events");
 
 /** The spikes of a population by time; the values are numbers of neurons in the population. */
 export const spikesOf = (label: string): TimeRing => store.of(label).ring;

@@ -17,6 +17,11 @@ export class TimeRing {
     return this.count;
   }
 
+  /** Whether each new number replaces the oldest. */
+  get isFull(): boolean {
+    return this.count === this.capacity;
+  }
+
   /** Adds a number that is not earlier than the last. */
   push(t_s: number, value: number): void {
     if (this.count === this.times.length && this.count < this.capacity) this.grow();

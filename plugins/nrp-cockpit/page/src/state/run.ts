@@ -1,5 +1,6 @@
 import { create } from "zustand";
 import { type Link, wire } from "../wire";
+import { keepSame } from "./same";
 import type { Experiment, Finding, Functions, Status, TimelineData } from "./types";
 
 interface LogLine {
@@ -35,7 +36,9 @@ export const useRun = create<Run>(() => ({
 export function followRun(): void {
   const set = useRun.setState;
   wire.onLink((link) => set({ link }));
-  wire.subscribe<Experiment>("/cockpit/experiment", (experiment) => set({ experiment }));
+  wire.subscribe<Experiment>("/cockpit/experiment", (experiment) =>
+    set((run) => ({ experiment: keepSame(run.experiment, experiment) })),
+  );
   wire.subscribe<Status>("/cockpit/status", (status) => set({ status }), "latest");
   wire.subscribe<Functions>("/cockpit/functions", (functions) => set({ functions }));
   wire.subscribe<TimelineData>("/cockpit/timeline", (timeline) => set({ timeline }));
