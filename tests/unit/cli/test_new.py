@@ -7,7 +7,9 @@ import sys
 import tomllib
 from importlib.metadata import version
 from pathlib import Path
+from runpy import run_path
 
+import nrp_conformance
 import pytest
 
 from nrp_core.brain.backend import BRAIN_INTERFACE_VERSION
@@ -81,6 +83,14 @@ def test_its_conformance_fails_and_says_what_to_write_first(made, warm):
     *_, cause, verdict = done.stdout.splitlines()
     assert "failed with the same error: NotImplementedError: _build: make " in cause
     assert "brain acme does not conform" in verdict
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_its_tests_compare_it_with_every_other_installed_backend(made, side):
+    folder = made(side, f"acme_{side}")
+    generated = run_path(str(folder / "tests" / "test_conformance.py"))
+    suites = {"brain": nrp_conformance.BrainCrossTests, "world": nrp_conformance.WorldCrossTests}
+    assert issubclass(generated[f"TestAcme{side.capitalize()}"], suites[side])
 
 
 def test_a_new_experiment_runs_at_once_and_meets_its_criteria(nrp, tmp_path):

@@ -16,7 +16,9 @@ pytest.register_assert_rewrite("nrp_conformance.brain", "nrp_conformance.world")
 
 from nrp_conformance.base import BackendTests  # noqa: E402
 from nrp_conformance.brain import BrainBackendTests, BrainContractTests, FullBrainTests  # noqa: E402
+from nrp_conformance.brain.comparison import CrossTests as BrainCrossTests  # noqa: E402
 from nrp_conformance.world import FullWorldTests, WorldBackendTests, WorldContractTests  # noqa: E402
+from nrp_conformance.world.comparison import CrossTests as WorldCrossTests  # noqa: E402
 
 SUITES: dict[str, dict[str, type[BackendTests]]] = {
     "brain": {"contract": BrainContractTests, "core": BrainBackendTests, "full": FullBrainTests},
@@ -28,8 +30,10 @@ __all__ = [
     "SUITES",
     "BrainBackendTests",
     "BrainContractTests",
+    "BrainCrossTests",
     "FullBrainTests",
     "FullWorldTests",
     "WorldBackendTests",
     "WorldContractTests",
+    "WorldCrossTests",
 ]
