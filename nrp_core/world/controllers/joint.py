@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite, sqrt
+from math import isclose, isfinite, sqrt
 from typing import Any, NamedTuple, Protocol
 
 from nrp_core.clock import seconds
@@ -22,6 +22,9 @@ from nrp_core.world.topics import Direction, TopicInfo
 
 _TOLERANCE = 0.01
 """How far a quaternion may be from a unit quaternion; it is normalised."""
+
+_ROUNDING = 1e-6
+"""By how much a command in 32 bits, or a sum, may be beyond a limit without a report."""
 
 
 class OrientationPart(Part):
@@ -220,7 +223,8 @@ class ControllerPart(Part):
         if self.obeys not in (topic, None):
             self._integral = 0.0
         bounded = self._laws[topic].within_limits(target)
-        if bounded.value != target.value and topic not in self._exceeded:
+        is_beyond = not isclose(bounded.value, target.value, rel_tol=_ROUNDING, abs_tol=_ROUNDING)
+        if is_beyond and topic not in self._exceeded:
             self._report(topic, target.value, bounded.value)
         self._command = topic, bounded
         self._set_target(now_ns)

@@ -122,7 +122,7 @@ def test_commands_stay_within_the_limits_of_the_joint(open_world, advance):
 
 def test_the_first_command_beyond_the_limits_of_a_joint_is_reported(open_world, advance):
     world = open_world(arm(controller("position", 100.0, 0.0, 10.0), lower=-0.4, upper=0.4))
-    for value in (0.4, 9.0, -7.0):
+    for value in (0.4, float(np.float32(0.4)), 9.0, -7.0):  # 32 bits are 6e-9 beyond
         command(world, "position", value)
         advance(world, 0.1)
     beyond = [finding.message for finding in world.warnings if finding.code.name == "NRP299"]

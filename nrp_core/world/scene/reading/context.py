@@ -266,7 +266,8 @@ class Resources:
     def _candidates(self, uri: str, user: Path) -> Iterator[Path]:
         scheme, separator, rest = uri.partition("://")
         if scheme in ("http", "https"):
-            yield from self._of_fuel(unquote(rest))
+            above = user.absolute().parents  # a model on Fuel is another one than the file that includes it
+            yield from (each for each in self._of_fuel(unquote(rest)) if each.absolute() not in above)
         if separator and scheme not in _SCHEMES:
             return
         beside = user.absolute().parent

@@ -277,3 +277,19 @@ def test_models_of_fuel_are_those_of_gazebos_cache_or_of_folders_with_their_name
     )
     room.write_text(f'<sdf version="1.9"><world name="w">{includes}</world></sdf>')
     assert [model.name for model in read_scene(room).models] == ["ground_plane"]
+
+
+def test_a_file_that_includes_its_namesake_on_fuel_does_not_include_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    (tmp_path / "drone").mkdir()
+    uri = "https://fuel.gazebosim.org/1.0/someone/models/drone"
+    file = tmp_path / "drone" / "model.sdf"
+    file.write_text(f'<sdf version="1.9"><include><uri>{uri}</uri></include></sdf>')
+    with pytest.raises(SceneError, match=f"there is no '{uri}'"):
+        read_model(file, search_path=[tmp_path])
+    kept = tmp_path / ".gz/fuel/fuel.gazebosim.org/someone/models/drone/1"
+    kept.mkdir(parents=True)
+    (kept / "model.sdf").write_text(SDF.format(""))
+    assert read_model(file, search_path=[tmp_path]).name == "cart"
