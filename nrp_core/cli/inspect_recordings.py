@@ -14,7 +14,7 @@ from nrp_core.cli.output import NO, complain, document, size_text, warn
 from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.result import recorded_judgement
-from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS, device_group
 from nrp_core.recording.reading.check import IntegrityCheck
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.recording import Recording
@@ -164,6 +164,18 @@ def _lines(data: dict[str, Any]) -> Iterator[str]:
         yield f"  hash of the last step: {data['chain']}"
     if data["snapshots_s"]:
         yield f"  snapshots at {', '.join(f'{t_s:g}' for t_s in data['snapshots_s'])} s"
-    width = max((len(topic) for topic in data["topics"]), default=0)
-    for topic, about in data["topics"].items():
-        yield f"  {topic:<{width}}  {about['messages']:>7}  {about['type']}"
+    topics = _with_groups(data["topics"])
+    width = max(map(len, topics), default=0)
+    for topic, (messages, kind) in topics.items():
+        yield f"  {topic:<{width}}  {messages:>7}  {kind}"
+
+
+def _with_groups(topics: dict[str, Any]) -> dict[str, tuple[int, str]]:
+    """Return the number and type of messages of each topic, with one line for all devices of a group."""
+    found: dict[str, tuple[int, str]] = {}
+    for topic, about in topics.items():
+        group = device_group(topic)
+        name = topic if group is None else group[0]
+        messages = about["messages"] + found.get(name, (0, ""))[0]
+        found[name] = messages, about["type"]
+    return found

@@ -11,6 +11,7 @@ A recording is a folder::
 
 from __future__ import annotations
 
+import re
 from enum import StrEnum
 from pathlib import Path
 
@@ -95,6 +96,18 @@ def spikes_topic(population: str) -> str:
 def device_topic(device: str, quantity: str) -> str:
     """Return the topic of a device's value."""
     return f"/brain/devices/{device}/{quantity}"
+
+
+_OF_GROUP = re.compile(r"(/brain/devices/.+)/(\d+)/([^/]+)")
+
+
+def device_group(topic: str) -> tuple[str, str] | None:
+    """Return the pattern of the topics of a group of devices, and the number of one in it; None: no group.
+
+    A group is what ``nrp.map_neurons`` makes: ``/brain/devices/turn/rates/*/rate``.
+    """
+    found = _OF_GROUP.fullmatch(topic)
+    return found and (f"{found[1]}/*/{found[3]}", found[2])
 
 
 def compressed_topic(camera: str) -> str:

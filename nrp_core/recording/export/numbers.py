@@ -13,7 +13,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
-from nrp_core.recording.layout import Role
+from nrp_core.recording.layout import Role, device_group
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.reading.tables import Value, number_values
@@ -183,11 +183,39 @@ def write_csv(recording: RecordingReader, folder: Path) -> list[Path]:
     ]
     spikes = _write(folder / "spikes.csv", ("time_ms", "population", "neuron"), sorted(rows))
     files = [spikes]
-    for name, series in numbers.series.items():
-        table = np.column_stack([series.times_s, series.values]).tolist()
-        headers = [_with_unit(column, series.unit_of(column)) for column in series.columns]
-        files.append(_write(folder / f"{file_name(name)}.csv", ("time_s", *headers), table))
+    for name, members in _with_groups(numbers.series).items():
+        if len(members) == 1:
+            (series,) = members.values()
+            table = np.column_stack([series.times_s, series.values])
+            headers = [_with_unit(column, series.unit_of(column)) for column in series.columns]
+        else:
+            headers, table = _joined(members)
+        files.append(_write(folder / f"{file_name(name)}.csv", ("time_s", *headers), table.tolist()))
     return files
+
+
+def _with_groups(all_series: Mapping[str, Series]) -> dict[str, dict[str, Series]]:
+    """Return the series by the names of tables: those of a group of devices share one, by their numbers."""
+    found: dict[str, dict[str, Series]] = {}
+    for name, series in all_series.items():
+        pattern, number = device_group(name) or (name, "")
+        found.setdefault(pattern.replace("/*/", "/"), {})[number] = series
+    return found
+
+
+def _joined(members: Mapping[str, Series]) -> tuple[list[str], FloatArray]:
+    """Return headers and rows of a group of devices, in which each value holds until the next one."""
+    times_s = np.unique(np.concatenate([series.times_s for series in members.values()]))
+    headers, columns = [], [times_s]
+    for number in sorted(members, key=int):
+        series = members[number]
+        latest = np.searchsorted(series.times_s, times_s, side="right") - 1
+        rows = np.where(latest[:, None] >= 0, series.values[latest], np.nan)
+        for place, column in enumerate(series.columns):
+            name = number if len(series.columns) == 1 else f"{number}.{column}"
+            headers.append(_with_unit(name, series.unit_of(column)))
+            columns.append(rows[:, place])
+    return headers, np.column_stack(columns)
 
 
 def _with_unit(column: str, unit: str) -> str:

@@ -17,10 +17,10 @@ from nrp_core._support.overview import Overview, Row
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.paths import path_of
-from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role, device_group
 from nrp_core.recording.reading.check import IntegrityCheck, check_folder_of, check_messages
 from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic, is_mcap
-from nrp_core.recording.reading.tables import events_of, frame_of, segment_of
+from nrp_core.recording.reading.tables import events_of, frame_of, joined_frames, segment_of
 from nrp_core.recording.sealing import read_sealed
 from nrp_core.world.messages.cdr import Codec
 
@@ -150,6 +150,10 @@ class RecordingReader(Overview):
         as ``linear.x``; items of arrays by their number, or their name where the message has names, such as
         ``position.left_wheel``. ``attrs["units"]`` has the unit of each column, empty where none is known.
 
+        Args:
+            topic: its name; or that of a group of devices, such as ``/brain/devices/turn/rates/*/rate``, with
+                a column for each device and a row for each time at which one changed.
+
         Raises:
             ExperimentError: it has no message, or its messages are images, spikes, or data of the
                 platform.
@@ -157,6 +161,10 @@ class RecordingReader(Overview):
         """
         if not isinstance(topic, str):
             raise ExperimentError(f"a frame is that of one topic, a text, not {topic!r}", path=self.file)
+        of_group = {name: of[1] for name in self.topics if (of := device_group(name)) and of[0] == topic}
+        if of_group:
+            frames = {number: self.frame(name) for name, number in of_group.items()}
+            return joined_frames(topic, frames)
         if topic not in self.topics:
             message = f"no message was recorded on '{topic}'{did_you_mean(topic, self.topics)}"
             raise ExperimentError(message, path=self.file)

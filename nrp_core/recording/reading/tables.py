@@ -227,6 +227,26 @@ def frame_of(topic: RecordedTopic, messages: Iterable[tuple[int, Any]]) -> Any:
     return table
 
 
+def joined_frames(topic: str, frames: Mapping[str, Any]) -> Any:
+    """Return the tables of the devices of a group as one, in which each value holds until the next one.
+
+    Args:
+        topic: the pattern of the topics.
+        frames: the table of each device by its number.
+    """
+    pandas = library("pandas")
+    columns, units = {}, {}
+    for number in sorted(frames, key=int):
+        frame = frames[number][~frames[number].index.duplicated(keep="last")]
+        for name in frame.columns:
+            column = number if len(frame.columns) == 1 else f"{number}.{name}"
+            columns[column], units[column] = frame[name], frame.attrs["units"][name]
+    table = pandas.concat(columns, axis=1, sort=True).ffill()
+    table.index.name = TIME
+    table.attrs = {"topic": topic, "type": next(iter(frames.values())).attrs["type"], "units": units}
+    return table
+
+
 def segment_of(
     name: str, sizes: Mapping[str, int], spikes: Mapping[str, tuple[IntArray, FloatArray]], end_ms: float
 ) -> Any:
