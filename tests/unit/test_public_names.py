@@ -20,6 +20,7 @@ DOORS = (
     "nrp_core.utilities", "nrp_core.world",
     "nrp_formats",
     "nrp_lab.comparison", "nrp_lab.sweep", "nrp_lab.evolve", "nrp_lab.benchmark",
+    "nrp_lab.learning",
 )  # fmt: skip
 MODULE = r"(nrp_(?:conformance|core|formats|lab)[\w.]*)"
 IMPORT = re.compile(rf"^[ >]*(?:from {MODULE} import (\([^)]*\)|[^\n#]*)|import {MODULE})", re.MULTILINE)

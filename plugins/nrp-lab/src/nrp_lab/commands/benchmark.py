@@ -15,12 +15,14 @@ if TYPE_CHECKING:
     from nrp_lab.benchmark.ladder import Ladder
 
 _WIDTH = 120
+LEARNING = "learning"
+"""The first argument that selects the tasks for learners."""
 
 
 def _task_names() -> list[str]:
     from nrp_lab.benchmark.tasks import TASKS
 
-    return list(TASKS)
+    return [*TASKS, LEARNING]
 
 
 def benchmark(
@@ -28,7 +30,8 @@ def benchmark(
         list[str] | None,
         typer.Argument(
             metavar="TASK",
-            help="phototaxis, avoidance, tracking, walking, reaching; by default all.",
+            help="phototaxis, avoidance, tracking, walking, reaching; by default all. 'learning' alone or "
+            "before maze, ball, pole, wall, reach, obstacles: tasks for learners.",
             autocompletion=beginning_with(_task_names),
         ),
     ] = None,
@@ -50,12 +53,24 @@ def benchmark(
             help="Folder of the results; existing runs are reused.",
         ),
     ] = Path("benchmark"),
+    learner: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", envvar="NRP_LEARNER", help="With 'learning': an installed learner, or its file."
+        ),
+    ] = "rstdp",
     json: Json = False,
 ) -> None:  # fmt: skip
     """Run a ladder of closed-loop tasks on all pairs of backends, and compare their scores.
 
-    Stop at any time; repeat the command to resume. The exit code is 1 if a run failed.
+    With 'learning', train a learner on small tasks and compare it with baselines. Stop at any time; repeat
+    the command to resume. The exit code is 1 if a run failed.
     """
+    if tasks and tasks[0] == LEARNING:
+        from nrp_lab.commands.learning import benchmark_learning
+
+        benchmark_learning(tasks[1:], learner, brains, worlds, seeds, workers, out, as_json=json)
+        return
     from nrp_core import brains as all_brains
     from nrp_core import worlds as all_worlds
     from nrp_lab.benchmark.ladder import Ladder, report, report_data, write_csv

@@ -1,0 +1,1 @@
+"""Reward-modulated STDP, with the error of the expected reward as dopamine."""
