@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 from nrp_core._support.closing import Closing
 from nrp_core._support.stopwatch import work
 from nrp_core.cle.engine import ClosedLoop, Failure
-from nrp_core.cle.time_limit import DeferredInterrupt
+from nrp_core.cle.time_limit import DeferredInterrupt, TimeLimit, TimeLimitExceeded
+from nrp_core.clock import seconds
 from nrp_core.dsl.copies.together import FunctionTogether
 from nrp_core.dsl.functions import TransferFunction
 
@@ -36,8 +38,7 @@ class SideBySide(Closing):
     @property
     def one_by_one(self) -> Mapping[str, str]:
         """The transfer functions that run loop by loop, and why."""
-        shared = {name: functions.together.reason for name, functions in self._together.items()}
-        return {name: reason for name, reason in shared.items() if reason}
+        return {name: known.reason for name, known in self._together.items() if known.reason}
 
     def step(self, loops: Sequence[ClosedLoop]) -> Failed:
         """Take one step of each loop; one that fails does not stop the others.
@@ -57,9 +58,9 @@ class SideBySide(Closing):
             else:
                 self._each(loops, ClosedLoop.begin_step, failed)
                 self._each(loops, ClosedLoop.advance_in_turn, failed, self._pool)
-            self._each(loops, ClosedLoop.begin_functions, failed)
+            self._each(loops, _begin_functions, failed)
             ended = self._run_functions(loops, failed)
-            self._each(loops, ClosedLoop.end_functions, failed)
+            self._each(loops, _end_functions, failed)
         for number, failure in ended.items():
             if number not in failed:
                 failed[number] = failure.to_error()
@@ -94,13 +95,13 @@ class SideBySide(Closing):
     def _run_functions(self, loops: Sequence[ClosedLoop], failed: Failed) -> dict[int, Failure]:
         """Run the functions of all loops; return the failures that end runs, by the number of the loop."""
         ended: dict[int, Failure] = {}
-        alike: dict[tuple[object, ...], list[int]] = {}
+        alike: dict[tuple[str, ...], list[int]] = {}
         for number, loop in enumerate(loops):
             if number not in failed:
-                alike.setdefault((loop.function_names, loop.now_ns, loop.tf_time), []).append(number)
-        for (names, *_), numbers in alike.items():
+                alike.setdefault(loop.function_names, []).append(number)
+        for names, numbers in alike.items():
             columns = zip(*[loops[number].functions for number in numbers], strict=True)
-            for name, column in zip(names, columns, strict=True):  # type: ignore[call-overload]
+            for name, column in zip(names, columns, strict=True):
                 functions = dict(zip(numbers, column, strict=True))
                 self._run_function(name, functions, loops, failed, ended)
         return ended
@@ -113,63 +114,87 @@ class SideBySide(Closing):
         failed: Failed,
         ended: dict[int, Failure],
     ) -> None:
-        """Run one function in the loops in which it is due, all of them at the same time."""
+        """Run one function in the loops in which it is due."""
 
-        def attempt(number: int, call: Callable[..., object], *given: object) -> None:
+        def attempt(number: int, call: Callable[..., object], *given: object) -> bool:
+            loop = loops[number]
+            before = len(loop.failures)
             try:
-                failure = loops[number].attempt(functions[number], call, *given)
+                failure = loop.attempt(functions[number], call, *given)
             except Exception as error:  # noqa: BLE001 - the caller decides about each loop
                 _fail(loops, number, error, failed)
-                return
+                return False
             if failure is not None:
                 ended[number] = failure
+            return len(loop.failures) == before
 
         stopped = failed.keys() | ended.keys()
         due = [
             number
-            for number in functions
-            if number not in stopped and loops[number].is_due(functions[number])
+            for number, function in functions.items()
+            if number not in stopped and function.is_bound and function.is_due(_start_ns(loops[number]))
+        ]
+        for number in due:
+            loops[number].account.function_calls[name] += 1
+        due = [
+            number
+            for number in due
+            if not functions[number].is_refreshed
+            or attempt(number, functions[number].refresh, loops[number].now_ns)
         ]
         if not due:
             return
-        now_ns, t_s = loops[due[0]].now_ns, loops[due[0]].function_time_s
-        failures = [len(loops[number].failures) for number in due]
-        for number in due:
-            loops[number].account.function_calls[name] += 1
-            if functions[number].is_refreshed:
-                attempt(number, functions[number].refresh, now_ns)
-        due = [
-            number
-            for number, before in zip(due, failures, strict=True)
-            if number not in failed and len(loops[number].failures) == before
-        ]
-        chosen = [functions[number] for number in due]
+        times_s = [_time_s(loops[number]) for number in due]
         began = work.now_ns()
-        if not self._functions(name, functions).run(chosen, t_s):
+        if self._done_together(
+            name, [functions[number] for number in due], times_s, loops[due[0]].time_limit
+        ):
+            each_ns = (work.now_ns() - began) // len(due)
             for number in due:
-                attempt(number, functions[number].compute, t_s)
+                loops[number].account.function_ns[name] += each_ns
             return
-        each_ns = (work.now_ns() - began) // len(due)
-        for number in due:
-            loops[number].account.function_ns[name] += each_ns
+        for number, t_s in zip(due, times_s, strict=True):
+            attempt(number, partial(functions[number].run, refresh=False), loops[number].now_ns, t_s)
 
-    def _functions(self, name: str, functions: Mapping[int, TransferFunction]) -> FunctionTogether:
-        """Return what calls a function for all loops; it is proved again if the function of a loop is new."""
-        known = self._together.get(name)
-        if known is None or not known.has(functions):
-            known = self._together[name] = _Functions(list(functions.values()))
-        return known.together
+    def _done_together(
+        self, name: str, functions: Sequence[TransferFunction], times_s: Sequence[float], limit: TimeLimit
+    ) -> bool:
+        """Call a function once for several loops, if possible, and return whether that was done."""
+        known = self._together.setdefault(name, _Functions())
+        try:
+            return limit.call(known.together(functions).run, functions, times_s)
+        except TimeLimitExceeded:
+            return False  # calls for each loop take too long, too, and one of them is reported
 
 
 class _Functions:
-    """The functions of a name in all loops."""
+    """The functions of a name in all loops that were stepped; they are proved again if there is a new one."""
 
-    def __init__(self, functions: Sequence[TransferFunction]) -> None:
-        self._known = {id(function): function for function in functions}
-        self.together = FunctionTogether(functions)
+    def __init__(self) -> None:
+        self._known: dict[int, TransferFunction] = {}
+        self._together: FunctionTogether | None = None
 
-    def has(self, functions: Mapping[int, TransferFunction]) -> bool:
-        return all(id(function) in self._known for function in functions.values())
+    @property
+    def reason(self) -> str:
+        return "" if self._together is None else self._together.reason
+
+    def together(self, functions: Sequence[TransferFunction]) -> FunctionTogether:
+        """Return what calls them."""
+        new = {id(function): function for function in functions if id(function) not in self._known}
+        if new or self._together is None:
+            kept = {key: function for key, function in self._known.items() if function.is_bound}
+            self._known = kept | new
+            self._together = FunctionTogether(list(self._known.values()))
+        return self._together
+
+
+def _start_ns(loop: ClosedLoop) -> int:
+    return loop.now_ns - loop.plan.period_ns
+
+
+def _time_s(loop: ClosedLoop) -> float:
+    """Return the time that functions get."""
+    return seconds(loop.now_ns if loop.tf_time == "end" else _start_ns(loop))
 
 
 def _fail(loops: Sequence[ClosedLoop], number: int, error: Exception, failed: Failed) -> None:
@@ -180,3 +205,15 @@ def _fail(loops: Sequence[ClosedLoop], number: int, error: Exception, failed: Fa
 def _advance(loop: ClosedLoop) -> None:
     loop.begin_step()
     loop.advance_in_turn()
+
+
+def _begin_functions(loop: ClosedLoop) -> None:
+    loop.steps += 1
+    for hook in loop.hooks.before_functions:
+        hook(loop)
+
+
+def _end_functions(loop: ClosedLoop) -> None:
+    for hook in loop.hooks.after_step:
+        hook(loop)
+    loop.is_stepping = False

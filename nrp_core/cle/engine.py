@@ -413,32 +413,14 @@ class ClosedLoop(Closing):
 
     def end_step(self) -> Failure | None:
         """Run the functions and hooks after a step, and return the failure that ends the run, if any."""
-        self.begin_functions()
-        failure = self._run_functions()
-        self.end_functions()
-        return failure
-
-    def begin_functions(self) -> None:
-        """Count the step, and call the hooks before the functions."""
         self.steps += 1
         for hook in self.hooks.before_functions:
             hook(self)
-
-    def end_functions(self) -> None:
-        """Call the hooks after the functions."""
+        failure = self._run_functions()
         for hook in self.hooks.after_step:
             hook(self)
         self.is_stepping = False
-
-    @property
-    def function_time_s(self) -> float:
-        """The time that functions get, s."""
-        return seconds(self.now_ns if self.tf_time == "end" else self.now_ns - self.plan.period_ns)
-
-    def is_due(self, function: TransferFunction) -> bool:
-        """Return whether a function runs in this step; called once for each step."""
-        # a function removed in this step is no longer bound
-        return function.is_bound and function.is_due(self.now_ns - self.plan.period_ns)
+        return failure
 
     def attempt(self, function: TransferFunction, call: Callable[..., Any], *given: Any) -> Failure | None:
         """Make a call of a function, and return the failure that ends the run, if any.
@@ -465,13 +447,16 @@ class ClosedLoop(Closing):
 
     def _run_functions(self) -> Failure | None:
         """Run the functions that are due and return the failure that ends the run, if any."""
-        now_ns, t_s = self.now_ns, self.function_time_s
+        now_ns = self.now_ns
+        start_ns = now_ns - self.plan.period_ns
+        t_s = seconds(now_ns if self.tf_time == "end" else start_ns)
         for function in self.functions:
-            if self.is_due(function):
-                self.account.function_calls[function.name] += 1
-                failure = self.attempt(function, function.run, now_ns, t_s)
-                if failure is not None:
-                    return failure
+            if not (function.is_bound and function.is_due(start_ns)):
+                continue  # a function removed in this step is no longer bound
+            self.account.function_calls[function.name] += 1
+            failure = self.attempt(function, function.run, now_ns, t_s)
+            if failure is not None:
+                return failure
         return None
 
     # -- from outside

@@ -301,45 +301,24 @@ class TransferFunction:
     def _is_triggered(self) -> bool:
         return TIME in self.triggers or any(one.has_news() for one in self._triggering)
 
-    def run(self, now_ns: int, t: float | None = None) -> Any:
+    def run(self, now_ns: int, t: float | None = None, *, refresh: bool = True) -> Any:
         """Run it on its bound parameters, and send its return value to its topic.
 
         Args:
             now_ns: the time that brain and world have reached.
             t: the time in seconds that is passed to the function; by default ``now_ns``.
+            refresh: whether to update the values of its parameters first, as :meth:`refresh` does.
 
         Raises:
             LifecycleError: it is not bound.
             TopicError: its topic cannot carry the return value.
             NetworkError: it has set an impossible weight.
         """
-        self.refresh(now_ns)
-        return self.compute(seconds(now_ns) if t is None else t)
-
-    @property
-    def is_refreshed(self) -> bool:
-        """Whether :meth:`refresh` has anything to do, once bound."""
-        return bool(self._refreshed)
-
-    def refresh(self, now_ns: int) -> None:
-        """Update the values of its parameters, as :meth:`run` does first.
-
-        Raises:
-            LifecycleError: it is not bound.
-        """
         if self._arguments is None:
             raise LifecycleError(f"'{self.name}' is not bound; call bind(brain, world) first")
-        for adapter in self._refreshed:
+        for adapter in self._refreshed if refresh else ():
             adapter.refresh(now_ns)
-
-    def compute(self, t: float) -> Any:
-        """Run it on the present values of its parameters, as :meth:`run` does then.
-
-        Args:
-            t: the time in seconds that is passed to the function.
-        """
-        assert self._arguments is not None
-        result = self.function(t, *self._arguments)
+        result = self.function(seconds(now_ns) if t is None else t, *self._arguments)
         for name, changed in self._committed.items():
             self._commit(name, changed)
         if result is not None and self._publisher is not None:
@@ -348,6 +327,16 @@ class TransferFunction:
             except TopicError as error:
                 raise self.place.located(error, f"return value of '{self.name}'") from None
         return result
+
+    @property
+    def is_refreshed(self) -> bool:
+        """Whether :meth:`refresh` has anything to do, once bound."""
+        return bool(self._refreshed)
+
+    def refresh(self, now_ns: int) -> None:
+        """Update the values of its parameters, once bound."""
+        for adapter in self._refreshed:
+            adapter.refresh(now_ns)
 
     def _commit(self, parameter: str, changed: Adapter) -> None:
         try:

@@ -92,6 +92,10 @@ def branches(t, wheel, eye):
     else:
         eye.rate = 200.0
 
+@nrp.NeuronMonitor(nrp.brain.actors, nrp.spike_recorder)
+def watches(t):
+    return True
+
 @nrp.MapVariable("calls", initial_value=0)
 @nrp.Robot2Neuron()
 def counts(t, calls):
@@ -113,10 +117,15 @@ def with_functions(tmp_path, limit):
 def test_functions_that_cannot_be_called_once_are_called_for_each_copy(tmp_path):
     runs = opened("braitenberg_husky", with_functions(tmp_path, -1.0))
     ports = [recorder(run, seed) for run, seed in zip(runs, SEEDS, strict=True)]
+    shown = [run.world.subscribe("/monitor/spike_recorder", depth=STEPS) for run in runs]
     with SideBySide() as together:
         for _ in range(STEPS):
             assert together.step([run.loop for run in runs]) == {}
-        assert together.one_by_one == {"counts": "its parameter 'calls' is a Variable"}
+        assert together.one_by_one == {
+            "counts": "its parameter 'calls' is a Variable",
+            "watches": "it is a MonitoringFunction",
+        }
+    assert all(len(each.messages()) == STEPS for each in shown)
     for run, port, seed in zip(runs, ports, SEEDS, strict=True):
         spikes, _, state = alone("braitenberg_husky", with_functions(tmp_path, -1.0), seed)
         assert np.array_equal(port.spikes().times_ms, spikes.times_ms)
@@ -145,5 +154,24 @@ def test_an_error_of_one_copy_is_that_of_its_run_alone(tmp_path):
             failed |= {going[place]: error for place, error in errors.items()}
     assert {number: str(error) for number, error in failed.items()} == {1: str(expected.value)}
     assert "ZeroDivisionError" in str(failed[1])
+    for run in runs[::-1]:
+        run.close()
+
+
+@pytest.mark.parametrize("name", ["braitenberg_husky", "slalom_pioneer"])
+def test_copies_at_different_times_equal_their_runs_alone(name):
+    runs = opened(name, [SMALL] if name == "braitenberg_husky" else [])
+    with SideBySide() as together:
+        for seed, run in zip(SEEDS, runs, strict=True):
+            run.loop.reset(seed=seed)
+        for step in range(STEPS + 10):
+            if step == 10:
+                runs[1].loop.reset(seed=SEEDS[1])
+            chosen = runs[:2] if step == 20 else runs
+            assert together.step([run.loop for run in chosen]) == {}
+        assert together.one_by_one == {}
+    _, paths, state = alone(name, [SMALL] if name == "braitenberg_husky" else [], SEEDS[1])
+    assert path(runs[1]) == paths[-1]
+    assert pickle.dumps(runs[1].loop.save()) == state
     for run in runs[::-1]:
         run.close()

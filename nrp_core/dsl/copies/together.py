@@ -9,7 +9,6 @@ function is called for one copy after the other.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from types import FunctionType
 from typing import Any, Final
 
@@ -138,12 +137,14 @@ def _numbers(value: Any, copies: int) -> FloatArray:
 class _Call:
     """One call of a function for some copies, and what it sets and sends."""
 
-    def __init__(self, functions: Sequence[TransferFunction], call: Callable[..., Any], t: float) -> None:
+    def __init__(
+        self, functions: Sequence[TransferFunction], call: Callable[..., Any], times_s: Sequence[float]
+    ) -> None:
         kinds = [_KINDS[type(adapter)] for adapter in functions[0].adapters.values()]
         columns = zip(*(function.adapters.values() for function in functions), strict=True)
         self.parts = [kind(column) for kind, column in zip(kinds, columns, strict=True)]
         publishers = [function.publisher for function in functions]
-        result = call(t, *self.parts)
+        result = call(Across.of(times_s), *self.parts)
         if result is not None and publishers[0] is not None:
             self.parts.append(_Published(publishers))  # type: ignore[arg-type]
             self.parts[-1].send_message(result)
@@ -191,6 +192,8 @@ class FunctionTogether:
 
     @staticmethod
     def _obstacle(functions: Sequence[TransferFunction]) -> str:
+        if any(type(function).run is not TransferFunction.run for function in functions):
+            return f"it is a {type(functions[0]).__name__}"
         for parameter, adapter in functions[0].adapters.items():
             if type(adapter) not in _KINDS:
                 return f"its parameter '{parameter}' is a {type(adapter).__name__}"
@@ -201,12 +204,12 @@ class FunctionTogether:
             return "it is not a plain function"
         return obstacle([function.function for function in functions])  # type: ignore[misc]
 
-    def run(self, functions: Sequence[TransferFunction], t: float) -> bool:
+    def run(self, functions: Sequence[TransferFunction], times_s: Sequence[float]) -> bool:
         """Call the function once for copies, whose parameters are up to date, and let it take effect.
 
         Args:
             functions: the function of each of these copies.
-            t: the time in seconds that is passed to it.
+            times_s: the time in seconds that is passed to it, in each of them.
 
         Returns:
             Whether that was done; if not, nothing has been sent.
@@ -214,9 +217,9 @@ class FunctionTogether:
         if self.reason or len(functions) < 2:
             return False
         try:
-            together = _Call(functions, self._call, t)
+            together = _Call(functions, self._call, times_s)
             if self._proofs < _PROVED_BY:
-                self._prove(together, functions, t)
+                self._prove(together, functions, times_s)
         except Exception as error:  # noqa: BLE001 - each copy alone raises what is an error of the function
             self._failures += 1
             if self._failures == _GIVEN_UP_AFTER:
@@ -225,14 +228,16 @@ class FunctionTogether:
         self._failures = 0
         return together.take_effect()
 
-    def _prove(self, together: _Call, functions: Sequence[TransferFunction], t: float) -> None:
+    def _prove(
+        self, together: _Call, functions: Sequence[TransferFunction], times_s: Sequence[float]
+    ) -> None:
         """Compare with a call for each copy.
 
         Raises:
             NotTogetherError: a result differs.
         """
-        for copy, function in enumerate(functions):
-            alone = _Call([function], partial(function.function), t)
+        for copy, (function, t_s) in enumerate(zip(functions, times_s, strict=True)):
+            alone = _Call([function], function.function, [t_s])
             if alone.results(0) != together.results(copy):
                 self.reason = "its results differ from those for a copy alone"
                 raise NotTogetherError(self.reason)
