@@ -9,9 +9,9 @@ Each robot is held by its base. The table counts the joints that start within th
 positions on both engines. Every joint that can be commanded then goes 0.2 rad (5 cm) from its start, within
 its limits, or as far as its limit of velocity allows in half the time; joints of a loop go to the nearest
 positions that close it. After 1.5 s the table counts those that are within 1 mrad (1 mm). Then, without
-commands, its joints fall for 0.5 s, and the table has the largest difference between the engines (rad, m): up
-to the moment at which a joint comes to one of its stops, and in all. No two engines stop a joint alike, and a
-chain of limp joints is chaotic after it.
+controllers, its joints fall for 0.5 s, and the table has the largest difference between the engines (rad,
+m): up to the moment at which a joint comes to one of its stops, and in all. No two engines stop a joint
+alike, and a chain of limp joints is chaotic after it.
 """
 
 from __future__ import annotations
@@ -161,10 +161,11 @@ def apart(model: Model) -> str:
 
 
 def fallen(model: Model, engine: str) -> FloatArray:
-    """Return the positions of the joints without commands, (n_samples, n_coordinates)."""
+    """Return the positions of the joints without controllers, (n_samples, n_coordinates)."""
     backend = worlds().load(engine)
     samples = []
-    with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
+    limp = replace(model, controllers=())  # these would hold them
+    with backend.open(Scene((limp,)), seed=1, options=backend.options()) as world:
         for time_ns in range(SAMPLE_NS, LIMP_NS + 1, SAMPLE_NS):
             world.run_until(time_ns)
             samples.append(world.joint_states(model.name).positions.copy())
