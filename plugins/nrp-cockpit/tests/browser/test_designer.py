@@ -238,6 +238,12 @@ def test_python_that_is_blocks_opens_as_boxes_in_the_cockpit_too(husky: str, wat
     page.get_by_role("link", name="Designer").click()
     shown(page)
     expect(page.get_by_role("group", name="function linear_twist")).to_be_visible()
+    other = page.get_by_role("group", name="other eye_sensor_transmit")
+    expect(other).to_contain_text("listing2.py")
+    expect(page.locator(".react-flow__edge")).to_have_count(3 + 4)  # the loop through both files
+    other.get_by_role("button", name="device red_left_eye", exact=False).click()
+    expect(page.get_by_role("group", name="function eye_sensor_transmit")).to_be_visible()
+    expect(page.get_by_role("group", name="other linear_twist")).to_contain_text("listing1.py")
     page.keyboard.press("Control+z")
     page.get_by_role("button", name="Files").click()
     expect(page.get_by_role("menuitem", name="listing2.py")).to_be_visible()

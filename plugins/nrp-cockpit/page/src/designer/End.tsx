@@ -7,10 +7,12 @@ interface EndProps {
   label: string;
   side: "left" | "right";
   look: "message" | "drives" | "reads" | "free";
+  /** Whether no wire can be drawn to it. */
+  fixed?: boolean;
 }
 
 /** Where wires begin and end; while one is drawn, ends that fit grow and the others fade. */
-export function End({ id, label, side, look }: EndProps) {
+export function End({ id, label, side, look, fixed = false }: EndProps) {
   const refusal = useDesign(({ refusals }) => refusals?.[id]);
   const fit = refusal === undefined ? undefined : refusal === null ? "yes" : "no";
   return (
@@ -18,7 +20,8 @@ export function End({ id, label, side, look }: EndProps) {
       id={id}
       type="source"
       position={side === "left" ? Position.Left : Position.Right}
-      role="button"
+      isConnectable={!fixed}
+      {...(fixed ? {} : { role: "button" })}
       aria-label={`Wire of ${label}`}
       className={`end end-${look}`}
       data-fit={fit}

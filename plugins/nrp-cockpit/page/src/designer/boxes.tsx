@@ -1,11 +1,12 @@
 import type { NodeProps } from "@xyflow/react";
+import { baseName } from "../state/paths";
 import { Icon } from "../ui/Icon";
 import { End } from "./End";
 import { FunctionRow } from "./FunctionRow";
 import type { BoxNode } from "./flow";
 import { findingsAt } from "./model";
-import { act, select, useDesign } from "./store";
-import type { Box } from "./types";
+import { act, open, select, useDesign } from "./store";
+import type { Box, PlacedFinding } from "./types";
 import "./boxes.css";
 
 type BoxProps = NodeProps<BoxNode>;
@@ -106,38 +107,59 @@ function NeuronsEnd({ id, label }: { id: string; label: string }) {
   return <End id={id} label={label} side="left" look={drives ? "drives" : "reads"} />;
 }
 
+interface HeadProps {
+  box: Box;
+  /** The worst finding, and how many weigh as much. */
+  worst: PlacedFinding | undefined;
+  count: number;
+  onSelect: () => void;
+}
+
+/** The name of a function, its file if that is another one, and how it is. */
+function FunctionHead({ box, worst, count, onSelect }: HeadProps) {
+  const { file } = box;
+  return (
+    <button type="button" className="box-head" title={file && `Open ${baseName(file)}`} onClick={onSelect}>
+      <span className="mono cut">{box.name}</span>
+      <span className="grow" />
+      {file && <span className="tag cut">{baseName(file)}</span>}
+      {worst && worst.weight !== "note" && (
+        <span className={`tag tag-${worst.weight === "error" ? "bad" : "warn"}`} title={worst.summary}>
+          <Icon name={worst.weight === "error" ? "error" : "warning"} small />
+          {count}
+        </span>
+      )}
+      {box.active === false && <span className="tag">off</span>}
+      {box.when && (
+        <span className="tag cut" title={`Runs ${box.when}`}>
+          {box.when}
+        </span>
+      )}
+      <span className="tag">{flows[box.type ?? ""]}</span>
+    </button>
+  );
+}
+
 /** A transfer function: what it is connected to, and what it computes. */
 function FunctionBox({ data: { box }, selected }: BoxProps) {
   const findings = useDesign((design) => design.findings);
   const found = findingsAt(findings, box);
   const monitor = box.type === "Neuron2Monitor";
+  const { file } = box;
+  const show = file === undefined ? () => select(box.id) : () => void open(file);
   return (
     <div
       className={classOf(box, selected)}
-      data-end={box.id}
+      data-end={file ? undefined : box.id}
       data-bad={found[0]?.weight === "error" || undefined}
       data-off={box.active === false || undefined}
     >
-      <button type="button" className="box-head" onClick={() => select(box.id)}>
-        <span className="mono cut">{box.name}</span>
-        <span className="grow" />
-        {found[0] && found[0].weight !== "note" && (
-          <span
-            className={`tag tag-${found[0].weight === "error" ? "bad" : "warn"}`}
-            title={found[0].summary}
-          >
-            <Icon name={found[0].weight === "error" ? "error" : "warning"} small />
-            {found.filter(({ weight }) => weight === found[0]?.weight).length}
-          </span>
-        )}
-        {box.active === false && <span className="tag">off</span>}
-        {box.when && (
-          <span className="tag cut" title={`Runs ${box.when}`}>
-            {box.when}
-          </span>
-        )}
-        <span className="tag">{flows[box.type ?? ""]}</span>
-      </button>
+      <FunctionHead
+        box={box}
+        worst={found[0]}
+        count={found.filter(({ weight }) => weight === found[0]?.weight).length}
+        onSelect={show}
+      />
       {!monitor && box.kind === "function" && (
         <button
           type="button"
@@ -151,7 +173,7 @@ function FunctionBox({ data: { box }, selected }: BoxProps) {
       )}
       {box.kind === "function" && !monitor && <End id={box.id} label={box.name} side="left" look="free" />}
       {box.rows?.map((row) => (
-        <FunctionRow key={row.path} row={row} {...(box.kind === "python" ? { shows: box.id } : {})} />
+        <FunctionRow key={row.path} row={row} {...(box.kind === "function" ? {} : { onSelect: show })} />
       ))}
       {box.kind === "python" && <p className="box-hint">opens in the editor</p>}
       {box.kind === "function" && box.rows?.length === 0 && (
@@ -166,5 +188,6 @@ export const boxTypes = {
   population: PopulationBox,
   function: FunctionBox,
   python: FunctionBox,
+  other: FunctionBox,
   neurons: NeuronsBox,
 };

@@ -15,11 +15,13 @@ export interface Row {
 
 export interface Box {
   id: string;
-  kind: "topic" | "function" | "python" | "population" | "neurons";
+  kind: "topic" | "function" | "python" | "other" | "population" | "neurons";
   name: string;
   x: number;
   y: number;
   type?: string;
+  /** The other file in which it is. */
+  file?: string;
   rows?: Row[];
   active?: boolean;
   /** When a function runs, if not every step. */

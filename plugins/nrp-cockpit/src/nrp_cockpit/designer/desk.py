@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from itertools import count
 from pathlib import Path
+
+from nrp_bibi.model.functions import Bibi
+from nrp_bibi.reader import parse_bibi
+from nrp_bibi.reverse import reverse
 
 from nrp_cockpit.designer.brain.document import BrainDocument, read_text
 from nrp_cockpit.designer.brain.interventions import interventions_of
@@ -36,7 +41,7 @@ class Desk:
         self._drawings: dict[Path, Drawing] = {}
         self._functions: Document | None = None
         self._brain: BrainDocument | None = None
-        self._shown: Drawing | None = None
+        self._shown: BrainDocument | None = None
         self.note_run()
 
     def note_run(self) -> None:
@@ -58,7 +63,7 @@ class Desk:
             files = [Path(name) for name in self._session.functions.files]
             models = [path for path in files if path.suffix == ".bibi"] or files
             self._functions = self._document(models[0] if models else self.place_of(NEW))
-        self._functions.surroundings = self._around()
+        self._functions.surroundings = replace(self._around(), others=self._others(self._functions))
         return self._functions
 
     @property
@@ -108,12 +113,11 @@ class Desk:
         ):
             self._show_brain(path)
             return
-        self._functions = self._document(path)
-        self._shown = self._functions
+        self._functions, self._shown = self._document(path), None
 
     def show_functions(self) -> None:
         """Show the drawing of the transfer functions."""
-        self._shown = self.functions
+        self._shown = None
 
     def show_brain(self) -> None:
         """Show the brain: the drawing of one that is there, or that of the run."""
@@ -153,12 +157,33 @@ class Desk:
         assert isinstance(found, Document)
         return found
 
+    def _others(self, document: Document) -> dict[str, Bibi]:
+        """Return the models of the files that run beside a drawing: as drawn if they were, or as they run."""
+        texts = self._session.functions.texts
+        drawn = {str(one.origin): one.model for one in self._drawings.values() if isinstance(one, Document)}
+        own = {str(document.path), str(document.origin)}
+        return {
+            name: drawn[name] if name in drawn else _model_of(name, text)
+            for name, text in texts.items()
+            if name not in own
+        }
+
     def _around(self) -> Surroundings:
         """Return what functions are drawn between; a drawn brain is there before it runs."""
         brain = self.new_brain
         if brain is None or not brain.is_drawn:
             return self._surroundings
         return replace(self._surroundings, populations={one.name: one.size for one in brain.brain.population})
+
+
+@lru_cache(maxsize=32)
+def _model_of(name: str, text: str) -> Bibi:
+    """Return the model of the text of a file; an empty one if it is none."""
+    path = Path(name)
+    try:
+        return reverse(text, path) if path.suffix == ".py" else parse_bibi(text, path)
+    except ExperimentError:
+        return Bibi()
 
 
 def _script_at(path: Path) -> str:

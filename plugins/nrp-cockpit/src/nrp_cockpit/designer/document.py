@@ -95,9 +95,8 @@ class Document(Drawing):
         }
 
     def fits(self, source: str) -> dict[str, str | None]:
-        boxes = [
-            box for box in self._graph().boxes if box["kind"] != "python"
-        ]  # they are wired in their text
+        written = ("python", "other")  # they are wired in their text
+        boxes = [box for box in self._graph().boxes if box["kind"] not in written]
         ends = [end for box in boxes
                 for end in (box["id"], *(row["path"] for row in box.get("rows", ())))]  # fmt: skip
         edit = Edit(self.model, self.surroundings)

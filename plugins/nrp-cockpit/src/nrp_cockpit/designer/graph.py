@@ -23,6 +23,8 @@ from nrp_cockpit.designer.connecting import POPULATION, TOPIC
 from nrp_cockpit.designer.surroundings import Surroundings, Topic
 from nrp_cockpit.designer.tree import FUNCTIONS, text_of
 
+OTHER = "other:"
+"""The beginning of the paths in other files."""
 Box = dict[str, Any]
 Wire = dict[str, Any]
 
@@ -47,6 +49,9 @@ class Graph:
         self._neurons: dict[str, dict[str, None]] = {}
         functions = [self._function(one, f"{FUNCTIONS}/{place}")
                      for place, one in enumerate(model.transfer_function)]  # fmt: skip
+        functions += [
+            box for file, other in surroundings.others.items() for box in self._of_file(file, other)
+        ]
         self.boxes: list[Box] = [*self._topic_boxes(), *functions, *self._population_boxes()]
 
     def data(self) -> dict[str, Any]:
@@ -64,6 +69,13 @@ class Graph:
             return {**box, "kind": "python", "name": name, "code": function.code, "rows": rows}
         assert isinstance(function, BIBITransferFunction)
         return {**box, "name": function.name, "rows": list(self._rows(function, path))}
+
+    def _of_file(self, file: str, model: Bibi) -> Iterator[Box]:
+        """Yield the functions of another file that are connected to something; they are not edited here."""
+        for place, function in enumerate(model.transfer_function):
+            box = self._function(function, f"{OTHER}{file}/{place}")
+            if box["rows"]:
+                yield {**box, "kind": "other", "file": file}
 
     def _rows(self, function: BIBITransferFunction, path: str) -> Iterator[dict[str, Any]]:
         """Yield the parts of a function in the order in which they are drawn, and add their wires."""

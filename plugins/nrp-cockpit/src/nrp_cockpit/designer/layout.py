@@ -17,7 +17,7 @@ Positions = Mapping[str, tuple[float, float]]
 SUFFIX = ".layout.json"
 TOPIC_X, FUNCTION_X, POPULATION_X = 0, 264, 648
 _TOP, _HEAD, _ROW, _TALL_ROW = 24, 32, 32, 44
-_APART = {"topic": 8, "function": 24, "python": 24, "population": 16}
+_APART = {"topic": 8, "function": 24, "python": 24, "other": 24, "population": 16}
 
 
 def key_of(box: Mapping[str, Any]) -> str:
@@ -29,7 +29,7 @@ def placed(graph: Graph, moved: Positions) -> list[dict[str, Any]]:
     """Return the boxes with ``x`` and ``y``: as moved, or in columns."""
     y = _TOP
     at: dict[str, float] = {}
-    functions = [box for box in graph.boxes if box["kind"] in ("function", "python")]
+    functions = [box for box in graph.boxes if box["kind"] in ("function", "python", "other")]
     for box in functions:
         for place, offset in _offsets(box):
             at[place] = y + offset

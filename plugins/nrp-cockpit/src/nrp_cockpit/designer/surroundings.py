@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from nrp_bibi.model.functions import Bibi
+
 from nrp_core.experiment.running.run import Run
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -39,10 +41,12 @@ class Surroundings:
     Args:
         topics: by name.
         populations: the number of cells of each, by name; named groups first.
+        others: the models of the other files of the experiment, by the names of the files.
     """
 
     topics: Mapping[str, Topic] = field(default_factory=dict)
     populations: Mapping[str, int] = field(default_factory=dict)
+    others: Mapping[str, Bibi] = field(default_factory=dict)
 
 
 def surroundings_of(run: Run) -> Surroundings:
