@@ -42,7 +42,7 @@ FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
 SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts
 MANY_GEOMS = 1000  # from here on, the poses of those that never move take longer than the rest of a step
 FEW_FREEDOMS = 24  # up to here, solving all constraints at once is faster than finding which are connected
-STRONG = 1.0  # share of a joint's velocity that a damper removes in a step, above which contacts need it
+STRONG = 1.0  # step times damping over inertia, from which on contacts have to be computed with a damper
 MAX_IMPEDANCE = 0.9999  # MuJoCo's
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
