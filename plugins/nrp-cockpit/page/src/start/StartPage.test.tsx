@@ -1,0 +1,61 @@
+// @vitest-environment happy-dom
+import { act, cleanup, fireEvent, render, screen, within } from "@testing-library/react";
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { wire } from "../wire";
+import StartPage from "./StartPage";
+import { type Entry, useStart } from "./store";
+
+const entry = (name: string, more: Partial<Entry> = {}): Entry => ({
+  kind: "experiment",
+  name,
+  installed: true,
+  text: "",
+  engines: [],
+  error: "",
+  ...more,
+});
+
+beforeEach(() => {
+  const entries = [
+    entry("fly", { text: "It tastes sugar." }),
+    entry("./broken.yaml", { installed: false, error: "not YAML" }),
+    entry("./visit", { kind: "recording", installed: false }),
+  ];
+  useStart.setState({ isOpen: true, start: { folder: "/home", entries }, opening: null });
+});
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+});
+
+test("what can be opened is sorted by where it comes from, and found by words", () => {
+  render(<StartPage />);
+  const recordings = screen.getByRole("region", { name: "Recordings in this folder" });
+  expect(within(recordings).getByRole("button", { name: "Open ./visit" })).toBeTruthy();
+  expect(screen.getByRole("region", { name: "Sweeps in this folder" }).textContent).toContain(
+    "There is none",
+  );
+  fireEvent.change(screen.getByRole("searchbox", { name: "Search" }), { target: { value: "sugar" } });
+  expect(
+    screen.getAllByRole("button", { name: /^Open / }).map((one) => one.getAttribute("aria-label")),
+  ).toEqual(["Open fly"]);
+});
+
+test("a choice is opened once, and a broken one is not", async () => {
+  let opened: () => void = () => undefined;
+  const call = vi.spyOn(wire, "call").mockImplementation(
+    () =>
+      new Promise((resolve) => {
+        opened = () => resolve({});
+      }),
+  );
+  render(<StartPage />);
+  fireEvent.click(screen.getByRole("button", { name: "Open ./broken.yaml" }));
+  expect(call).not.toHaveBeenCalled();
+  fireEvent.click(screen.getByRole("button", { name: "Open fly" }));
+  fireEvent.click(screen.getByRole("button", { name: "Open ./visit" }));
+  expect(call.mock.calls).toEqual([["/cockpit/start/open", { name: "fly" }]]);
+  expect(screen.getByRole("main").getAttribute("aria-busy")).toBe("true");
+  await act(async () => opened());
+  expect(screen.getByRole("main").getAttribute("aria-busy")).toBe("false");
+});
