@@ -41,8 +41,13 @@ export function NodeView({ node, selected }: { node: Placed; selected: Selection
   );
 }
 
-const shortened = (text: string, letters: number) =>
-  text.length > letters ? `${text.slice(0, Math.max(1, letters - 1))}…` : text;
+/** As much of a text as has room, with both ends: names often differ in the last letters. */
+function shortened(text: string, letters: number): string {
+  if (text.length <= letters) return text;
+  const kept = Math.max(1, letters - 1);
+  const front = Math.ceil(kept / 2);
+  return `${text.slice(0, front)}…${text.slice(text.length - (kept - front))}`;
+}
 
 /** The mean width of a digit in a circle. */
 const DIGIT_PX = 7;
@@ -87,21 +92,23 @@ function Words({ node: { x, y, rx, side, letters, tight }, name }: { node: Place
 
 /** A box this high has its name above its rate; in a lower one they stand beside each other. */
 const TWO_LINES_RY = 15;
-/** The room of a rate beside a name. */
+/** The room of a rate beside a name, and half the width of a box that has it and its size beside each other. */
 const RATE_LETTERS = 6;
+const BOTH_RX = 42;
 
 function Box({ node: { part, x, y, rx, ry, letters } }: { node: Placed }) {
   const [left, top] = [x - rx, y - ry];
   const low = ry < TWO_LINES_RY;
+  const hasRate = !low || part.name.length + RATE_LETTERS <= letters;
   const [rateX, rateY] = low ? [x + rx - 6, top + 12] : [left + 8, top + 27];
   return (
     <>
       <rect className="brain-shape" x={left} y={top} width={2 * rx} height={2 * ry} rx="6" />
       <text className="brain-name" x={left + (low ? 6 : 8)} y={top + (low ? 12 : 14)}>
-        {shortened(part.name, low ? letters - RATE_LETTERS : letters)}
+        {shortened(part.name, letters)}
       </text>
-      <text className="brain-rate" x={rateX} y={rateY} textAnchor={low ? "end" : "start"} />
-      {!low && (
+      {hasRate && <text className="brain-rate" x={rateX} y={rateY} textAnchor={low ? "end" : "start"} />}
+      {!low && rx >= BOTH_RX && (
         <text className="brain-rate-size" x={x + rx - 8} y={top + 27} textAnchor="end">
           {thousands(part.size)}
         </text>

@@ -54,6 +54,10 @@ export function shownAt(rows: readonly Row[], y: number, ratio: number, single: 
 const LABEL_PX = 11;
 /** Names are at least this far apart; between them low bands have none. */
 const NAME_PX = 9;
+/** The room of a name alone. */
+const NAMES_PX = MARGIN.left - 12;
+/** The room of a name beside numbers, at least; with less it takes the place of the first number. */
+const LEAST_NAME_PX = 28;
 
 /** Names bands and, where `numbered` and their lines are high enough, neurons by the brain's own numbers. */
 export function drawNames({ pen, colours, ratio }: Sheet, rows: readonly Row[], numbered: boolean): void {
@@ -61,25 +65,45 @@ export function drawNames({ pen, colours, ratio }: Sheet, rows: readonly Row[], 
   pen.fillStyle = colours.text2;
   let free = 0;
   for (const row of rows) {
-    const { band, label, top, bottom } = row;
-    const pitch = band.pitch / ratio;
-    const numbers = numbered && pitch >= LABEL_PX;
-    pen.textAlign = "left";
-    const room = MARGIN.left - (numbers ? 24 : 12);
-    const high = Math.min(numbers ? pitch : LABEL_PX, bottom - top);
-    if (top + high / 2 >= free) {
-      pen.fillText(shortened(pen, label, room), 8, top + high / 2);
-      free = top + high / 2 + NAME_PX;
-    }
-    if (numbers) drawNumbers(pen, row, TOP + band.top / ratio, pitch);
+    const pitch = row.band.pitch / ratio;
+    const isNumbered = numbered && pitch >= LABEL_PX;
+    const room = NAMES_PX - (isNumbered ? digitsPx(pen, row) : 0);
+    const isNarrow = room < LEAST_NAME_PX;
+    free = drawName(pen, row, isNumbered ? pitch : LABEL_PX, isNarrow ? NAMES_PX : room, free);
+    if (isNumbered) drawNumbers(pen, row, TOP + row.band.top / ratio, pitch, Number(isNarrow));
   }
 }
 
-/** Numbers the cells in sight; the first one begins at a height. */
-function drawNumbers(pen: CanvasRenderingContext2D, row: Row, begin: number, pitch: number): void {
+/** Names a band at its first line unless that is not free, and returns the height at which the next may stand. */
+function drawName(
+  pen: CanvasRenderingContext2D,
+  { label, top, bottom }: Row,
+  line: number,
+  room: number,
+  free: number,
+): number {
+  const y = top + Math.min(line, bottom - top) / 2;
+  if (y < free) return free;
+  pen.textAlign = "left";
+  pen.fillText(shortened(pen, label, room), 8, y);
+  return y + NAME_PX;
+}
+
+/** The width of the number of any cell of a band. */
+const digitsPx = (pen: CanvasRenderingContext2D, { population, cells }: Row): number =>
+  pen.measureText(String(population.first + (cells.at(-1) ?? 0))).width + 6;
+
+/** Numbers the cells in sight but the first ones, where a name stands; the first one begins at a height. */
+function drawNumbers(
+  pen: CanvasRenderingContext2D,
+  row: Row,
+  begin: number,
+  pitch: number,
+  skipped: number,
+): void {
   const { cells, population, top, bottom } = row;
   pen.textAlign = "right";
-  const first = Math.max(0, Math.ceil((top - begin) / pitch - 0.4));
+  const first = Math.max(0, Math.ceil((top - begin) / pitch - 0.4)) + skipped;
   const end = Math.min(cells.length, Math.ceil((bottom - begin) / pitch - 0.5));
   for (let at = first; at < end; at++) {
     const number = String(population.first + (cells[at] ?? 0));
