@@ -158,6 +158,7 @@ def test_python_functions_are_wired_by_their_decorators_and_only_by_their_text()
     document = Document(hexapod, around)
     data = document.data()
     (box,) = (one for one in data["boxes"] if one["kind"] == "python")
+    assert box["name"] == "move"  # not the decorator above it
     assert [row["name"] for row in box["rows"]] == ["lifting", "forward", "back", "alpha", "beta"]
     ends = {end for wire in data["wires"] for end in (wire["source_end"], wire["target_end"])}
     assert ends == {*(row["path"] for row in box["rows"]), *(f"topic:{name}" for name in topics),

@@ -213,7 +213,6 @@ def _wire(kind: str, source: list[str], target: list[str]) -> Wire:
 
 
 def _first_name(code: str) -> str:
-    """Return the name that a piece of Python defines, for its heading."""
-    names = [line.partition("(")[0].removeprefix("def ") for line in code.split("\n")
-             if line.startswith("def ")]  # fmt: skip
-    return ", ".join(names[:3]) or "Python"
+    """Return the names of the functions in a piece of Python, preferably of those that are connected."""
+    names = dict.fromkeys(one.function for one in connections(code)) or re.findall(r"(?m)^def (\w+)", code)
+    return ", ".join(list(names)[:3]) or "Python"
