@@ -69,7 +69,7 @@ class Recording(RecordingReader):
             path: a .mp4 or .webm file.
             view: ``follow``, ``above`` or ``free``, the place of the camera of a drawn video.
             options: the others of :class:`~nrp_core.recording.video.VideoOptions`, such as ``camera``,
-                ``speed``, ``begin_s``, ``end_s``, ``width`` and ``height``.
+                ``speed``, ``begin_s``, ``end_s``, ``width``, ``height`` and ``renderer``.
 
         Returns:
             The file.
@@ -82,7 +82,9 @@ class Recording(RecordingReader):
         from nrp_core.recording import video
 
         target = path_of(path)
-        video.video(self, target, video.VideoOptions(view=_one_of(video.ViewKind, view), **options))
+        renderer = _one_of(video.Renderer, options.pop("renderer", video.Renderer.SHADED))
+        chosen = video.VideoOptions(view=_one_of(video.ViewKind, view), renderer=renderer, **options)
+        video.video(self, target, chosen)
         return target
 
 

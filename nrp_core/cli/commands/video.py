@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nrp_core.recording.video import Vector
 
 VIEWS = ("follow", "above", "free")
+RENDERERS = ("shaded", "realistic")
 _SIZE = "640x480"
 
 
@@ -62,6 +63,14 @@ def video(
     size: Annotated[
         str | None, typer.Option(metavar="WxH", help="Size of drawn images, pixels; by default 640x480.")
     ] = None,
+    renderer: Annotated[
+        str,
+        typer.Option(
+            metavar="|".join(RENDERERS),
+            help="How the scene is drawn: with recognisable shapes, or with its lights and shadows.",
+            autocompletion=beginning_with(lambda: RENDERERS),
+        ),
+    ] = "shaded",
     json: Json = False,
 ) -> None:
     """Write a video of a recorded run: the images of a camera, or the scene from another viewpoint."""
@@ -69,7 +78,7 @@ def video(
 
     from nrp_core.cli.progress import display
     from nrp_core.errors import did_you_mean
-    from nrp_core.recording.video import VideoOptions, ViewKind, check_target
+    from nrp_core.recording.video import Renderer, VideoOptions, ViewKind, check_target
     from nrp_core.recording.video import video as write
 
     source = open_recording(recording, "shown")
@@ -78,6 +87,9 @@ def video(
     with usage_errors("--view"):
         if view not in (known := [each.value for each in ViewKind]):
             raise ValueError(f"unknown view '{view}'{did_you_mean(view, known)}")
+    with usage_errors("--renderer"):
+        if renderer not in RENDERERS:
+            raise ValueError(f"unknown renderer '{renderer}'{did_you_mean(renderer, RENDERERS)}")
     begin_s = time_s(begin, "--from")
     end_s = inf if until is None else time_s(until, "--until")
     with usage_errors("--until"):
@@ -105,6 +117,7 @@ def video(
         robot=robot,
         eye=from_where,
         target=to_where,
+        renderer=Renderer(renderer),
     )
     with display() as shown:
         count = write(source, output, options, lambda done, total: shown.count("drawing", done, total))

@@ -28,6 +28,15 @@ class ViewKind(StrEnum):
     """At a fixed place."""
 
 
+class Renderer(StrEnum):
+    """How the scene is drawn."""
+
+    SHADED = "shaded"
+    """Without lights, so that shapes are recognised."""
+    REALISTIC = "realistic"
+    """With the lights and shadows of the scene."""
+
+
 @dataclass(frozen=True, slots=True)
 class VideoOptions:
     """The contents of a video.
@@ -41,6 +50,8 @@ class VideoOptions:
         rate_hz: images a second of the video.
         robot: the robot that is followed; None: the first movable one.
         eye, target: position and target of the camera in the free view, m; None: with everything in view.
+        renderer: how the scene is drawn: ``shaded``, so that shapes are recognised, or ``realistic``, with
+            the lights and shadows of the scene.
     """
 
     camera: str | None = None
@@ -54,6 +65,7 @@ class VideoOptions:
     robot: str | None = None
     eye: Vector | None = None
     target: Vector | None = None
+    renderer: Renderer = Renderer.SHADED
 
 
 def check_target(path: Path) -> None:

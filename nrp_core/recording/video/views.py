@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from math import exp, radians, tan
+from math import exp, inf, radians, tan
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -21,9 +22,10 @@ from nrp_core.recording.layout import MUSCLES, WORLD_FRAME, Role
 from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.reading.shapes import RecordedScene, RecordedShape, ShapeKind
-from nrp_core.recording.video import Vector, VideoOptions, ViewKind
+from nrp_core.recording.video import Renderer, Vector, VideoOptions, ViewKind
 from nrp_core.world.messages.foxglove_msgs import SceneUpdate
 from nrp_core.world.model_states import pose_of, transform_pose
+from nrp_core.world.render.lit_view import LitView
 from nrp_core.world.render.portrait import ShadedView
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.render.tubes import Tubes
@@ -35,6 +37,7 @@ from nrp_core.world.scene.model import (
     Cylinder,
     Geometry,
     Inertial,
+    Light,
     Link,
     Mesh,
     Model,
@@ -127,6 +130,7 @@ class Stage:
         muscles: the muscles at the time of an image, if there are any.
 
     Attributes:
+        bodies: the bodies of each frame, and of the muscles.
         mesh: the triangles.
     """
 
@@ -137,7 +141,7 @@ class Stage:
         names = dict.fromkeys(shape.frame for shape in shapes)
         models = [_model(name, [shape for shape in shapes if shape.frame == name], folder) for name in names]
         self._muscles = muscles = muscles or RecordedMuscles()
-        bodies = {model.name: bodies_of(model) for model in (*models, *muscles.tubes.models)}
+        self.bodies = bodies = {m.name: bodies_of(m) for m in (*models, *muscles.tubes.models)}
         numbers = frames_of(bodies)
         self.mesh = SceneMesh(bodies, numbers)
         self._numbers = {name: number for (name, _), number in numbers.items()}
@@ -145,14 +149,18 @@ class Stage:
 
     def vertices(self, poses: Mapping[str, Pose]) -> FloatArray:
         """Return all vertices in the world, shape ``(n, 3)``; frames without a new pose keep theirs."""
+        for visual, rgba in self._muscles.colors.items():
+            self.mesh.set_color(visual, rgba)
+        return self.mesh.in_world(self.frames(poses))
+
+    def frames(self, poses: Mapping[str, Pose]) -> FloatArray:
+        """Return all frames, the first of which is that of the world, shape ``(n, 3, 4)``."""
         for name, number in self._numbers.items():
             if name in poses:
                 self._frames[number] = matrix_of(poses[name])
         for name, frame in self._muscles.frames.items():
             self._frames[self._numbers[name]] = frame
-        for visual, rgba in self._muscles.colors.items():
-            self.mesh.set_color(visual, rgba)
-        return self.mesh.in_world(self._frames)
+        return self._frames
 
 
 def _model(frame: str, shapes: Sequence[RecordedShape], folder: Path) -> Model:
@@ -325,16 +333,54 @@ def drawn_frames(recording: RecordingReader, times_s: FloatArray, options: Video
     }
     playback, scene, poses = Playback(recording, topics), RecordedScene(), dict[str, Pose]()
     muscles = RecordedMuscles()
+    draw: Draw | None = None
     with ExitStack() as kept:
-        view: ShadedView | None = None
         for t_s in times_s.tolist():
             changed = _follow(playback, from_seconds(t_s), scene, poses, muscles)
-            if changed or view is None:
+            if changed or draw is None:
                 kept.close()
                 stage = Stage(_visible_shapes(scene, options.view), kept, muscles)
-                size = (options.width, options.height)
-                view = ShadedView(stage.mesh, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES)
-            yield view.draw(stage.vertices(poses), viewpoint.eye(t_s, poses))
+                draw = _drawer(stage, muscles, recording, options)
+            yield draw(poses, viewpoint.eye(t_s, poses))
+
+
+Draw = Callable[[Mapping[str, Pose], FloatArray], Pixels]
+"""Draws poses from the pose of an eye."""
+
+
+def _drawer(
+    stage: Stage, muscles: RecordedMuscles, recording: RecordingReader, options: VideoOptions
+) -> Draw:
+    size = options.width, options.height
+    if options.renderer is Renderer.SHADED:
+        view = ShadedView(stage.mesh, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES)
+        return lambda poses, eye: view.draw(stage.vertices(poses), eye)
+    lights = recorded_lights(recording.run) or [Light("sun", direction=_SUN)]
+    lit = LitView(stage.bodies, lights, *size, vertical_fov=FIELD_OF_VIEW, samples=_SAMPLES)
+
+    def draw(poses: Mapping[str, Pose], eye: FloatArray) -> Pixels:
+        for visual, rgba in muscles.colors.items():
+            lit.set_color(visual, rgba)
+        return lit.draw(stage.frames(poses)[1:], eye)
+
+    return draw
+
+
+_SUN = (-0.4, 0.3, -0.9)
+"""The direction of the light in a recording without one."""
+
+
+def recorded_lights(run: Mapping[str, Any]) -> list[Light]:
+    """Return the lights of a recording; it has the range and the outer cone of each."""
+    found = (run.get("world") or {}).get("lights") or ()
+    return [
+        Light(
+            f"light {number}", one["kind"], Pose(tuple(one["position"])), tuple(one["direction"]),
+            (*one["color"], 1.0), one["casts_shadows"],
+            (one["range_m"] or inf, *one["attenuation"]), (one["cone_rad"] / 2, one["cone_rad"]),
+        )
+        for number, one in enumerate(found)
+    ]  # fmt: skip
 
 
 def _follow(

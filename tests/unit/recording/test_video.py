@@ -1,8 +1,10 @@
 """Videos of a recording."""
 
+import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from math import tan
 from pathlib import Path
 from typing import Any
@@ -17,9 +19,10 @@ from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures.room import Bounds
 from nrp_core.recording.figures.story import Story, Track
+from nrp_core.recording.folder.recording_folder import lights_data
 from nrp_core.recording.layout import Images, Role
 from nrp_core.recording.recording import Recording
-from nrp_core.recording.video import VideoOptions, ViewKind, check_target, video
+from nrp_core.recording.video import Renderer, VideoOptions, ViewKind, check_target, video
 from nrp_core.recording.video.file import times_of
 from nrp_core.recording.video.views import (
     FIELD_OF_VIEW,
@@ -28,11 +31,12 @@ from nrp_core.recording.video.views import (
     drawn_frames,
     from_above,
     look_at,
+    recorded_lights,
 )
 from nrp_core.recording.writing.recorder import McapRecorder
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Link, Model, Scene, Texture, Visual
+from nrp_core.world.scene.model import Box, Light, Link, Model, Scene, Texture, Visual
 
 NOTHING = np.empty((0, 2, 3))
 coordinates = st.floats(-10.0, 10.0)
@@ -83,6 +87,22 @@ def test_a_visual_that_turns_green_is_green_in_the_video(recording: Recording) -
 
 
 @pytest.mark.usefixtures("site")
+def test_a_realistic_video_has_the_lights_of_the_recording(recording: Recording) -> None:
+    lights = (
+        Light("sun", direction=(0.0, 0.6, -0.8), diffuse=(1.0, 0.5, 0.25, 1.0)),
+        Light("lamp", "spot", Pose((1, 2, 3)), (0, 0, -1), cone=(0.4, 0.8), attenuation=(5, 1, 0, 0.1)),
+    )
+    kept = json.loads(json.dumps({"world": {"lights": lights_data(Scene((), lights))}}))
+    for light, read in zip(lights, recorded_lights(kept), strict=True):
+        assert (read.kind, read.direction, read.diffuse) == (light.kind, light.direction, light.diffuse)
+        assert (read.pose, read.cone, read.attenuation) == (light.pose, light.cone, light.attenuation)
+    options = VideoOptions(width=80, height=60, view=ViewKind.ABOVE)
+    shaded = next(drawn_frames(recording, np.array([0.4]), options))
+    lit = next(drawn_frames(recording, np.array([0.4]), replace(options, renderer=Renderer.REALISTIC)))
+    assert lit.shape == shaded.shape
+    assert (lit != shaded).any()
+
+
 def test_an_image_on_a_wall_is_seen_upright_and_not_mirrored_in_the_video(
     brain: MockBrain, tmp_path: Path
 ) -> None:
