@@ -20,7 +20,7 @@ class Maze(RoverTask):
     observed = MappingProxyType({"cue": (-1.0, 1.0), "side": (-END, END)})
     actions = ("left", "right")
     longest = 75
-    training = 2000
+    training = 3000
     tests = 12
 
     def begin(self, random: np.random.Generator) -> None:

@@ -22,7 +22,7 @@ class Wall(RoverTask):
     observed = MappingProxyType({"right": (0.0, LOST), "ahead right": (0.0, 2.0)})  # m
     actions = ("left", "straight", "right")
     longest = 150
-    training = 3500
+    training = 4000
 
     def begin(self, random: np.random.Generator) -> None:
         self.in_band = 0
@@ -46,7 +46,7 @@ class Wall(RoverTask):
         distance = self.distance()
         self.in_band += abs(distance - WANTED) < BAND
         over = distance < 0.02 or distance > LOST
-        return (-1.0 if over else 0.3 * max(0.0, 1.0 - 2.0 * abs(distance - WANTED))), over
+        return (-1.5 if over else 0.45 * max(0.0, 1.0 - 2.0 * abs(distance - WANTED))), over
 
     def score(self) -> float:
         return self.in_band / self.longest
