@@ -52,14 +52,15 @@ class Waveform:
             steps = np.searchsorted(source.times, times_ms, side="right")
             found: FloatArray = np.append(0.0, source.amplitudes)[steps]
             return found
+        acts = (source.start <= times_ms) & (times_ms < source.stop)
         if self._kind == "NoisyCurrentSource":
-            values = self._noisy(times_ms)
+            values = self._noisy(np.where(acts, times_ms, source.start))
         elif self._kind == "ACSource":
             cycles = source.frequency * (times_ms - source.start) * 1e-3 + source.phase / 360.0
             values = source.offset + source.amplitude * np.sin(2 * pi * cycles)
         else:
             values = np.full(len(times_ms), float(source.amplitude))
-        return np.where((source.start <= times_ms) & (times_ms < source.stop), values, 0.0)
+        return np.where(acts, values, 0.0)
 
     @property
     def _interval_ms(self) -> float:
@@ -68,10 +69,10 @@ class Waveform:
 
     def _noisy(self, times_ms: FloatArray) -> FloatArray:
         intervals = np.floor((times_ms - self._source.start) / self._interval_ms + _ROUNDING).astype(np.int64)
-        missing = int(intervals.max(initial=-1)) + 1 - len(self._drawn)
+        missing = int(intervals.max(initial=0)) + 1 - len(self._drawn)
         if missing > 0:
             self._drawn = np.append(self._drawn, self._noise.standard_normal(-(-missing // 256) * 256))
-        found: FloatArray = self._source.mean + self._source.stdev * self._drawn[np.maximum(intervals, 0)]
+        found: FloatArray = self._source.mean + self._source.stdev * self._drawn[intervals]
         return found
 
 

@@ -142,6 +142,7 @@ def test_positions_have_a_row_for_each_cell(tmp_path: Path) -> None:
         HEAD + "cells = p.Population(6, p.IF_curr_exp(), structure=p.Grid2D(3 / 2))\n"
         "near = p.DistanceDependentProbabilityConnector('d < 1.1', allow_self_connections=False)\n"
         "wires = p.Projection(cells, cells, near).get('weight', 'list')\n"
+        "same = p.SpikeSourceArray({}), p.IF_curr_exp({'tau_m': 9.0})\n"
         "one, nearest = cells[4].position, cells.nearest((2.1, 0.2, 0.0))\n"
         "network = p.network()\n",
     )

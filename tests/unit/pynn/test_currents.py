@@ -110,6 +110,19 @@ def test_a_list_of_views_is_not_a_target_of_a_current() -> None:
         source.inject_into([cells[0:1]])
 
 
+def test_noise_that_begins_later_is_zero_before() -> None:
+    sim = new_simulator()
+    sim.setup(timestep=0.1)
+    cells = sim.Population(1, sim.IF_curr_exp())
+    noise = sim.NoisyCurrentSource(mean=0.5, stdev=0.2, start=5.0, stop=8.0, dt=0.1)
+    cells.inject(noise)
+    sim.run(2.0)
+    sim.run(8.0)
+    _, amplitudes = noise._get_data()
+    assert amplitudes[[0, 20, 49, 80, 100]].tolist() == [0.0] * 5
+    assert len(set(amplitudes[50:80])) == 30
+
+
 def test_currents_into_one_cell_add_up_whatever_their_steps() -> None:
     """C dV/dt = I while tau_m is long: the voltage rises by the integral of the sum of all currents."""
     sim = new_simulator()

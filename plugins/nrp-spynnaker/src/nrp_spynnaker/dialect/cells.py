@@ -136,6 +136,8 @@ def _own(cell: Any, name: str, cell_type: str) -> type:
     in_order = _IN_ORDER.get(name, ())
 
     def begin(self: Any, *values: Any, **parameters: Any) -> None:
+        if len(values) == 1 and isinstance(values[0], Mapping):  # as the parameters of a population
+            values, parameters = (), {**values[0], **parameters}
         if len(values) > len(in_order):
             raise WrongKindError(f"{name}: give its parameters by name, such as {name}({example}=...)")
         parameters |= zip(in_order, values, strict=False)
