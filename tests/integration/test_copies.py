@@ -7,12 +7,18 @@ import pytest
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.cle.batched_loops import SideBySide
+from nrp_core.dsl.copies import together as together_module
 from nrp_core.errors import SimulationError
 from nrp_core.experiment import Run, load_experiment
 
 STEPS = 40
 SEEDS = (3, 4, 11)
 SMALL = "world.options.image_scale=0.1"
+
+
+@pytest.fixture(autouse=True)
+def functions_of_few_copies_are_called_once(monkeypatch):
+    monkeypatch.setattr(together_module, "MIN_COPIES", 2)
 
 
 def opened(name, overrides):

@@ -30,6 +30,8 @@ from nrp_core.dsl.parameters import Adapter, PublishedTopic, SubscribedTopic
 from nrp_core.world.batch import publish_rows
 from nrp_core.world.messages.base import find_layout
 
+MIN_COPIES: Final = 32
+"""Of fewer copies, a call for each takes less time."""
 _PROVED_BY: Final = 5
 """Runs that are compared with calls for each copy."""
 _GIVEN_UP_AFTER: Final = 5
@@ -214,7 +216,7 @@ class FunctionTogether:
         Returns:
             Whether that was done; if not, nothing has been sent.
         """
-        if self.reason or len(functions) < 2:
+        if self.reason or len(functions) < MIN_COPIES:
             return False
         try:
             together = _Call(functions, self._call, times_s)
