@@ -156,9 +156,11 @@ class ControllerPart(Part):
             for each in controllers
         )  # fmt: skip
         starts = [(each.topic, Target(each.initial)) for each in every if each.initial is not None]
+        self._holder = next((each.topic for each in every if each.holds), None)
+        if self._holder is not None:  # a motor of the file at speed 0 does not let go of what is held
+            starts = [each for each in starts if self._laws[each[0]].controller.kind == "position"]
         self._initial = starts[-1] if starts else None
         self._own = self._initial
-        self._holder = next((each.topic for each in every if each.holds), None)
         self._start: Command | None = None
         self._leader: Leader | None = None
         self._number = 0

@@ -154,3 +154,24 @@ def test_plugins_of_gazebo_leave_it_free(open_world, robot, advance) -> None:
         angles.append(angle(world))
     assert angles[0] == angles[1]
     assert 0.5 < angles[0] < pi
+
+
+MJCF = """<mujoco><worldbody><body name="robot" pos="0 0 1"><body name="bob">
+  <inertial mass="2" pos="0.3 0 0" diaginertia="0.01 0.01 0.01"/><joint name="j" axis="0 1 0"/>
+  </body></body></worldbody>
+  <actuator><motor name="m" joint="j"/><velocity name="v" joint="j" kv="1"/></actuator></mujoco>"""
+
+
+def test_a_position_is_held_beside_motors_of_the_file(open_world, tmp_path, advance) -> None:
+    """In MJCF a motor of speed 0 acts from the start, unless the experiment adds a controller that holds."""
+    pytest.importorskip("nrp_world_mujoco")
+    (tmp_path / "arm.xml").write_text(MJCF)
+    model = read_model(tmp_path / "arm.xml")
+    world = open_world(model)
+    advance(world, 0.5)
+    assert angle(world) > 0.5
+    world = open_world(set_up_robot(model, RobotSetup(control=(("j", JointControl("position")),))))
+    for _ in range(2):
+        advance(world, 0.5)
+        assert angle(world) == pytest.approx(0.0, abs=1e-3)
+        world.reset()
