@@ -38,7 +38,7 @@ class LeakyMembrane:
         self._last_read: tuple[float, float] | None = None
 
     def push(self, arrivals_ms: npt.ArrayLike, weights: npt.ArrayLike) -> None:
-        """Add spikes: their arrival times, ms, and their weights, nA, each of shape ``(n,)``."""
+        """Add spikes: arrival times, ms, and weights, nA, shape ``(n,)``; arrays may be sorted in place."""
         self._pending.append((np.asarray(arrivals_ms, float), np.asarray(weights, float)))
         self._last_read = None
 
@@ -57,7 +57,9 @@ class LeakyMembrane:
 
     def _take(self, t_ms: float) -> None:
         """Move to each spike that has arrived, and add it."""
-        arrivals_ms, weights = map(np.concatenate, zip(*self._pending, strict=True))
+        arrivals_ms, weights = self._pending[0]
+        if len(self._pending) > 1:
+            arrivals_ms, weights = map(np.concatenate, zip(*self._pending, strict=True))
         self._pending.clear()
         if len(arrivals_ms) < _MANY:
             arrived = self._pass(arrivals_ms, weights, t_ms)
