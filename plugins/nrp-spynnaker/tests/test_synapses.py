@@ -35,6 +35,7 @@ def test_synapses_have_the_arguments_and_results_of_sPyNNaker(tmp_path: Path) ->
     assert some.get("weight", "list") == [(i, j, 2.5) for i in (0, 1) for j in (0, 1)]
     assert (some.get(["weight"], "list", with_address=False)[:] - 0.5 == 2.0).all()
     assert (some.get(["weight"], "array") == 2.5).all()
+    assert some.get([], "list") == [(0, 0), (0, 1), (1, 0), (1, 1)]  # its test_synaptic_expander.py
     assert (some.get("weight", "nparray") == 2.5).all()  # its test_large_pop_weight_delay_retrieval.py
     weights, delays = some.get(["weight", "delay"], "array")
     assert (weights.shape, delays[1, 1]) == ((2, 2), 3.0)

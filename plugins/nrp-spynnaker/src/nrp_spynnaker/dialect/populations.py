@@ -559,6 +559,9 @@ class Projection(projections.Projection):
         """
         format = "list" if format == "list" else "array"  # noqa: A001
         names = [attribute_names] if isinstance(attribute_names, str) else list(attribute_names)
+        if not names and format == "list" and with_address:  # the pairs alone
+            ends = super().get("weight", format, gather, True, multiple_synapses)
+            return sorted((pre, post) for pre, post, _ in ends)
         found = super().get(names, format, gather, with_address, multiple_synapses)
         if format == "array":
             return found[0] if len(names) == 1 else tuple(found)
