@@ -285,8 +285,12 @@ def test_it_says_what_was_recorded(desk: Desk, folder: Path):
             "cell": "IF_cond_alpha",
             "role": "circuit",
             "positions": None,
+            "placed": False,
         }
     ]
+    groups = {one["name"]: one["cells"] for one in experiment["groups"]}
+    assert groups["actors"] == {"circuit": [[6, 8]]}
+    assert all(one["own"] == {} for one in experiment["groups"])  # so few cells are drawn one by one
     devices = {one["name"]: (one["neurons"], one["kind"], one["unit"]) for one in experiment["devices"]}
     assert devices["eye_sensor_transmit/red_left_eye"] == ([0, 2], "source", "Hz")
     topics = {one["name"]: (one["type"], one["direction"]) for one in experiment["topics"]}
