@@ -8,7 +8,7 @@ once for all backends.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite, prod
 from typing import Any, ClassVar, final
 
@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray, unset
 from nrp_core._support.checked_arguments import is_number
+from nrp_core._support.overview import Overview, Row
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import (
@@ -51,7 +52,7 @@ from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
 
 
-class Brain(Simulation):
+class Brain(Overview, Simulation):
     """A network in a simulator, at a point in time.
 
     Args:
@@ -91,6 +92,10 @@ class Brain(Simulation):
             ],
             Injections(network.currents, network.size),
         )
+
+    def _overview(self) -> tuple[str, Iterable[Row]]:
+        line, rows = self.network._overview()
+        return f"{line}, at {milliseconds(self.now_ns):g} ms", rows
 
     @property
     def identity(self) -> str:

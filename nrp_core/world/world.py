@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core.clock import milliseconds
+from nrp_core._support.overview import Overview, Row, counted
+from nrp_core.clock import milliseconds, seconds
 from nrp_core.errors import TimestepError
 from nrp_core.simulation import guarded
 from nrp_core.world.capabilities import WorldCapabilities
@@ -21,7 +22,7 @@ from nrp_core.world.services.part import Services
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
 
 
-class World(LiveScene):
+class World(Overview, LiveScene):
     """A scene in an engine, at a time; the class is the same for every backend, which implements an engine.
 
     In a step data flows one way: the engine steps, the parts sample it, their messages go to subscribers.
@@ -38,6 +39,12 @@ class World(LiveScene):
         states = [StatesPart(engine)] if engine.capabilities.poses else []
         contacts = [ContactsPart(engine)] if engine.capabilities.contacts else []
         self.parts.open([*states, *contacts, self._services, self.forces])
+
+    def _overview(self) -> tuple[str, Iterable[Row]]:
+        models = counted(len(self.scene.models), "model")
+        line = f"of {models} in {type(self.engine).__name__}, at {seconds(self.now_ns):g} s"
+        rows = ((name, topic.type.__name__, topic.what) for name, topic in self.topics.items())
+        return line, [("topic", "type", "what"), *rows]
 
     # -- the current state
 

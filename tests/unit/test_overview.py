@@ -46,8 +46,10 @@ def test_everything_that_users_hold_has_a_table(fakes: None, drive_to_the_wall: 
         folder = RecordingFolder(run, tmp_path / "recording")
         run.run()
         folder.close("finished")
-        shown = (experiment, run, run.brain.network, run.plan.scene, run.result())
+        shown = (experiment, run, run.brain.network, run.plan.scene, run.result(), run.brain, run.world)
+        lines = repr(run.brain), repr(run.world)
     tables = [cells(one) for one in (*shown, Recording(tmp_path / "recording"))]
     assert all(len(table) > 1 for table in tables)
     assert ["husky", *tables[3][-1][1:]] == tables[3][-1]
+    assert [line.rpartition(" at ")[2] for line in lines] == ["3000 ms>", "3 s>"]
     assert ["arrives", "met", "0.99 m after 1.52 s"] in tables[4]
