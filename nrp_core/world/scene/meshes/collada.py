@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _MAX_DEPTH = 100
 _INPUT = re.compile(r"<input\b[^<>]*>")
+_SHINE = re.compile(r"<(specular|reflective)>.*?</\1>", re.DOTALL)
+"""Colours that nothing here uses; a faulty one would cost the shapes of its material."""
 _COMMENT = re.compile(r"<!--\s*-->")  # as strict_xml leaves them; pycollada stumbles over them
 _UNUSED = re.compile(r"(\ssemantic=[\"'])(?:NORMAL|(?:TEX)?(?:TANGENT|BINORMAL))([\"'])")
 _SOURCE = re.compile(r"\ssource=[\"']#([^\"'<>]*)[\"']")
@@ -40,7 +42,7 @@ def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
     import collada
     from collada.common import DaeError
 
-    text = _without_normals(_COMMENT.sub("", strict_xml(data)))
+    text = _without_normals(_SHINE.sub("", _COMMENT.sub("", strict_xml(data))))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PendingDeprecationWarning)  # pycollada uses NumPy's matrices

@@ -246,6 +246,13 @@ def test_collada_is_read_with_its_transforms_and_colours(pieces: Pieces) -> None
     assert volume(triangles) == pytest.approx((1 + 8) / 6)
 
 
+def test_a_faulty_colour_of_highlights_costs_a_collada_file_nothing(pieces: Pieces) -> None:
+    faulty = dae().replace("</diffuse>", "</diffuse><specular><color>0 0 0.01.0</color></specular>")
+    (piece,) = pieces("a.dae", faulty)
+    assert rounded(piece.rgba) == (0.2, 0.4, 0.6, 1)
+    assert volume(read_stl(piece.path)) == pytest.approx((1 + 8) / 6)
+
+
 def test_the_unit_of_collada_counts(pieces: Pieces) -> None:
     (piece,) = pieces("a.dae", dae("millimeter", 0.001))
     assert read_stl(piece.path).max() == pytest.approx(0.011)
