@@ -42,7 +42,6 @@ export function FrameTools({ id, full }: { id: PanelId; full: boolean }) {
         shortcut={full ? "Esc" : "Enter"}
         kind="ghost"
         small
-        className={full ? "" : "frame-full"}
         onClick={() => setFull(full ? null : id)}
       />
     </>
