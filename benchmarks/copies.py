@@ -130,7 +130,6 @@ def measure(name: str, copies: int, steps: int, warm: int, solo: int) -> None:
             copied_s = timed(lambda: stepped(together, runs))
             spent += copied_s, physics.step(), sensors.sample(due)
         report(name, copies, steps * first.experiment.timestep / 1e9, spent / steps / copies)
-        print(f"  one copy after the other: {dict(together.one_by_one)}")
         print(f"  {opened_ms:.1f} ms and {memory_mb:.3f} MB to open a copy and take {warm} steps")
         compare(name, runs, together, np.linspace(0, copies - 1, solo).astype(int).tolist(), warm + steps)
 

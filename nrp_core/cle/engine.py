@@ -341,11 +341,6 @@ class ClosedLoop(Closing):
         return self._wiring.functions
 
     @property
-    def function_names(self) -> tuple[str, ...]:
-        """Their names; the same object until they change."""
-        return self._wiring.names
-
-    @property
     def now_ns(self) -> int:
         """The time that brain and world have reached, ns."""
         return min(self.brain.now_ns, self.world.now_ns)  # they differ after one of them failed
@@ -422,41 +417,30 @@ class ClosedLoop(Closing):
         self.is_stepping = False
         return failure
 
-    def attempt(self, function: TransferFunction, call: Callable[..., Any], *given: Any) -> Failure | None:
-        """Make a call of a function, and return the failure that ends the run, if any.
-
-        Raises:
-            SimulationError: an engine failed while the function used it.
-        """
-        began, failure = work.now_ns(), None
-        try:
-            self.time_limit.call(call, *given)
-        except (SimulationError, LifecycleError):
-            raise
-        except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
-            failure = Failure.of(function, error, step=self.steps, t_ns=self.now_ns)
-        self.account.function_ns[function.name] += work.now_ns() - began
-        if failure is not None:
-            self.failures.append(failure)
-            if self.on_error == "stop":
-                return failure
-            function.quarantine()
-        return None
-
     # -- within a step
 
     def _run_functions(self) -> Failure | None:
         """Run the functions that are due and return the failure that ends the run, if any."""
         now_ns = self.now_ns
         start_ns = now_ns - self.plan.period_ns
-        t_s = seconds(now_ns if self.tf_time == "end" else start_ns)
+        t = seconds(now_ns if self.tf_time == "end" else start_ns)
         for function in self.functions:
             if not (function.is_bound and function.is_due(start_ns)):
                 continue  # a function removed in this step is no longer bound
+            began, failure = work.now_ns(), None
+            try:
+                self.time_limit.call(function.run, now_ns, t)
+            except (SimulationError, LifecycleError):
+                raise  # an engine failed while the function used it
+            except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
+                failure = Failure.of(function, error, step=self.steps, t_ns=now_ns)
+            self.account.function_ns[function.name] += work.now_ns() - began
             self.account.function_calls[function.name] += 1
-            failure = self.attempt(function, function.run, now_ns, t_s)
             if failure is not None:
-                return failure
+                self.failures.append(failure)
+                if self.on_error == "stop":
+                    return failure
+                function.quarantine()
         return None
 
     # -- from outside

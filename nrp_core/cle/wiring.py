@@ -22,14 +22,12 @@ class Wiring:
 
     Attributes:
         functions: in the order in which they run: by priority, then in the order given.
-        names: their names.
     """
 
     def __init__(self, brain: Brain, world: World) -> None:
         self._brain, self._world = brain, world
         self._variables: dict[str, Any] = {}
         self.functions: tuple[TransferFunction, ...] = ()
-        self.names: tuple[str, ...] = ()
 
     def change(self, add: Iterable[TransferFunction], remove: Iterable[str] = ()) -> None:
         """Add and remove functions; if anything is wrong, change nothing.
@@ -57,7 +55,6 @@ class Wiring:
         for name in removed | (bound.keys() & new.keys()):
             bound[name].unbind()
         self.functions = tuple(sorted(after.values(), key=lambda function: -function.priority))
-        self.names = tuple(function.name for function in self.functions)
 
     def _bind(self, added: Iterable[TransferFunction], bound: Mapping[str, TransferFunction]) -> None:
         """Bind all functions or none; a function continues the state of the bound one of the same name."""

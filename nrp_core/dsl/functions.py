@@ -268,11 +268,6 @@ class TransferFunction:
         self._adapters = {}
         self._arguments = None
 
-    @property
-    def publisher(self) -> PublishedTopic | None:
-        """What its return value is sent to, once bound."""
-        return self._publisher
-
     # -- running
 
     @property
@@ -301,13 +296,12 @@ class TransferFunction:
     def _is_triggered(self) -> bool:
         return TIME in self.triggers or any(one.has_news() for one in self._triggering)
 
-    def run(self, now_ns: int, t: float | None = None, *, refresh: bool = True) -> Any:
+    def run(self, now_ns: int, t: float | None = None) -> Any:
         """Run it on its bound parameters, and send its return value to its topic.
 
         Args:
             now_ns: the time that brain and world have reached.
             t: the time in seconds that is passed to the function; by default ``now_ns``.
-            refresh: whether to update the values of its parameters first, as :meth:`refresh` does.
 
         Raises:
             LifecycleError: it is not bound.
@@ -316,7 +310,7 @@ class TransferFunction:
         """
         if self._arguments is None:
             raise LifecycleError(f"'{self.name}' is not bound; call bind(brain, world) first")
-        for adapter in self._refreshed if refresh else ():
+        for adapter in self._refreshed:
             adapter.refresh(now_ns)
         result = self.function(seconds(now_ns) if t is None else t, *self._arguments)
         for name, changed in self._committed.items():
@@ -327,16 +321,6 @@ class TransferFunction:
             except TopicError as error:
                 raise self.place.located(error, f"return value of '{self.name}'") from None
         return result
-
-    @property
-    def is_refreshed(self) -> bool:
-        """Whether :meth:`refresh` has anything to do, once bound."""
-        return bool(self._refreshed)
-
-    def refresh(self, now_ns: int) -> None:
-        """Update the values of its parameters, once bound."""
-        for adapter in self._refreshed:
-            adapter.refresh(now_ns)
 
     def _commit(self, parameter: str, changed: Adapter) -> None:
         try:

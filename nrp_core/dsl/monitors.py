@@ -82,8 +82,8 @@ class MonitoringFunction(TransferFunction):
         self._refreshed.append(device)
         self._shown_on = PublishedTopic(binding.world, self._monitored)
 
-    def run(self, now_ns: int, t: float | None = None, *, refresh: bool = True) -> Any:
-        result = super().run(now_ns, t, refresh=refresh)
+    def run(self, now_ns: int, t: float | None = None) -> Any:
+        result = super().run(now_ns, t)
         if result is not None:
             for message in self._messages(self._adapters[DEVICE], now_ns * 1e-9 if t is None else t):
                 self._shown_on.send_message(message)

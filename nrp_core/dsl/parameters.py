@@ -331,11 +331,6 @@ class PublishedTopic(Adapter):
         """The description of the topic."""
         return self._publication.topic
 
-    @property
-    def publication(self) -> Publication | None:
-        """The right to publish its messages; None if they are converted before."""
-        return self._publication if self._process is _unchanged else None
-
     def send_message(self, message: Any) -> None:
         """Send a message; it takes effect in the next step.
 

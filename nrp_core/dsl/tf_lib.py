@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.dsl.across import each_copy
 from nrp_core.dsl.afferents import Spindle, TendonOrgan
 from nrp_core.world.messages.sensor_msgs import Image
 
@@ -164,7 +163,6 @@ class RedShares:
         return self.go_on
 
 
-@each_copy
 def detect_red(image: Image | None) -> RedShares:
     """Return the share of red in the left and right half of an image.
 
@@ -196,7 +194,6 @@ class ColorValues:
     right_blue: FloatArray
 
 
-@each_copy
 def get_color_values(image: Image | None, width: int = 40, height: int = 30) -> ColorValues:
     """Return the colours of an image resized to ``width`` x ``height``, on an exponential scale for neurons.
 

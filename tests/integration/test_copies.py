@@ -7,18 +7,12 @@ import pytest
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.cle.batched_loops import SideBySide
-from nrp_core.dsl.copies import together as together_module
 from nrp_core.errors import SimulationError
 from nrp_core.experiment import Run, load_experiment
 
 STEPS = 40
 SEEDS = (3, 4, 11)
 SMALL = "world.options.image_scale=0.1"
-
-
-@pytest.fixture(autouse=True)
-def functions_of_few_copies_are_called_once(monkeypatch):
-    monkeypatch.setattr(together_module, "MIN_COPIES", 2)
 
 
 def opened(name, overrides):
@@ -47,18 +41,18 @@ def alone(name, overrides, seed):
 
 
 @pytest.mark.parametrize(
-    ("name", "overrides", "one_by_one"),
+    ("name", "overrides"),
     [
-        ("braitenberg_husky", [SMALL], set()),
-        ("braitenberg_husky", [SMALL, "world.backend=pybullet"], set()),
-        ("braitenberg_husky", [SMALL, "brain.options.resolution=0.1 ms"], set()),
-        ("slalom_pioneer", [], set()),
-        ("slalom_pioneer", ["brain.options.resolution=1 ms"], set()),
-        ("following_head", [SMALL], {"see", "turn"}),
+        ("braitenberg_husky", [SMALL]),
+        ("braitenberg_husky", [SMALL, "world.backend=pybullet"]),
+        ("braitenberg_husky", [SMALL, "brain.options.resolution=0.1 ms"]),
+        ("slalom_pioneer", []),
+        ("slalom_pioneer", ["brain.options.resolution=1 ms"]),
+        ("following_head", [SMALL]),
     ],
 )
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_copy_equals_its_run_alone(name, overrides, one_by_one, threads):
+def test_a_copy_equals_its_run_alone(name, overrides, threads):
     if threads > 1 and "world.backend=pybullet" in overrides:
         pytest.skip("its copies step on one thread")
     if "world.backend=pybullet" in overrides:
@@ -71,7 +65,6 @@ def test_a_copy_equals_its_run_alone(name, overrides, one_by_one, threads):
             assert together.step([run.loop for run in runs]) == {}
             for run, passed in zip(runs, paths, strict=True):
                 passed.append(path(run))
-        assert together.one_by_one.keys() == one_by_one
     for run, port, passed, seed in zip(runs, ports, paths, SEEDS, strict=True):
         spikes, path_alone, state = alone(name, overrides, seed)
         assert len(spikes) > 10
@@ -98,15 +91,6 @@ def branches(t, wheel, eye):
     else:
         eye.rate = 200.0
 
-@nrp.NeuronMonitor(nrp.brain.actors, nrp.spike_recorder)
-def watches(t):
-    return True
-
-@nrp.MapVariable("calls", initial_value=0)
-@nrp.Robot2Neuron()
-def counts(t, calls):
-    calls.value += 1
-
 @nrp.MapSpikeSink("wheel", WHEEL, nrp.population_rate)
 @nrp.Neuron2Robot(nrp.Topic("/husky/cmd_vel", Twist))
 def moves(t, wheel):
@@ -118,26 +102,6 @@ def with_functions(tmp_path, limit):
     file = tmp_path / "functions.py"
     file.write_text(FUNCTIONS.replace("LIMIT", repr(limit)))
     return [f"transfer_functions=[{file}]", "criteria=null", "events=null"]
-
-
-def test_functions_that_cannot_be_called_once_are_called_for_each_copy(tmp_path):
-    runs = opened("braitenberg_husky", with_functions(tmp_path, -1.0))
-    ports = [recorder(run, seed) for run, seed in zip(runs, SEEDS, strict=True)]
-    shown = [run.world.subscribe("/monitor/spike_recorder", depth=STEPS) for run in runs]
-    with SideBySide() as together:
-        for _ in range(STEPS):
-            assert together.step([run.loop for run in runs]) == {}
-        assert together.one_by_one == {
-            "counts": "its parameter 'calls' is a Variable",
-            "watches": "it is a MonitoringFunction",
-        }
-    assert all(len(each.messages()) == STEPS for each in shown)
-    for run, port, seed in zip(runs, ports, SEEDS, strict=True):
-        spikes, _, state = alone("braitenberg_husky", with_functions(tmp_path, -1.0), seed)
-        assert np.array_equal(port.spikes().times_ms, spikes.times_ms)
-        assert pickle.dumps(run.loop.save()) == state
-    for run in runs[::-1]:
-        run.close()
 
 
 def test_an_error_of_one_copy_is_that_of_its_run_alone(tmp_path):
@@ -175,7 +139,6 @@ def test_copies_at_different_times_equal_their_runs_alone(name):
                 runs[1].loop.reset(seed=SEEDS[1])
             chosen = runs[:2] if step == 20 else runs
             assert together.step([run.loop for run in chosen]) == {}
-        assert together.one_by_one == {}
     _, paths, state = alone(name, [SMALL] if name == "braitenberg_husky" else [], SEEDS[1])
     assert path(runs[1]) == paths[-1]
     assert pickle.dumps(runs[1].loop.save()) == state

@@ -270,14 +270,10 @@ class NumberLayout:
         """Return the message with these numbers, as many as there are :attr:`paths`."""
         return self.build(iter(numbers))
 
-    def read(self, message: Any) -> tuple[Any, ...]:
-        """Return what the fields of a message hold."""
-        read: Any = self._read(message)
-        return (read,) if len(self.paths) == 1 else read
-
     def numbers(self, message: Any) -> list[float]:
         """Return the numbers in a message."""
-        return [*map(float, self.read(message))]
+        read: Any = self._read(message)
+        return [float(read)] if len(self.paths) == 1 else [*map(float, read)]
 
 
 @lru_cache

@@ -267,11 +267,6 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         chosen = threads or threads_for([run.world for run in self.runs])
         self._together = self._opened.enter_context(SideBySide(min(chosen, num_envs)))
 
-    @property
-    def one_by_one(self) -> Mapping[str, str]:
-        """The transfer functions that run for one copy after the other, and why; all others run once."""
-        return self._together.one_by_one
-
     # -- as Gymnasium calls it
 
     def reset(

@@ -1,1 +1,0 @@
-"""One call of a transfer function for all copies of an experiment."""
