@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-import h5py
 import numpy as np
 
 from nrp_core.brain import FloatArray, InjectedCurrent, IntArray, Network
@@ -112,6 +111,8 @@ def _sweep(entry: Mapping[str, Any], file: Path) -> tuple[FloatArray, FloatArray
     ``downsample`` is an interval, s; ``sweep_window`` the first and the last time, ms, to which ``delay``
     is added.
     """
+    import h5py  # which takes long
+
     settings = {"downsample": 0.0, "sweep_window": [0.0, np.inf], "delay": 0.0, **entry}
     interval_s, delay_ms = (_numbers(settings, key)[0] for key in ("downsample", "delay"))
     window_ms = _numbers(settings, "sweep_window")
