@@ -95,6 +95,8 @@ class MockBrain(Brain):
         )
         self.values = {name: np.full(network.size, value) for name, value in _REST.items()}
         super().__init__(network, seed=0, capabilities=capabilities or needed, identity="mock")
+        others = self.capabilities.state_variables - self.values.keys()
+        self.values |= {name: np.zeros(network.size) for name in sorted(others)}
         self._planned: list[Spikes] = []
         self._weights: dict[str, FloatArray] = {}
         self.rewards: list[tuple[str, float]] = []

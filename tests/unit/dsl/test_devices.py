@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nrp_core.brain.pynn import builder
 from nrp_core.dsl import device_kinds as kinds
 from nrp_core.dsl.device_kinds import KINDS, DeviceKind
 from nrp_core.dsl.devices import Device
@@ -158,6 +159,21 @@ def test_a_voltage_recorder_shows_the_samples_since_the_function_last_ran() -> N
     device.refresh(7 * MS)
     assert (device.times.tolist(), device.values.tolist()) == ([6.0], [[-65.0, -50.0]])
     assert opened(kinds.conductance_recorder, brain, variable="gsyn_inh").values.shape == (0, 2)
+
+
+def test_a_recorder_of_a_variable_of_equations_opens_on_a_mock() -> None:
+    sim = builder()
+    cell = sim.EquationCell(
+        "dv/dt = -v/tau : mV\nda/dt = -a/tau : mV", threshold="v > tau*volt/second", reset="a += 1*mV",
+        receptors={"excitatory": "v"}, parameters={"tau": "20 ms"},
+    )  # fmt: skip
+    sim.Population(3, cell(), label="cells")
+    brain = MockBrain(sim.network())
+    device = opened(kinds.voltage_recorder, brain, variable="a", dt=2.0)
+    brain.values["a"][:] = [1.0, 2.0, 3.0]
+    brain.run_until(2 * MS)
+    device.refresh(2 * MS)
+    assert device.values.tolist() == [[0.0, 0.0], [1.0, 3.0]]
 
 
 TIRING = {"type": "TsodyksMarkram", "U": 0.5, "tau_rec": 100.0, "tau_facil": 0.0}
