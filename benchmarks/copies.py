@@ -25,6 +25,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +98,11 @@ def resident_mb() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
 
 
+def run_steps(run: Run, steps: int) -> None:
+    for _ in range(steps):
+        run.step()
+
+
 def timed(function: Callable[[], object]) -> float:
     began = time.process_time()
     function()
@@ -155,7 +161,7 @@ def compare(name: str, runs: Sequence[Run], together: SideBySide, chosen: Sequen
     for number in chosen:
         with Run(load_experiment(name)) as run:
             run.loop.reset(seed=number)
-            spent += timed(lambda run=run: [run.step() for _ in range(steps)])
+            spent += timed(partial(run_steps, run, steps))
             same(ends[number], run.snapshot(), f"the state of copy {number}")
             trace = Trace(run)
             run.loop.reset(seed=number)

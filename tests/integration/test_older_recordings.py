@@ -58,7 +58,7 @@ def test_all_calls_of_version_0_2_0_can_be_repeated() -> None:
 
 def test_a_replay_of_version_0_2_0_is_bit_for_bit() -> None:
     recording = Recording(FOLDER)
-    then, now = recording.run["machine"], machine.describe()
+    then, now = recording.run["machine"], machine.describe_machine()
     recorded, versions = recording.run["distributions"], machine.distributions()
     other = [key for key in MACHINE if then[key] != now[key]]
     other += [name for name in ("mujoco-core", "numpy") if recorded[name] != versions.get(name)]

@@ -8,7 +8,7 @@ from nrp_core._support.diagnosis import Diagnosis
 
 
 def test_a_machine_is_described_by_what_results_depend_on() -> None:
-    described = machine.describe()
+    described = machine.describe_machine()
     assert set(described) == {"platform", "architecture", "processor", "cpu_features", "cores", "python"}
     assert str(described["python"]).startswith("CPython 3.")
 
@@ -19,7 +19,7 @@ def test_every_installed_distribution_is_listed_with_its_version() -> None:
 
 def test_a_processor_without_avx_is_a_diagnosis(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine, "_cpuinfo", lambda: {"flags": "fpu sse4_2"})
-    assert machine.describe()["cpu_features"] == ["sse4_2"]
+    assert machine.describe_machine()["cpu_features"] == ["sse4_2"]
     found = {one.subject: one for one in machine.diagnose()}
     assert not found["AVX instructions"].present
     assert "illegal instruction" in found["AVX instructions"].meaning
