@@ -105,3 +105,26 @@ def test_a_recurrent_network_has_the_weights_of_the_sums(eprop: SimpleNamespace)
     for label, w in expected.items():
         assert found[label] == pytest.approx(w, rel=1e-9)
         assert np.abs(w - weights[label]).max() > 1e-3
+
+
+def test_a_snapshot_has_the_weights_and_a_reset_undoes_them(eprop: SimpleNamespace) -> None:
+    rng, n = np.random.default_rng(3), 3
+    times = [np.flatnonzero(rng.random(90) < 0.2).astype(float).tolist() for _ in range(n)]
+    weights = {"in": rng.uniform(0.1, 0.4, (n, n)), "between": rng.normal(0.0, 0.2, (n, n))}
+    weights["out"] = rng.normal(0.0, 0.2, (1, n))
+    network = eprop.network(times, n, weights)
+    with eprop.open_brain(network) as brain:
+        list(eprop.learning(brain, weights, np.ones((n, 1)), np.full(50, TARGET), np.full(50, RATE)))
+        learned, snapshot = brain.read_weights("between"), brain.snapshot()
+
+        def after(t_ms: int) -> FloatArray:
+            brain.run_until(t_ms * 1_000_000)
+            return np.concatenate([brain.read_state("v", network.ids_of("cells")), brain.read_weights("in")])
+
+        once = after(80)
+        brain.restore(snapshot)
+        assert (brain.read_weights("between") == learned).all()
+        assert (after(80) == once).all()
+        assert (learned < 0.0).any()
+        brain.reset()
+        assert (brain.read_weights("between") == 0.0).all()
