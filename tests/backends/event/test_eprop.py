@@ -74,7 +74,7 @@ def by_sums(
         z[t], error[t] = v >= V_TH, y - TARGET
         v = v - V_TH * z[t]
         for label, sources in (("in", ticks), ("between", z), ("out", z)):
-            for i in np.flatnonzero(sources[t]):
+            for i in np.flatnonzero(sources[t]).tolist():
                 received = [
                     sum(ALPHA ** (u - 1 - s) * sources[s, i] for s in range(u)) for u in range(t)
                 ]  # fmt: skip
