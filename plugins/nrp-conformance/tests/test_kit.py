@@ -7,11 +7,12 @@ from math import exp, log
 from types import FunctionType, SimpleNamespace
 
 import pytest
-from nrp_conformance import SUITES, BrainBackendTests, WorldBackendTests, proof
+from nrp_conformance import BrainBackendTests, WorldBackendTests, proof
 from nrp_conformance.base import BackendTests
 from nrp_conformance.brain.comparison import chi_square_p_value, normal_p_value, require_likely
 from nrp_conformance.brain.kit import SAMPLES
 from nrp_conformance.brain.reference import Arrival, simulate
+from nrp_conformance.proof import SUITES
 from nrp_conformance.report import LEVELS, KitReport, KitResult, Outcome, lines
 from nrp_conformance.run import run_tests
 

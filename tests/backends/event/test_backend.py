@@ -66,11 +66,11 @@ def test_a_state_that_was_saved_as_arrays_is_restored(cells: Cells, open_brain: 
     today = brain.snapshot()
     brain.run_until(60 * NS_PER_MS)
     later = brain.read_state("v", [0, 1]).tobytes()
-    *rest, state, began_ns, frozen = pickle.loads(today.payload)
+    *rest, state, began_ns, frozen, changed = pickle.loads(today.payload)
     arrays: Any = brain._engine._asdict()  # type: ignore[attr-defined]
     for name in ("cells", "events", "clock"):
         state[name] = np.frombuffer(state[name], arrays[name].dtype)
-    brain.restore(replace(today, payload=pickle.dumps((*rest, state, began_ns, frozen))))
+    brain.restore(replace(today, payload=pickle.dumps((*rest, state, began_ns, frozen, changed))))
     brain.run_until(60 * NS_PER_MS)
     assert brain.read_state("v", [0, 1]).tobytes() == later
 

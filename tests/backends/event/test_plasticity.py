@@ -335,10 +335,10 @@ def test_two_neurons_can_be_plastic_on_each_other(
 def test_a_snapshot_of_a_version_with_longer_records_is_refused() -> None:
     with Pairing([20.0], [25.0]).open() as brain:
         saved = brain.snapshot()
-        *rest, state, began, frozen = pickle.loads(saved.payload)
+        *rest, state, began, frozen, changed = pickle.loads(saved.payload)
         del state["slow"]
         with pytest.raises(SnapshotError):
-            brain.restore(replace(saved, payload=pickle.dumps((*rest, state, began, frozen))))
+            brain.restore(replace(saved, payload=pickle.dumps((*rest, state, began, frozen, changed))))
 
 
 @BOTH

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import Field, TypeAdapter, ValidationError
 
-from nrp_core.experiment.model.collector import reason
+from nrp_core.experiment.model.collector import describe_fault
 
 CASES: list[tuple[Any, Any, str]] = [
     (int, "seven", "should be a valid integer, not 'seven'"),
@@ -29,5 +29,5 @@ def test_the_reason_is_made_of_the_type_and_context_of_the_error(kind: Any, valu
     with pytest.raises(ValidationError) as raised:
         TypeAdapter(kind).validate_python(value)
     (detail,) = raised.value.errors()
-    assert reason(detail) == message
-    assert reason({**detail, "msg": "reworded by a later version"}) == message
+    assert describe_fault(detail) == message
+    assert describe_fault({**detail, "msg": "reworded by a later version"}) == message

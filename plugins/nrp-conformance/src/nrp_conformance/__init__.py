@@ -10,30 +10,25 @@ Three lines in the tests of a backend run it::
 or, once it is installed, by ``nrp conformance brain mine``. The kit needs pytest and hypothesis.
 """
 
-import pytest
+from nrp_core.utilities import lazily
 
-pytest.register_assert_rewrite("nrp_conformance.brain", "nrp_conformance.world")
-
-from nrp_conformance.base import BackendTests  # noqa: E402
-from nrp_conformance.brain import BrainBackendTests, BrainContractTests, FullBrainTests  # noqa: E402
-from nrp_conformance.brain.comparison import CrossTests as BrainCrossTests  # noqa: E402
-from nrp_conformance.world import FullWorldTests, WorldBackendTests, WorldContractTests  # noqa: E402
-from nrp_conformance.world.comparison import CrossTests as WorldCrossTests  # noqa: E402
-
-SUITES: dict[str, dict[str, type[BackendTests]]] = {
-    "brain": {"contract": BrainContractTests, "core": BrainBackendTests, "full": FullBrainTests},
-    "world": {"contract": WorldContractTests, "core": WorldBackendTests, "full": FullWorldTests},
-}
-"""The suites by kind of backend and level; each level contains the one before it."""
-
-__all__ = [
-    "SUITES",
-    "BrainBackendTests",
-    "BrainContractTests",
-    "BrainCrossTests",
-    "FullBrainTests",
-    "FullWorldTests",
-    "WorldBackendTests",
-    "WorldContractTests",
-    "WorldCrossTests",
-]
+TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
+if TYPE_CHECKING:
+    from nrp_conformance.brain import BrainBackendTests as BrainBackendTests
+    from nrp_conformance.brain import BrainContractTests as BrainContractTests
+    from nrp_conformance.brain import FullBrainTests as FullBrainTests
+    from nrp_conformance.brain.comparison import BrainCrossTests as BrainCrossTests
+    from nrp_conformance.world import FullWorldTests as FullWorldTests
+    from nrp_conformance.world import WorldBackendTests as WorldBackendTests
+    from nrp_conformance.world import WorldContractTests as WorldContractTests
+    from nrp_conformance.world.comparison import WorldCrossTests as WorldCrossTests
+else:
+    __getattr__, __dir__, __all__ = lazily(
+        __name__,
+        {
+            "nrp_conformance.brain": "BrainBackendTests BrainContractTests FullBrainTests",
+            "nrp_conformance.brain.comparison": "BrainCrossTests",
+            "nrp_conformance.world": "FullWorldTests WorldBackendTests WorldContractTests",
+            "nrp_conformance.world.comparison": "WorldCrossTests",
+        },
+    )

@@ -10,15 +10,22 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from nrp_conformance import SUITES
 from nrp_conformance.base import BackendTests
+from nrp_conformance.brain import BrainBackendTests, BrainContractTests, FullBrainTests
 from nrp_conformance.report import KitReport, KitResult
 from nrp_conformance.run import run_tests
+from nrp_conformance.world import FullWorldTests, WorldBackendTests, WorldContractTests
 from nrp_core import brains, worlds
 from nrp_core.errors import BackendError, CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment import describe_fault
 from nrp_core.registry import Registry
 from nrp_core.utilities import describe_machine, to_jsonable
+
+SUITES: dict[str, dict[str, type[BackendTests]]] = {
+    "brain": {"contract": BrainContractTests, "core": BrainBackendTests, "full": FullBrainTests},
+    "world": {"contract": WorldContractTests, "core": WorldBackendTests, "full": FullWorldTests},
+}
+"""The suites by kind of backend and level; each level contains the one before it."""
 
 
 @dataclass(frozen=True, slots=True)

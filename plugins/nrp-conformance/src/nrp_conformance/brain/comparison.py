@@ -107,7 +107,7 @@ def _independence_p_value(one: Counts, two: Counts) -> float:
     return normal_p_value(float(np.corrcoef(one, two)[0, 1]) * len(one) ** 0.5)
 
 
-class CrossTests(BrainKit):
+class BrainCrossTests(BrainKit):
     """Every brain gets the same network and noise, so differences come from the brain itself."""
 
     level = "cross"

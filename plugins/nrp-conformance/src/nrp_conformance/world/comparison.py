@@ -17,7 +17,7 @@ WAY_M, PIXELS = 1.5, 0.02
 """The distance that the robot drives, and the share of pixels that may differ: the edges of objects."""
 
 
-class CrossTests(WorldKit):
+class WorldCrossTests(WorldKit):
     """The same scene and commands in every other installed world."""
 
     level = "cross"

@@ -1,10 +1,6 @@
 """``nrp conformance`` where nothing is simulated; what it tells of real backends is tested with them."""
 
-from importlib import util
-
 import pytest
-
-from nrp_core.cli.commands import conformance
 
 
 def test_a_backend_that_is_not_installed_is_named_with_similar_ones(nrp):
@@ -34,11 +30,3 @@ def test_a_report_that_could_not_be_written_is_refused_before_anything_runs(nrp,
 @pytest.mark.parametrize("kind", ["body", ""])
 def test_there_are_brains_and_worlds(nrp, kind):
     assert nrp("conformance", kind, "event").code == 2
-
-
-def test_a_missing_requirement_of_the_kit_is_named(nrp, monkeypatch):
-    found = util.find_spec
-    monkeypatch.setattr(conformance, "find_spec", lambda name: None if name == "pytest" else found(name))
-    done = nrp("conformance", "brain", "event")
-    assert done.code == 1
-    assert "needs pytest; try: pip install pytest" in done.err
