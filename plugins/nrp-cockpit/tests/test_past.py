@@ -15,7 +15,7 @@ from nrp_core.experiment.running.run import Run
 UNTIL_S = 3.0
 
 
-@pytest.mark.parametrize(("bytes_a_second", "taken"), [(past.BYTES_A_SECOND, 4), (10_000, 1)])
+@pytest.mark.parametrize(("bytes_a_second", "taken"), [(past.BYTES_A_SECOND, 4), (4_000, 1)])
 def test_large_snapshots_are_taken_more_rarely(
     bytes_a_second: int, taken: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

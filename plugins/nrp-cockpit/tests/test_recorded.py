@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from mcap.exceptions import McapError
+from mcap.reader import make_reader
 from mcap.records import Channel as McapChannel
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
@@ -430,7 +431,10 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_shown(folder: Path, tmp_pat
     shutil.copytree(folder, tmp_path / "damaged")
     file = tmp_path / "damaged" / MCAP_NAME
     data = bytearray(file.read_bytes())
-    data[len(data) // 2] ^= 0xFF
+    with file.open("rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    chunk = chunks[len(chunks) // 2]
+    data[chunk.chunk_start_offset + chunk.chunk_length // 2] ^= 0xFF
     file.write_bytes(data)
     messages = StoredMessages(file)
     found = messages.between(messages.topics, -1, messages.span_ns[1])

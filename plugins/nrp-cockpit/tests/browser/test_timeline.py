@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 def paused_at(page: Page, t_s: float) -> None:
     """Wait until a run stands at a time."""
     expect(page.get_by_role("timer")).to_contain_text(f"{t_s:.2f} s")
-    page.get_by_role("button", name="Play").wait_for()
+    expect(page.get_by_role("button", name="Play")).to_be_enabled()
 
 
 def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlier_one(
@@ -26,7 +26,7 @@ def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlie
     lane = box["y"] + 1.5 * box["height"]
     page.mouse.click(box["x"] + box["width"] * 0.05, lane)  # 2 s of 40 s
     wait_until(page, 1.9)
-    page.get_by_role("button", name="Play").wait_for()
+    expect(page.get_by_role("button", name="Play")).to_be_enabled()
     there = time_s(page)
     page.mouse.click(box["x"] + box["width"] * 0.02, lane)
     expect(page.get_by_role("timer")).to_contain_text("0.8")
