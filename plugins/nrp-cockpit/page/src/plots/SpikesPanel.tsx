@@ -6,6 +6,7 @@ import type { CellGroup, Population } from "../state/types";
 import { thousands } from "../ui/counts";
 import { Empty, Panel } from "../ui/Panel";
 import { Segmented } from "../ui/Segmented";
+import { useRarely } from "../ui/useRarely";
 import { CellsMenu } from "./CellsMenu";
 import { clock } from "./clock";
 import type { Order } from "./order";
@@ -96,15 +97,15 @@ function Raster({ populations, groups, look, zoom, onCount }: RasterProps) {
     [populations, groups, devices],
   );
   const scale = useRef(picture.scale);
-  const counted = useRef(0);
+  const counted = useRarely(COUNT_EVERY_MS, () =>
+    onCount(countText(populations) + (look.order === "active" ? activeText(picture.shown) : "")),
+  );
   useSpikes(populations);
 
   const { ref, redraw } = useCanvas((sheet) => {
     picture.paint(sheet, look, events ?? [], selected);
     scale.current = picture.scale;
-    if (performance.now() - counted.current < COUNT_EVERY_MS) return;
-    counted.current = performance.now();
-    onCount(countText(populations) + (look.order === "active" ? activeText(picture.shown) : ""));
+    counted.ask();
   });
   const lines = useMemo((): LineNavigation => {
     const changed = (change: () => void) => {

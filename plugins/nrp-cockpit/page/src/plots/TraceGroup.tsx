@@ -1,8 +1,9 @@
-import { useEffect, useMemo, useRef } from "react";
+import { useRef } from "react";
 import { useRun } from "../state/run";
 import { removeTrace } from "../state/traces";
 import { Icon } from "../ui/Icon";
-import { Rarely, READABLE_MS } from "../ui/rarely";
+import { READABLE_MS } from "../ui/rarely";
+import { useRarely } from "../ui/useRarely";
 import { clock } from "./clock";
 import { valueAt } from "./curve";
 import type { Group, Shown } from "./groups";
@@ -27,7 +28,7 @@ export function TraceGroup({ group: { title, curves }, last }: GroupProps) {
   const events = useRun((run) => run.timeline?.events);
   const scale = useRef<TimeScale>({ from_s: 0, to_s: 1, left: 0, right: 1 });
   const values = useRef(new Map<string, HTMLElement>());
-  const saying = useRarelySaid(() => sayValues(scale.current, curves, values.current));
+  const saying = useRarely(READABLE_MS, () => sayValues(scale.current, curves, values.current));
   const { ref, redraw } = useCanvas((sheet) => {
     const bottom = sheet.height - (last ? MARGIN.bottom : TOP);
     scale.current = scaleNow(MARGIN.left, sheet.width - MARGIN.right);
@@ -80,17 +81,6 @@ function Entry({ shown, value }: { shown: Shown; value: (element: HTMLElement | 
       </button>
     </li>
   );
-}
-
-/** Writes numbers as often as they can be read. */
-function useRarelySaid(say: () => void): Rarely {
-  const latest = useRef(say);
-  useEffect(() => {
-    latest.current = say;
-  });
-  const rarely = useMemo(() => new Rarely(() => latest.current(), READABLE_MS), []);
-  useEffect(() => () => rarely.stop(), [rarely]);
-  return rarely;
 }
 
 function sayValues(scale: TimeScale, curves: readonly Shown[], values: Map<string, HTMLElement>): void {
