@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,6 +25,12 @@ def settings_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("settings")
     os.environ["XDG_CONFIG_HOME"] = str(folder)
     return folder
+
+
+@pytest.fixture(autouse=True)
+def usual_layouts(settings_folder: Path) -> None:
+    """Begin each test with the presets, whatever another has moved."""
+    shutil.rmtree(settings_folder / "nrp-core" / "cockpit", ignore_errors=True)
 
 
 @pytest.fixture

@@ -17,10 +17,16 @@ def paused_at(page: Page, t_s: float) -> None:
     expect(page.get_by_role("button", name="Play")).to_be_enabled()
 
 
+def ready(page: Page) -> Page:
+    """Wait until the page knows the run, before which it ignores clicks."""
+    expect(page.get_by_role("button", name="Reset", exact=True)).to_be_enabled()
+    return page
+
+
 def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlier_one(
     husky: str, watched: Watched
 ):
-    page = watched.open(husky)
+    page = ready(watched.open(husky))
     slider = page.get_by_role("slider", name="Simulated time")
     box = box_of(slider)
     lane = box["y"] + 1.5 * box["height"]
@@ -34,7 +40,7 @@ def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlie
 
 
 def test_the_arrows_of_the_timeline_move_a_run(husky: str, watched: Watched):
-    page = watched.open(husky)
+    page = ready(watched.open(husky))
     slider = page.get_by_role("slider", name="Simulated time")
     slider.press("PageUp")
     paused_at(page, 1.0)
@@ -45,7 +51,7 @@ def test_the_arrows_of_the_timeline_move_a_run(husky: str, watched: Watched):
 
 
 def test_a_snapshot_stands_on_the_timeline_and_a_click_restores_it(husky: str, watched: Watched):
-    page = watched.open(husky)
+    page = ready(watched.open(husky))
     page.get_by_role("slider", name="Simulated time").press("PageUp")
     paused_at(page, 1.0)
     page.get_by_role("button", name="Take a snapshot").click()
@@ -61,7 +67,7 @@ def test_a_snapshot_stands_on_the_timeline_and_a_click_restores_it(husky: str, w
 def test_an_error_says_where_the_run_stopped_and_opens_the_function(
     in_process: Callable[..., str], watched: Watched, broken: Path
 ):
-    page = watched.open(in_process(experiment=str(broken)))
+    page = ready(watched.open(in_process(experiment=str(broken))))
     page.get_by_role("button", name="Play").click()
     banner = page.get_by_role("alert").filter(has_text="ZeroDivisionError")
     expect(banner).to_contain_text("broken.py:5")
@@ -72,7 +78,7 @@ def test_an_error_says_where_the_run_stopped_and_opens_the_function(
 
 
 def test_a_drag_through_a_recording_shows_the_times_that_it_passes(played: str, watched: Watched):
-    page = watched.open(played)
+    page = ready(watched.open(played))
     box = box_of(page.get_by_role("slider", name="Simulated time"))
     page.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 5)
     page.mouse.down()
@@ -93,7 +99,9 @@ def test_an_intervention_during_the_run_stands_on_the_timeline_and_a_click_goes_
     in_process: Callable[..., str], watched: Watched
 ):
     interventions = "[{lesion: actors, at: 8 s}, {silence: sensors}, {lesion: sensors, at: 50 s}]"
-    page = watched.open(in_process(f"brain.interventions={interventions}", experiment="braitenberg_husky"))
+    page = ready(
+        watched.open(in_process(f"brain.interventions={interventions}", experiment="braitenberg_husky"))
+    )
     lane = page.get_by_role("list", name="Events")
     mark = lane.get_by_role("button", name="Intervention lesion_actors at 8.00 s: go there")
     expect(lane.get_by_role("button", name="Intervention")).to_have_count(1)
