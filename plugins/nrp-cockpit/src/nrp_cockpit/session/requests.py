@@ -71,6 +71,26 @@ class Requests:
             self._woken = True
             self._changed.notify_all()
 
+    def serve(self, begin: Callable[[], None], rest_s: float, look: Callable[[], None]) -> None:
+        """Answer calls until :meth:`close` or Ctrl-C, then refuse those that wait.
+
+        Args:
+            begin: called first.
+            rest_s: longest wall time between two looks.
+            look: called after each answer or rest.
+        """
+        try:
+            begin()
+            while not self.is_closed:
+                self.wait(rest_s)
+                self.answer()
+                look()
+        except KeyboardInterrupt:
+            pass
+        finally:
+            self.close()
+            self.refuse()
+
     def close(self) -> None:
         """Accept no more calls; any thread may call this, also repeatedly."""
         with self._changed:

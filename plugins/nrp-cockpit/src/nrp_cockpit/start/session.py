@@ -54,18 +54,7 @@ class StartSession:
 
     def serve(self) -> None:
         """Answer clients and serve their choices until :meth:`close` or Ctrl-C."""
-        try:
-            self.look()
-            while not self._requests.is_closed:
-                self._requests.wait(_REST_S)
-                self._requests.answer()
-                if self._chosen is not None:
-                    self._serve_chosen(*self._chosen)
-        except KeyboardInterrupt:
-            pass
-        finally:
-            self._requests.close()
-            self._requests.refuse()
+        self._requests.serve(self.look, _REST_S, self._serve_chosen)
 
     def close(self) -> None:
         """End :meth:`serve`; any thread may call this."""
@@ -93,7 +82,11 @@ class StartSession:
         with ExitStack() as stack:
             self._chosen = self._opened(name, hub, stack), hub, stack.pop_all()
 
-    def _serve_chosen(self, session: Served, hub: Hub, stack: ExitStack) -> None:
+    def _serve_chosen(self) -> None:
+        if self._chosen is None:
+            return
+        session, hub, stack = self._chosen
+
         def leave() -> None:
             self._is_left = True
             session.close()

@@ -35,17 +35,7 @@ class SweepSession:
 
     def serve(self) -> None:
         """Tell clients of the sweep and answer them until :meth:`close` or Ctrl-C."""
-        self._tell()
-        try:
-            while not self._requests.is_closed:
-                self._requests.wait(_LOOK_S)
-                self._requests.answer()
-                self._follow()
-        except KeyboardInterrupt:
-            pass
-        finally:
-            self._requests.close()
-            self._requests.refuse()
+        self._requests.serve(self._tell, _LOOK_S, self._follow)
 
     def close(self) -> None:
         """End :meth:`serve`; any thread may call this."""
