@@ -77,3 +77,31 @@ def test_a_release_moves_the_fragments_into_the_changelog(tmp_path: Path) -> Non
     assert "- It turns\n  left.\n" in f"{fixed}\n"
     assert after.endswith(end)
     assert {path.name for path in (tmp_path / "changes").iterdir()} == {"README.md", "template.jinja"}
+
+
+def test_a_section_written_by_hand_is_dated_and_takes_the_place_of_the_fragments(tmp_path: Path) -> None:
+    for name in ("pyproject.toml", "CITATION.cff", "scripts/release", "plugins/nrp-lab/pyproject.toml"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    (tmp_path / "changes").mkdir()
+    (tmp_path / "changes" / "+other.fixed.md").write_text("It turns left.\n")
+    (tmp_path / "CHANGELOG.md").write_text("<!-- changes -->\n\n## 9.9.0 (not released)\n\nIt turns.\n")
+
+    def git(*arguments: str) -> None:
+        own = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
+        subprocess.run(["git", *own, *arguments], cwd=tmp_path, check=True)
+
+    git("init", "--quiet")
+    git("add", ".")
+    git("commit", "--quiet", "--no-verify", "-m", "Begin")
+    done = subprocess.run(
+        ["bash", "scripts/release", "9.9.0"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    citation = (tmp_path / "CITATION.cff").read_text()
+    today = citation.split("date-released: ")[1].split("\n")[0]
+    assert (tmp_path / "CHANGELOG.md").read_text() == f"<!-- changes -->\n\n## 9.9.0 ({today})\n\nIt turns.\n"
+    assert not (tmp_path / "changes").exists()
+    projects = [tmp_path / "pyproject.toml", tmp_path / "plugins/nrp-lab/pyproject.toml"]
+    versions = [tomllib.loads(path.read_text())["project"]["version"] for path in projects]
+    assert [*versions, citation.split("\nversion: ")[1].split("\n")[0]] == ["9.9.0"] * 3
