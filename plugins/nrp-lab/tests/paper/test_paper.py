@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from nrp_lab.comparison.grid import RunGrid
 from nrp_lab.paper.archive import write_archive
 from nrp_lab.paper.methods import values_text
+from nrp_lab.paper.requirements import requirement_lines
 from nrp_lab.paper.verification import Outcome, compare_runs
 
 from nrp_core import shipped
@@ -43,6 +45,18 @@ def test_an_archive_has_runs_figures_methods_and_the_verdict(archive: Path, tmp_
     assert "| 0.0012 uS | 0.1 ms |" in methods
     assert "husky: 45.4 kg, 6 links, 5 joints" in methods
     assert str(Path.cwd()) not in methods
+    lines = (tmp_path / "requirements.txt").read_text().splitlines()
+    assert {f"nrp-core=={version('nrp-core')}", f"numpy=={version('numpy')}"} <= set(lines)
+    assert not any(line.startswith(("mypy", "ruff", "pip=")) for line in lines)
+
+
+def test_what_a_file_imports_is_required_with_what_it_requires(tmp_path: Path) -> None:
+    (tmp_path / "old.py").write_text("print 'Python 2'\n")
+    (tmp_path / "own.py").write_text("import own_module\n")
+    before = requirement_lines(tmp_path.glob("*.py"))
+    (tmp_path / "own.py").write_text("def f():\n    from pandas.api import types\n")
+    added = set(requirement_lines(tmp_path.glob("*.py"))) - set(before)
+    assert added == {f"pandas=={version('pandas')}"}  # NumPy and dateutil are there already
 
 
 def test_its_runs_are_identical_when_they_are_repeated(nrp: Any, archive: Path) -> None:

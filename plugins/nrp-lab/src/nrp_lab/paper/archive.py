@@ -21,6 +21,7 @@ from nrp_lab.comparison.report_page import grid_page
 from nrp_lab.comparison.result import GridDiff
 from nrp_lab.comparison.signals import RunSignals
 from nrp_lab.paper.methods import methods_page, template
+from nrp_lab.paper.requirements import requirement_lines
 
 FORMAT: Final = 1
 MANIFEST: Final = "paper.json"
@@ -64,7 +65,8 @@ def write_archive(grid: RunGrid, target: Path, workers: int, progress: Progress)
         page = methods_page(plan, first.run["settings"], grid.seeds, conditions)
         (folder / "methods.md").write_text(page, "utf-8")
         manifest = _manifest(grid, folder, verdict)
-        _write_requirements(manifest, folder)
+        lines = requirement_lines(first.folder.rglob("*.py"))
+        (folder / "requirements.txt").write_text("\n".join(lines) + "\n", "utf-8")
         _write_readme(manifest, folder)
         manifest["files"] = _digests(folder)
         (folder / MANIFEST).write_text(json.dumps(manifest, indent=1), "utf-8")
@@ -112,11 +114,6 @@ def _manifest(grid: RunGrid, folder: Path, verdict: str | None) -> dict[str, Any
         "runs": runs, "distributions": dict(first.get("distributions") or {}),
         "machine": dict(first.get("machine") or {}),
     }  # fmt: skip
-
-
-def _write_requirements(manifest: Mapping[str, Any], folder: Path) -> None:
-    lines = (f"{name}=={version}\n" for name, version in sorted(manifest["distributions"].items()))
-    (folder / "requirements.txt").write_text("".join(lines), "utf-8")
 
 
 def _write_readme(manifest: Mapping[str, Any], folder: Path) -> None:
