@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from browsing import Cockpits, Watched
+from browsing import PATIENCE_MS, Cockpits, Watched
 from nrp_lab.sweep import sweep
 from playwright.sync_api import Page, expect
 from visitors import RefusedError, visit
@@ -76,3 +76,15 @@ def test_what_is_not_shown_or_fails_to_open_is_refused_and_the_page_stays(folder
                 visitor.call("start/open", name=name)
         visitor.subscribe("/cockpit/start")
         assert visitor.until(lambda: visitor.last("start"))["entries"]
+
+
+def test_each_experiment_shows_its_scene(folder: Path, cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open(), ready=("region", "Installed experiments"))
+    card = page.get_by_role("button", name="Open braitenberg_husky", exact=True)
+    scene = card.locator("img[alt='The scene of braitenberg_husky']")
+    scene.wait_for(timeout=4 * PATIENCE_MS)  # it may be drawn now
+    assert scene.evaluate("image => [image.naturalWidth, image.naturalHeight]") == [480, 270]
+    variant = page.get_by_role("button", name="Open braitenberg_husky/bibi", exact=True)
+    same = variant.locator("img").evaluate("image => image.src")
+    assert scene.evaluate("image => image.src") == same
+    assert page.get_by_role("button", name="Open ./seen").locator("img").count() == 0

@@ -12,6 +12,7 @@ const entry = (name: string, more: Partial<Entry> = {}): Entry => ({
   text: "",
   engines: [],
   error: "",
+  picture: "",
   ...more,
 });
 
@@ -58,4 +59,24 @@ test("a choice is opened once, and a broken one is not", async () => {
   expect(screen.getByRole("main").getAttribute("aria-busy")).toBe("true");
   await act(async () => opened());
   expect(screen.getByRole("main").getAttribute("aria-busy")).toBe("false");
+});
+
+test("entries that look the same have one picture, which is asked for once, and some have none", async () => {
+  const call = vi.spyOn(wire, "call").mockImplementation(async (_name, request) => {
+    if ((request as { name: string }).name === "worm") throw new Error("cannot be drawn");
+    return { type: "image/png", data: "AAAA" };
+  });
+  const entries = [
+    entry("husky", { picture: "a" }),
+    entry("husky/bibi", { picture: "a" }),
+    entry("worm", { picture: "b" }),
+    entry("empty"),
+  ];
+  useStart.setState({ start: { folder: "/home", entries } });
+  render(<StartPage />);
+  const image = await screen.findByAltText<HTMLImageElement>("The scene of husky/bibi");
+  expect(image.src).toBe("data:image/png;base64,AAAA");
+  await act(async () => undefined);
+  expect(call.mock.calls.map(([, request]) => request)).toEqual([{ name: "husky" }, { name: "worm" }]);
+  expect(screen.getAllByRole("img").length).toBe(2);
 });

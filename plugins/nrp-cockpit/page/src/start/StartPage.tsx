@@ -5,6 +5,7 @@ import { LinkState } from "../shell/StatusBar";
 import { IconButton } from "../ui/Button";
 import { Empty } from "../ui/Panel";
 import { partsOf, type Section, sectionsOf } from "./entries";
+import { usePicture } from "./pictures";
 import { type Entry, look, open, useStart } from "./store";
 import "../shell/shell.css";
 import "../toolbar/toolbar.css";
@@ -81,6 +82,7 @@ function Card({ entry }: { entry: Entry }) {
       aria-busy={opening === entry.name || undefined}
       onClick={() => !blocked && void open(entry.name)}
     >
+      {entry.kind === "experiment" && <Picture entry={entry} />}
       <b>
         {name}
         {variant && <span className="mut"> / {variant}</span>}
@@ -94,5 +96,15 @@ function Card({ entry }: { entry: Entry }) {
         ))}
       </span>
     </button>
+  );
+}
+
+/** The picture of an experiment; until it comes, the room that it takes. */
+function Picture({ entry: { name, picture } }: { entry: Entry }) {
+  const address = usePicture(name, picture);
+  return (
+    <span className="start-picture" aria-busy={address === undefined || undefined}>
+      {address && <img src={address} alt={`The scene of ${name}`} />}
+    </span>
   );
 }

@@ -9,6 +9,7 @@ const entry = (name: string, more: Partial<Entry> = {}): Entry => ({
   text: "",
   engines: [],
   error: "",
+  picture: "",
   ...more,
 });
 

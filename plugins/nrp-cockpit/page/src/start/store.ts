@@ -12,6 +12,8 @@ export interface Entry {
   engines: string[];
   /** Why it cannot be read; empty if it can. */
   error: string;
+  /** The key of its picture, equal for entries that look the same; empty: it has none. */
+  picture: string;
 }
 
 interface Start {

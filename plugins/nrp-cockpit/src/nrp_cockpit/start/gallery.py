@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from nrp_lab.sweep.table import ABOUT, read_about
 
+from nrp_cockpit.start.pictures import picture_key
 from nrp_core.errors import NrpError
 from nrp_core.experiment.reading.find import experiments_in, load_experiment, shipped
 from nrp_core.recording.layout import RUN_NAME
@@ -19,6 +20,9 @@ MOST: Final = 300
 """Maximum number of entries of each kind from a folder."""
 _DEPTH: Final = 4
 """Number of levels of folders that are searched."""
+
+Seen = tuple[str, tuple[str, ...], str]
+"""The description of an entry, the names of its backends, and the key of its picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +36,7 @@ class Entry:
         text: a description.
         engines: the names of its backends.
         error: the reason why it cannot be read; empty if it can.
+        picture: the key of its picture, equal for entries that look the same; empty: it has none.
     """
 
     kind: str
@@ -40,6 +45,7 @@ class Entry:
     text: str = ""
     engines: tuple[str, ...] = ()
     error: str = ""
+    picture: str = ""
 
 
 def gallery(folder: Path) -> list[Entry]:
@@ -81,30 +87,31 @@ def _name(path: Path, folder: Path) -> str:
 def _entry(
     kind: str,
     name: str,
-    look: Callable[[Any], tuple[str, tuple[str, ...]]],
+    look: Callable[[Any], Seen],
     at: str | Path,
     *,
     installed: bool = False,
 ) -> Entry:
     """Return an entry with what a look at it finds: a broken one must not hide the others."""
     try:
-        text, engines = look(at)
+        text, engines, picture = look(at)
     except NrpError as error:
         return Entry(kind, name, installed, error=str(error))
-    return Entry(kind, name, installed, text, engines)
+    return Entry(kind, name, installed, text, engines, picture=picture)
 
 
-def _of_experiment(at: str | Path) -> tuple[str, tuple[str, ...]]:
+def _of_experiment(at: str | Path) -> Seen:
     experiment = load_experiment(at)
-    return experiment.description, (experiment.brain.backend, experiment.world.backend)
+    engines = experiment.brain.backend, experiment.world.backend
+    return experiment.description, engines, picture_key(experiment)
 
 
-def _of_recording(folder: Path) -> tuple[str, tuple[str, ...]]:
+def _of_recording(folder: Path) -> Seen:
     run = Recording(folder).run
     words = [str(run[key]) for key in ("experiment", "recorded", "state") if run.get(key)]
-    return ", ".join(words), tuple(run[side]["backend"] for side in ("brain", "world") if side in run)
+    return ", ".join(words), tuple(run[side]["backend"] for side in ("brain", "world") if side in run), ""
 
 
-def _of_sweep(folder: Path) -> tuple[str, tuple[str, ...]]:
+def _of_sweep(folder: Path) -> Seen:
     about = read_about(folder)
-    return f"{about['identity'].get('experiment', '')}, {about.get('runs', 0)} runs", ()
+    return f"{about['identity'].get('experiment', '')}, {about.get('runs', 0)} runs", (), ""

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from nrp_cockpit.session.controls import prefixed, validated
 from nrp_cockpit.session.requests import Requests
-from nrp_cockpit.start.gallery import gallery
+from nrp_cockpit.start.gallery import Entry, gallery
+from nrp_cockpit.start.pictures import Pictures
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.errors import ExperimentError, did_you_mean
 
@@ -45,11 +46,13 @@ class StartSession:
         self._hub, self._opened, self._folder = hub, opened, folder
         self._requests = Requests()
         self._chosen: tuple[Served, Hub, ExitStack] | None = None
-        self._names: list[str] = []
+        self._entries: dict[str, Entry] = {}
+        self._pictures = Pictures()
         self._is_left = False
         hub.offer_json(TOPIC)
         hub.constant = prefixed(
-            {"start/open": self._asked(self.open)}, {"start/look": self._asked(self.look)}
+            {"start/open": self._asked(self.open)},
+            {"start/look": self._asked(self.look), "start/picture": validated(self.picture)},
         )
 
     def serve(self) -> None:
@@ -59,6 +62,7 @@ class StartSession:
     def close(self) -> None:
         """End :meth:`serve`; any thread may call this."""
         self._requests.close()
+        self._pictures.close()
 
     def play(self) -> None:
         """Do nothing: nothing is open."""
@@ -66,7 +70,7 @@ class StartSession:
     def look(self) -> None:
         """Tell clients what can be opened now."""
         found = gallery(self._folder)
-        self._names = [entry.name for entry in found]
+        self._entries = {entry.name: entry for entry in found}
         folder = str(self._folder.absolute())
         self._hub.send_json(TOPIC, {"folder": folder, "entries": [asdict(entry) for entry in found]})
 
@@ -76,11 +80,26 @@ class StartSession:
         Raises:
             ExperimentError: it is not on the page, or cannot be opened.
         """
-        if name not in self._names:
-            raise ExperimentError(f"the page does not show '{name}'{did_you_mean(name, self._names)}")
+        self._shown(name)
         hub = Hub()
         with ExitStack() as stack:
             self._chosen = self._opened(name, hub, stack), hub, stack.pop_all()
+
+    def picture(self, name: str) -> dict[str, Any]:
+        """Return the picture of an experiment, see :meth:`.Pictures.data`; any thread may call this.
+
+        Raises:
+            ExperimentError: it is not on the page, or has no picture.
+        """
+        entry = self._shown(name)
+        if not entry.picture:
+            raise ExperimentError(f"'{name}' has no picture")
+        return self._pictures.data(name if entry.installed else str(self._folder / name), entry.picture)
+
+    def _shown(self, name: str) -> Entry:
+        if name not in self._entries:
+            raise ExperimentError(f"the page does not show '{name}'{did_you_mean(name, self._entries)}")
+        return self._entries[name]
 
     def _serve_chosen(self) -> None:
         if self._chosen is None:
