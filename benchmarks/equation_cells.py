@@ -3,25 +3,26 @@
     python benchmarks/equation_cells.py
     python benchmarks/equation_cells.py iaf_psc_exp_neuron.nestml    # also a neuron of NESTML's own files
 
-Both run in turn, in one process, as in ``equation_synapses.py``: cells that differ in their current, with
-Poisson input. Beside the neuron of NESTML, which fires the same spikes, all cells have one current; it needs
-the distribution nrp-nestml. Last come large networks that are mostly silent, as a fly's brain, on the lazy
-grid: the built-in cell of such a brain against its equations, and against these with adaptation.
+Both run in turn, in one process: cells that differ in their current, with Poisson input. Beside the neuron
+of NESTML, which fires the same spikes, all cells have one current; it needs the distribution nrp-nestml. Last
+come large networks that are mostly silent, as a fly's brain, on the lazy grid: the built-in cell of such a brain
+against its equations, and against these with adaptation.
 """
 
 from __future__ import annotations
 
 import argparse
+import statistics
 import time
+from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
 
 from conditions import conditions
-from equation_synapses import print_ratios
 
 from nrp_core.pynn import new_simulator
 
-N_SOURCES, N_CELLS, RATE_HZ, RUN_MS = 200, 4000, 20.0, 2000.0
+N_SOURCES, N_CELLS, RATE_HZ, RUN_MS, ROUNDS = 200, 4000, 20.0, 2000.0, 5
 _CURRENT: Final = """
 dv/dt = (v_rest - v)/tau_m + (isyn_exc + isyn_inh + i_offset)/cm : mV (unless refractory)
 disyn_exc/dt = -isyn_exc/tau_syn_E : nA
@@ -145,6 +146,27 @@ def _run(sim: Any, cells: Any) -> tuple[float, int]:
     n_spikes = int(cells.get_data().segments[0].spiketrains.multiplexed[1].size)
     sim.end()
     return taken, n_spikes
+
+
+def print_ratios(name: str, measure: Callable[..., tuple[float, int]]) -> None:
+    """Print rounds in which what is built in and the same as equations run in turn.
+
+    Args:
+        name: what is compared.
+        measure: returns CPU time (s) and number of spikes, for ``own=False`` and ``own=True``.
+    """
+    ratios = []
+    for k in range(ROUNDS + 1):
+        built_in, n_built_in = measure(own=False)
+        own, n_own = measure(own=True)
+        if k == 0:  # compiles
+            continue
+        ratios.append(own / built_in)
+        print(
+            f"{name}: {built_in:.3f} s and {n_built_in} spikes built in, "
+            f"{own:.3f} s and {n_own} spikes as equations, ratio {ratios[-1]:.2f}", flush=True,
+        )  # fmt: skip
+    print(f"{name}: median {statistics.median(ratios):.2f}, {min(ratios):.2f} to {max(ratios):.2f}")
 
 
 def main() -> None:
