@@ -5,8 +5,8 @@
 
 Both run in turn, in one process: cells that differ in their current, with Poisson input. Beside the neuron
 of NESTML, which fires the same spikes, all cells have one current; it needs the distribution nrp-nestml. Last
-come large networks that are mostly silent, as a fly's brain, on the lazy grid: the built-in cell of such a brain
-against its equations, and against these with adaptation.
+come large networks that are mostly silent, as a fly's brain, on the lazy grid: the built-in cell of such a
+brain against its equations, and against these with adaptation.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Errors in the spike times of single neurons with a current or spike trains as input, at two time steps: errors
 due to the step decrease with it.
 
-    python benchmarks/agreement.py nest neuron
+    python benchmarks/agreement.py neuron brian2
 """
 
 from __future__ import annotations

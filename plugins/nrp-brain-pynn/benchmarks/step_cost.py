@@ -3,7 +3,7 @@
 Three rates are written and two integrators read in each step; all spikes are recorded. CPU time, by blocks of
 steps, so that a cost that grows shows.
 
-    python benchmarks/step_cost.py nest neuron --steps 10000
+    python benchmarks/step_cost.py neuron brian2 --steps 10000
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from nrp_core.clock import NS_PER_MS
 from nrp_brain_pynn import PyNNBackend
 
 OWN_RUN = {
-    "nest": ("nrp_brain_pynn.on_nest", "NestDriver._simulate"),
     "neuron": ("pyNN.neuron", "run_until"),
     "brian2": ("nrp_brain_pynn.stepping", "SteppedRun.until"),
 }

@@ -19,7 +19,7 @@ def pytest_addoption(parser):
     parser.addoption(
         OPTION,
         metavar="NAMES",
-        help="the simulators to test (nest,neuron); by default those that are installed",
+        help="the simulators to test (neuron,brian2); by default those that are installed",
     )
 
 

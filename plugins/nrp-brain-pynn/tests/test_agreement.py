@@ -16,7 +16,7 @@ BRIEF = {"IF_curr_exp", "IF_cond_alpha", "Izhikevich"}
 
 def cases():
     """Return the simulators with each reference; on Brian2 most are left for a run by hand."""
-    for name, path in product(("nest", "neuron", "brian2"), sorted(ORACLES.glob("*.npz"))):
+    for name, path in product(("neuron", "brian2"), sorted(ORACLES.glob("*.npz"))):
         is_long = name == "brian2" and path.stem.partition("__")[0] not in BRIEF
         marks = [pytest.mark.simulator(name), *([pytest.mark.heavy] if is_long else [])]
         yield pytest.param(name, path, marks=marks, id=f"{name}-{path.stem}")

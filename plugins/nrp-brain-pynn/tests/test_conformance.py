@@ -9,14 +9,6 @@ class _OnPyNN(BrainBackendTests):
 
 
 @pytest.mark.slow
-@pytest.mark.simulator("nest")
-class TestNest(_OnPyNN):
-    """pyNN.nest."""
-
-    options = {"simulator": "nest"}  # noqa: RUF012
-
-
-@pytest.mark.slow
 @pytest.mark.simulator("neuron")
 class TestNeuron(_OnPyNN):
     """pyNN.neuron."""

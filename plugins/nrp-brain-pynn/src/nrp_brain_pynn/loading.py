@@ -19,13 +19,11 @@ _ERR: Final = 2
 def quietly() -> Iterator[None]:
     """Redirect output, also of C code, to standard error; suppress warnings; find programs.
 
-    PyNN searches ``nrnivmodl`` and ``nest-config`` on the path, which lacks those of a virtual environment
-    that is not activated.
+    PyNN searches ``nrnivmodl`` on the path, which lacks that of a virtual environment that is not activated.
     """
     programs = str(Path(sys.executable).parent)
     if programs not in os.environ.get("PATH", "").split(os.pathsep):
         os.environ["PATH"] = os.pathsep.join([programs, os.environ.get("PATH", "")])
-    os.environ.setdefault("PYNEST_QUIET", "1")
     logging.getLogger("PyNN").setLevel(logging.ERROR)
     sys.stdout.flush()
     out = os.dup(_OUT)

@@ -23,7 +23,7 @@ def _whole_microseconds(t_ns: int) -> int:
 class PyNNOptions(RemoteOptions):
     """Options of the ``pynn`` backend."""
 
-    simulator: Literal["nest", "neuron", "brian2", "spinnaker"] = Field(
+    simulator: Literal["neuron", "brian2", "spinnaker"] = Field(
         default="neuron", description="the simulator of PyNN"
     )
     timestep: Annotated[DurationNs, AfterValidator(_whole_microseconds)] = Field(

@@ -41,13 +41,6 @@ class Simulator:
     untiring: frozenset[str] = frozenset()
 
 
-NEST: Final = Simulator(
-    "NEST", "nest", "pip install 'nest-simulator>=3.10'", "nrp_brain_pynn.on_nest:NestDriver",
-    cells=_LEAKY | _ADAPTIVE | {"IF_curr_delta", "Izhikevich", "HH_cond_exp"},
-    synapses=frozenset({STATIC, TSODYKS_MARKRAM, STDP}),
-    approximate=frozenset({"Izhikevich", "HH_cond_exp"}),
-    untiring=frozenset({"IF_curr_delta", "Izhikevich"}),
-)  # fmt: skip
 NEURON: Final = Simulator(
     "NEURON", "neuron", "pip install neuron", "nrp_brain_pynn.on_neuron:NeuronDriver",
     cells=_LEAKY | _ADAPTIVE | {"Izhikevich", "HH_cond_exp"},
@@ -74,9 +67,8 @@ SPINNAKER: Final = Simulator(
 )  # fmt: skip
 
 SIMULATORS: Final[Mapping[str, Simulator]] = {
-    "nest": NEST,
     "neuron": NEURON,
     "brian2": BRIAN2,
     "spinnaker": SPINNAKER,
 }
-"""Simulators by the lower-case name of PyNN's module: ``pyNN.nest`` ..."""
+"""Simulators by the lower-case name of PyNN's module: ``pyNN.neuron`` ..."""
