@@ -98,10 +98,8 @@ def raw_mujoco(copies: int, threads: int) -> None:
     from mujoco.batch import Batch
     from nrp_world_mujoco.build import build
 
-    from nrp_core.world.render.cameras import optics_of
-
     scene, random = shipped_scene(), np.random.default_rng(1)
-    built = build(scene, timestep_ns=SUBSTEP_NS, optics=optics_of(scene, 1.0), visuals=False)
+    built = build(scene, timestep_ns=SUBSTEP_NS)
     batch = Batch(built.model, nsim=copies, nthread=threads)
     controls = batch.bind("ctrl")
 

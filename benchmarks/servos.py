@@ -31,7 +31,6 @@ from world_step import STEP_NS, SUBSTEP_NS, SUBSTEPS, Step, best, measure
 from nrp_core.world.backends import worlds
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, firm_joints
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
-from nrp_core.world.render.cameras import optics_of
 from nrp_core.world.rigid import JointTargets, Pose, ServoTarget
 from nrp_core.world.robot_setup import JointControl, RobotSetup, commandable, set_up_robot
 from nrp_core.world.scene.devices import GroupController
@@ -103,7 +102,7 @@ def raw_mujoco(model: Model, servo: str) -> Iterator[Step]:
     from nrp_world_mujoco.library import mujoco
 
     scene, goals = Scene((model,)), targets(model)
-    built = build(scene, timestep_ns=SUBSTEP_NS, optics=optics_of(scene, 1.0), visuals=False)
+    built = build(scene, timestep_ns=SUBSTEP_NS)
     m, joints = built.model, commandable(model)
     data, ids = mujoco.MjData(m), [built.servos[model.name, joint.name] for joint in joints]
     places = m.jnt_qposadr[m.dof_jntid[[built.joints[model.name][joint.name] for joint in joints]]]
@@ -137,7 +136,7 @@ def raw_pybullet(model: Model, servo: str) -> Iterator[Step]:
 
     client = bullet.connect(bullet.DIRECT)
     goals = targets(model)
-    built = build(Scene((model,)), timestep_ns=SUBSTEP_NS, client=client, visuals=False)
+    built = build(Scene((model,)), timestep_ns=SUBSTEP_NS, client=client)
     places = [built.joints[model.name][joint.name] for joint in commandable(model)]
     body, links = places[0].multibody, [place.link for place in places]
     starts, mode = start_positions(model), bullet.POSITION_CONTROL

@@ -41,11 +41,6 @@ class ChildResult:
     errors: str = ""
 
 
-def probe_succeeds(module: str, *arguments: str, depends_on: str = "", timeout_s: float = 30.0) -> bool:
-    """Return whether ``python -m module arguments...`` ends well; as :func:`run_probe`."""
-    return run_probe(module, *arguments, depends_on=depends_on, timeout_s=timeout_s).exit_code == 0
-
-
 def run_module(
     module: str, *arguments: str, timeout_s: float, is_forked: bool = False, has_folder: bool = False
 ) -> ChildResult:

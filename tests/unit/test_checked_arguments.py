@@ -163,7 +163,7 @@ def mujoco() -> Any:
         ),
         (
             lambda: mujoco().open(nrp_core.Scene(()), seed=1, options={}),
-            "MujocoBackend.open: options is {}; it must be a MujocoOptions",
+            "MujocoBackend.open: options is {}; it must be a PhysicsOptions",
         ),
         (
             lambda: mujoco().open("room.sdf"),

@@ -3,6 +3,5 @@
 from __future__ import annotations
 
 from nrp_world_mujoco.backend import MujocoBackend
-from nrp_world_mujoco.options import MujocoOptions
 
-__all__ = ["MujocoBackend", "MujocoOptions"]
+__all__ = ["MujocoBackend"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations, count
-from math import degrees, isfinite
+from math import isfinite
 from sys import float_info
 from typing import Any
 
@@ -16,12 +16,10 @@ from nrp_core.world.engine_kit.firm_joints import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
-from nrp_core.world.render.cameras import CameraPath, Optics, looking
 from nrp_core.world.rigid import BodyPath, Pose
 from nrp_core.world.robot_setup import HELD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
-from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.library import compile_spec, mujoco, pos_quat, scalar_first
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.muscles import add_muscles
@@ -57,8 +55,6 @@ class Built:
         joints: the degree of freedom of each coordinate of a model's joints, in the order of its file.
         drives: the servo of each drive, by model and drive, and the ids of its actuators: those of the
             servo's points, then those of the wheels.
-        visuals: the geom of each visual, by its path.
-        cameras: ids of the cameras.
         servos: ids of the actuators of servoed joints, by model and joint.
         declared: stiffness and damping with which they are driven as they are, of those in MJCF.
         firm: the joints among them, and the coordinates of ball joints, that follow with any load.
@@ -72,8 +68,6 @@ class Built:
     bodies: Mapping[str, list[tuple[Body, int]]]
     joints: Mapping[str, dict[str, int]]
     drives: Mapping[tuple[str, str], tuple[PlanarServo, list[int]]]
-    visuals: Mapping[str, int]
-    cameras: Mapping[CameraPath, int]
     servos: Mapping[tuple[str, str], int]
     declared: Mapping[tuple[str, str], tuple[float, float]]
     firm: Mapping[tuple[str, str], FirmJoint]
@@ -83,21 +77,12 @@ class Built:
     warnings: Findings
 
 
-def build(
-    scene: Scene,
-    *,
-    timestep_ns: int,
-    optics: Mapping[CameraPath, Optics],
-    visuals: bool = True,
-    physical: bool = False,
-) -> Built:
+def build(scene: Scene, *, timestep_ns: int, physical: bool = False) -> Built:
     """Compile a scene.
 
     Args:
         scene: the scene.
         timestep_ns: the physics step.
-        optics: optics of each camera.
-        visuals: whether to add visuals, which take time in every step.
         physical: whether wheels move the robot by friction.
 
     Raises:
@@ -110,8 +95,7 @@ def build(
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST  # stable for servos with any gain
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # isotropic friction
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # divergence is an error
-    GlRenderer.prepare(spec, optics.values())
-    builder = _Builder(scene, spec, optics, visuals, physical)
+    builder = _Builder(scene, spec, physical)
     try:
         return builder.built()
     except ValueError as error:
@@ -123,24 +107,14 @@ def build(
 class _Builder:
     """Builds a specification; its elements have ids after it is compiled."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        spec: Any,
-        optics: Mapping[CameraPath, Optics],
-        with_visuals: bool,
-        physical: bool,
-    ) -> None:
-        self._scene, self._spec, self._optics, self._with_visuals = scene, spec, optics, with_visuals
-        self._physical = physical
+    def __init__(self, scene: Scene, spec: Any, physical: bool) -> None:
+        self._scene, self._spec, self._physical = scene, spec, physical
         self._stiff = shortest(spec)
         self._native = NativeElements(spec)
         self._shapes = Shapes(spec, scene, self._native.warnings)
         self._bodies: dict[str, list[tuple[Body, Any]]] = {}
         self._joints: dict[str, list[tuple[Joint, Any]]] = {}
         self._drives: dict[tuple[str, str], tuple[PlanarServo, list[Any]]] = {}
-        self._visuals: dict[str, Any] = {}
-        self._cameras: dict[CameraPath, Any] = {}
         self._servos: dict[tuple[str, str], Any] = {}
         self._firm: dict[tuple[str, str], FirmJoint] = {}
         self._owners: list[tuple[BodyPath, Any]] = []
@@ -171,8 +145,6 @@ class _Builder:
             bodies,
             {name: dict(_freedoms(each, model)) for name, each in self._joints.items()},
             {path: (servo, [e.id for e in each]) for path, (servo, each) in self._drives.items()},
-            {path: element.id for path, element in self._visuals.items()},
-            {path: element.id for path, element in self._cameras.items()},
             {path: element.id for path, element in self._servos.items()},
             self._native.declared,
             self._firm,
@@ -270,20 +242,11 @@ class _Builder:
     def _add_link(self, owner: BodyPath, element: Any, link: Link, place: Pose) -> None:
         model, _ = owner
         self._links[link.name] = element, place
-        for visual in link.visuals if self._with_visuals else ():
-            path = f"{model}/{link.name}/{visual.name}"
-            self._visuals[path] = self._shapes.add_visual(element, visual, place)
-            self._owners.append((owner, self._visuals[path]))
         for collision in link.collisions:
             name = f"{model}/{link.name}/{collision.name}"
             geoms = self._shapes.add_collision(element, collision, place, name)
             self._collisions.setdefault(link.name, []).extend(geoms)
             self._owners += [(owner, geom) for geom in geoms]
-        for sensor in link.sensors:
-            for name, view in sensor.views.items():
-                camera = (model, link.name, name)
-                fovy = degrees(self._optics[camera].vertical_fov)
-                self._cameras[camera] = element.add_camera(fovy=fovy, **pos_quat(looking(place @ view.pose)))
 
     def _add_servo(self, path: str, servo: PlanarServo, body: Any, joints: Mapping[str, Any]) -> list[Any]:
         kinds = mujoco.mjtTrn

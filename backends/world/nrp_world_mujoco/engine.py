@@ -15,31 +15,26 @@ from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.findings import Code
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
-from nrp_core.world.render.cameras import Cameras, optics_of
-from nrp_core.world.render.renderers import with_images
+from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf, PhysicsOptions
 from nrp_core.world.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Wrench
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco.build import Built, build
-from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Decays, Drive, MujocoBatchEngine
 from nrp_world_mujoco.library import SAID, mujoco, scalar_first
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.muscles import ActuatorGroup, PresentState
-from nrp_world_mujoco.options import MujocoOptions
 
 
 class MujocoEngine(JointedEngine):
-    """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoBackend` for the options."""
+    """A scene in MuJoCo; see :class:`~nrp_core.world.engine_kit.jointed.PhysicsOptions`."""
 
     batch_engine = MujocoBatchEngine
     _built: Built
     _control: Control
     _drives: dict[tuple[str, str], Drive]
     _joints: dict[str, JointReader]
-    _options: MujocoOptions
 
     def __init__(
         self,
@@ -47,7 +42,7 @@ class MujocoEngine(JointedEngine):
         *,
         seed: int,
         capabilities: WorldCapabilities,
-        options: MujocoOptions,
+        options: PhysicsOptions,
         built: Built | None = None,
     ) -> None:
         name = f"mujoco {mujoco.__version__}"
@@ -68,20 +63,15 @@ class MujocoEngine(JointedEngine):
     def copy(self, seed: int) -> MujocoEngine:
         """Open the same scene again without compiling it."""
         built = self._built
-        if built.servos or built.firm or built.visuals:  # gains and colours are written into the model
+        if built.servos or built.firm:  # gains are written into the model
             built = replace(built, model=copy(built.model))
         has, options = self.capabilities, self._options
         return MujocoEngine(self.scene, seed=seed, capabilities=has, options=options, built=built)
 
     def _do_load(self, scene: Scene, built: Built | None = None) -> None:
         options = self._options
-        self._built = built or build(
-            scene,
-            timestep_ns=options.timestep,
-            optics=optics_of(scene, options.image_scale),
-            visuals=self._draws,
-            physical=options.drive == "physical",
-        )
+        physical = options.drive == "physical"
+        self._built = built or build(scene, timestep_ns=options.timestep, physical=physical)
         self._model = self._built.model
         self.warnings += self._built.warnings
         self._data = mujoco.MjData(self._model)
@@ -152,13 +142,14 @@ class MujocoEngine(JointedEngine):
         self._continue()
 
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
-        read = frame_reader(self._built, self._data, paths)
+        ids = np.array([self._built.bodies[model][index][1] for model, index in paths], int)
 
-        def refreshed(frames: FloatArray) -> None:
+        def read(frames: FloatArray) -> None:
             self._refresh()
-            read(frames)
+            frames[:, :, :3] = self._data.xmat[ids].reshape(-1, 3, 3)
+            frames[:, :, 3] = self._data.xpos[ids]
 
-        return refreshed
+        return read
 
     def model_pose(self, model: str) -> Pose:
         motion = self._motions[model]
@@ -170,10 +161,6 @@ class MujocoEngine(JointedEngine):
             motion.read(row)
         else:
             super().read_motion(model, row)
-
-    def _do_open_cameras(self, renderer: str) -> Cameras:
-        own = open_cameras(renderer, self._built, self._data, self._optics, self._refresh)
-        return with_images(own, self._all_bodies(), self._optics, self._do_frames)
 
     def set_control(self, model: str, actuator: str, value: float) -> None:
         self._data.ctrl[self._model.actuator_ctrladr[self._built.actuators[model, actuator]]] = value
@@ -242,10 +229,9 @@ class MujocoEngine(JointedEngine):
         self._mute_warnings()
 
     def _refresh(self) -> None:
-        """Update the positions of bodies and cameras, which are one step behind after a step."""
+        """Update the positions of bodies, which are one step behind after a step."""
         if self._stale:
             mujoco.mj_kinematics(self._model, self._data)
-            mujoco.mj_camlight(self._model, self._data)
             self._stale = False
 
     def _mute_warnings(self) -> None:

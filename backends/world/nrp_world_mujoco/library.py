@@ -11,8 +11,6 @@ from typing import Any
 
 from nrp_core.world.rigid import Pose, Quaternion
 
-VISUALS = 1
-"""The geom group of visuals."""
 COLLISIONS = 3
 """The geom group of collisions."""
 

@@ -7,7 +7,6 @@ from math import isfinite
 from typing import Any, Final
 
 from nrp_core.findings import Findings
-from nrp_core.world.render.cameras import drawn, flat
 from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.loops import Freedom, Tie
@@ -25,10 +24,9 @@ from nrp_core.world.scene.model import (
     Plane,
     Scene,
     Sphere,
-    Visual,
 )
 from nrp_core.world.scene.tessellation import triangles_of
-from nrp_world_mujoco.library import COLLISIONS, VISUALS, mujoco, pos_quat
+from nrp_world_mujoco.library import COLLISIONS, mujoco, pos_quat
 from nrp_world_mujoco.surfaces import Surfaces
 
 FAR_AWAY = 1e9
@@ -75,12 +73,6 @@ class Shapes:
         self._spec = spec
         self._meshes: dict[Mesh, str] = {}
         self._surfaces = Surfaces(spec, scene, warnings)
-
-    def add_visual(self, body: Any, visual: Visual, place: Pose) -> Any:
-        """Add a visual of a link at ``place`` in a body, and return its geom."""
-        geometry, pose = drawn(visual.geometry, place @ visual.pose)
-        looks = {"group": VISUALS, "contype": 0, "conaffinity": 0, "rgba": flat(visual.rgba)}
-        return body.add_geom(mass=0, **looks, **self._arguments(geometry, pose))
 
     def add_collision(self, body: Any, collision: Collision, place: Pose, name: str) -> list[Any]:
         """Add a collision of a link at ``place`` in a body, and return its geoms, the first with its name.

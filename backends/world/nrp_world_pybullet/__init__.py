@@ -3,6 +3,5 @@
 from __future__ import annotations
 
 from nrp_world_pybullet.backend import PybulletBackend
-from nrp_world_pybullet.options import PybulletOptions
 
-__all__ = ["PybulletBackend", "PybulletOptions"]
+__all__ = ["PybulletBackend"]

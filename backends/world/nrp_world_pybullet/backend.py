@@ -1,4 +1,4 @@
-"""The entry point: the engine's renderers, and how it is opened."""
+"""The entry point of PyBullet."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from nrp_core._support.diagnosis import Diagnosis
-from nrp_core.world.engine_kit.jointed import PhysicsBackend
-from nrp_world_pybullet.options import PybulletOptions
+from nrp_core.world.engine_kit.jointed import PhysicsBackend, PhysicsOptions
 
 if TYPE_CHECKING:
     from nrp_core.world.engine_kit.jointed import JointedEngine
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 class PybulletBackend(PhysicsBackend):
     """Scenes in PyBullet."""
 
-    options = PybulletOptions
+    options = PhysicsOptions
     interface_version = 2
     engine_name = "PyBullet"
     remedy = "pip install 'nrp-core[pybullet]'"
@@ -31,9 +30,6 @@ class PybulletBackend(PhysicsBackend):
         time = "" if _has_wheel() else "  # compiles it, about 12 minutes"
         meaning = "not installed; worlds run in other engines"
         return [Diagnosis("PyBullet", False, meaning, self.remedy + time, needed=True)]
-
-    def _own_renderers(self) -> tuple[str, ...]:
-        return ("tiny",)
 
     def _engine_class(self) -> Callable[..., JointedEngine]:
         from nrp_world_pybullet.engine import PybulletEngine

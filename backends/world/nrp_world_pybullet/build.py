@@ -19,14 +19,11 @@ from nrp_core.world.scene.model import Collision, Inertial, Joint, Model, Scene
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
-    Shapes,
     add_collisions,
-    add_nothing_to_see,
-    add_visuals,
     close_loops,
+    collisions_of,
     friction_factors,
     set_contacts,
-    shapes_of,
     tie_models,
 )
 
@@ -58,7 +55,6 @@ class Built:
         bodies: bodies of each model with their handles.
         joints: handles of the coordinates of each model's joints, in the order of its file.
         drives: the servo of each drive, by model and drive.
-        visuals: handle of the body and index there of each visual, by its path.
         owners: model and body of each multi-body's links, the base being -1.
         warnings: elements for PyBullet that are not used.
     """
@@ -66,21 +62,17 @@ class Built:
     bodies: Mapping[str, list[tuple[Body, BodyHandle]]]
     joints: Mapping[str, dict[str, BodyHandle]]
     drives: Mapping[tuple[str, str], PlanarServo]
-    visuals: Mapping[str, tuple[BodyHandle, int]]
     owners: Mapping[tuple[int, int], BodyPath]
     warnings: Findings
 
 
-def build(
-    scene: Scene, *, timestep_ns: int, client: int, visuals: bool = True, physical: bool = False
-) -> Built:
+def build(scene: Scene, *, timestep_ns: int, client: int, physical: bool = False) -> Built:
     """Load a scene.
 
     Args:
         scene: the scene.
         timestep_ns: the physics step.
         client: the physics client.
-        visuals: whether to load visuals.
         physical: whether wheels move the robot by friction.
 
     Raises:
@@ -93,7 +85,7 @@ def build(
     )
     try:
         with quiet():
-            return _Builder(scene, client, visuals, physical, seconds(timestep_ns)).built()
+            return _Builder(scene, client, physical, seconds(timestep_ns)).built()
     except bullet.error as error:
         raise SceneError(f"PyBullet cannot build the scene: {error}") from error
 
@@ -105,14 +97,14 @@ class _Link:
     Args:
         parent: number of the parent among all links, the base being 0; None for the base.
         pose: pose in the parent's frame; for a base, in the world.
-        shapes: its collisions and visuals.
-        inertial: its mass; 0 for fixed links and for additional shapes of the parent.
+        collisions: its collisions, all with the same friction and the same bits.
+        inertial: its mass; 0 for fixed links and for additional collisions of the parent.
         joint: its joint; None if it is fixed.
     """
 
     parent: int | None
     pose: Pose
-    shapes: Shapes
+    collisions: Sequence[Collision]
     inertial: Inertial = MASSLESS
     joint: Joint | None = None
 
@@ -120,13 +112,12 @@ class _Link:
 class _Builder:
     """Loads a scene into a client."""
 
-    def __init__(self, scene: Scene, client: int, with_visuals: bool, physical: bool, step_s: float) -> None:
-        self._scene, self._client, self._with_visuals = scene, client, with_visuals
+    def __init__(self, scene: Scene, client: int, physical: bool, step_s: float) -> None:
+        self._scene, self._client = scene, client
         self._physical, self._step_s = physical, step_s
         self._bodies: dict[str, list[tuple[Body, BodyHandle]]] = {}
         self._joints: dict[str, dict[str, BodyHandle]] = {}
         self._drives: dict[tuple[str, str], PlanarServo] = {}
-        self._visuals: dict[str, tuple[BodyHandle, int]] = {}
         self._owners: dict[tuple[int, int], BodyPath] = {}
         self._kinds: dict[tuple[int, int], list[tuple[BodyHandle, Collision]]] = {}
         self._warnings = Findings()
@@ -142,8 +133,7 @@ class _Builder:
         }
         tie_models(self._scene, placed, self._client, self._warnings)
         self._filter()
-        parts = self._bodies, self._joints, self._drives, self._visuals, self._owners
-        return Built(*parts, self._warnings)
+        return Built(self._bodies, self._joints, self._drives, self._owners, self._warnings)
 
     def _add_model(self, model: Model) -> None:
         bodies = self._simulated[model.name]
@@ -183,22 +173,22 @@ class _Builder:
         links: list[_Link] = []
         numbers: dict[int, int] = {}
         owners: list[int] = []
-        beside: list[Shapes] = []
+        beside: list[Sequence[Collision]] = []
         for index in tree_of(root, bodies):
             body = bodies[index]
             numbers[index] = len(links)
             parent = None if body.parent is None else numbers[body.parent]
-            shapes, *more = shapes_of(model, body, self._with_visuals)
-            links.append(_Link(parent, body.pose, shapes, body.inertial or MASSLESS, body.joint))
+            collisions, *more = collisions_of(body)
+            links.append(_Link(parent, body.pose, collisions, body.inertial or MASSLESS, body.joint))
             if parent is None and body.fixed:
                 beside, more = more, []
-            links.extend(_Link(numbers[index], Pose(), shapes) for shapes in more)
+            links.extend(_Link(numbers[index], Pose(), collisions) for collisions in more)
             owners += [index] * (1 + len(more))
         multibody = self._place(links, [(model, index) for index in owners])
         places.update({index: BodyHandle(multibody, number - 1) for index, number in numbers.items()})
         yield multibody
-        for shapes in beside:
-            yield self._place([_Link(None, bodies[root].pose, shapes)], [(model, root)])
+        for collisions in beside:
+            yield self._place([_Link(None, bodies[root].pose, collisions)], [(model, root)])
 
     def _place(self, links: Sequence[_Link], owners: Sequence[BodyPath]) -> int:
         """Add links as one multi-body."""
@@ -206,32 +196,24 @@ class _Builder:
         for number, (link, owner) in enumerate(zip(links, owners, strict=True), start=BASE):
             place = BodyHandle(multibody, number)
             self._owners[multibody, number] = owner
-            for collision in link.shapes.collisions[:1]:  # the others have the same bits
+            for collision in link.collisions[:1]:  # the others have the same bits
                 self._kinds.setdefault((collision.category, collision.touched), []).append((place, collision))
             self._set_dynamics(place, link)
-            for shape, (path, _) in enumerate(link.shapes.visuals):
-                self._visuals[path] = place, shape
         return multibody
 
     def _create(self, links: Sequence[_Link]) -> int:
         base, *others = links
-        collisions = [add_collisions(link.shapes.collisions, self._client) for link in links]
-        unseen = add_nothing_to_see(self._client) if self._with_visuals else NO_SHAPE
-        visuals = [
-            add_visuals(link.shapes.visuals, self._client) if link.shapes.visuals else unseen
-            for link in links
-        ]
+        collisions = [add_collisions(link.collisions, self._client) for link in links]
         multibody = bullet.createMultiBody(
             baseMass=base.inertial.mass,
             baseCollisionShapeIndex=collisions[0],
-            baseVisualShapeIndex=visuals[0],
             basePosition=base.pose.position,
             baseOrientation=base.pose.orientation,
             baseInertialFramePosition=base.inertial.pose.position,
             baseInertialFrameOrientation=base.inertial.pose.orientation,
             linkMasses=[link.inertial.mass for link in others],
             linkCollisionShapeIndices=collisions[1:],
-            linkVisualShapeIndices=visuals[1:],
+            linkVisualShapeIndices=[NO_SHAPE] * len(others),
             linkPositions=[link.pose.position for link in others],
             linkOrientations=[link.pose.orientation for link in others],
             linkInertialFramePositions=[link.inertial.pose.position for link in others],
@@ -247,8 +229,8 @@ class _Builder:
         where, client = (place.multibody, place.link), self._client
         bullet.changeDynamics(*where, linearDamping=0, angularDamping=0, physicsClientId=client)
         bullet.changeDynamics(*where, maxJointVelocity=UNLIMITED_SPEED, physicsClientId=client)
-        if link.shapes.collisions:
-            friction = self._frictions[link.shapes.collisions[0].friction]
+        if link.collisions:
+            friction = self._frictions[link.collisions[0].friction]
             bullet.changeDynamics(*where, lateralFriction=friction, physicsClientId=client)
         if link.inertial.mass:
             moments = link.inertial.inertia[:3]

@@ -8,29 +8,27 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
+
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
-from nrp_core.world.render.cameras import Cameras
-from nrp_core.world.render.renderers import with_images
+from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf, PhysicsOptions
 from nrp_core.world.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Model, Scene
 from nrp_world_pybullet.build import BodyHandle, Built, build
-from nrp_world_pybullet.cameras import TinyCameras, frame_reader
 from nrp_world_pybullet.control import Control
 from nrp_world_pybullet.drive import Drive
 from nrp_world_pybullet.library import bullet
-from nrp_world_pybullet.motion import JointReader, Moving, moving
+from nrp_world_pybullet.motion import JointReader, Moving, moving, place_of
 from nrp_world_pybullet.muscles import Muscles
-from nrp_world_pybullet.options import PybulletOptions
 
 
 class PybulletEngine(JointedEngine):
-    """A scene in PyBullet; see :class:`~nrp_world_pybullet.backend.PybulletBackend` for the options."""
+    """A scene in PyBullet; see :class:`~nrp_core.world.engine_kit.jointed.PhysicsOptions`."""
 
     _built: Built
     _drives: dict[tuple[str, str], Drive]
@@ -38,7 +36,7 @@ class PybulletEngine(JointedEngine):
     _control: Control
 
     def __init__(
-        self, scene: Scene, *, seed: int, capabilities: WorldCapabilities, options: PybulletOptions
+        self, scene: Scene, *, seed: int, capabilities: WorldCapabilities, options: PhysicsOptions
     ) -> None:
         name = f"pybullet {bullet.getAPIVersion()}"
         super().__init__(scene, seed=seed, capabilities=capabilities, options=options, name=name)
@@ -53,13 +51,8 @@ class PybulletEngine(JointedEngine):
     def _do_load(self, scene: Scene) -> None:
         """Rebuild the engine; only this removes all traces of earlier steps."""
         client, options, step_s = self._client, self._options, seconds(self._options.timestep)
-        self._built = build(
-            scene,
-            timestep_ns=options.timestep,
-            client=client,
-            visuals=self._draws,
-            physical=options.drive == "physical",
-        )
+        physical = options.drive == "physical"
+        self._built = build(scene, timestep_ns=options.timestep, client=client, physical=physical)
         self.warnings += self._built.warnings
         self._drives = {path: self._drive_of(path, step_s, scene.gravity) for path in self._built.drives}
         wheels = {
@@ -120,7 +113,16 @@ class PybulletEngine(JointedEngine):
         self._do_load(self.scene)
 
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
-        return frame_reader(self._built, self._client, paths)
+        bodies, client = self._built.bodies, self._client
+        places = [place_of(*bodies[model][index], Pose(), client) for model, index in paths]
+
+        def read(frames: FloatArray) -> None:
+            for frame, place in zip(frames, places, strict=True):
+                position, orientation = place()
+                frame[:, :3] = np.reshape(bullet.getMatrixFromQuaternion(orientation), (3, 3))
+                frame[:, 3] = position
+
+        return read
 
     def retarget(self, model: str, targets: JointTargets) -> bool:
         return self._control.retarget(model, targets)
@@ -141,10 +143,6 @@ class PybulletEngine(JointedEngine):
 
     def _do_actuator_states(self, model: str, actuators: Sequence[str]) -> FloatArray:
         return self._muscles.states(model, actuators)
-
-    def _do_open_cameras(self, renderer: str) -> Cameras:
-        own = TinyCameras(self._built, self._client, self._optics)
-        return with_images(own, self._all_bodies(), self._optics, self._do_frames)
 
     def _do_put_joint(self, place: BodyHandle, position: float) -> None:
         bullet.resetJointState(place.multibody, place.link, position, 0.0, self._client)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import chain, combinations, product, zip_longest
+from dataclasses import replace
+from itertools import chain, combinations, product
 from math import isfinite, sqrt
-from typing import Any, TypeVar
+from typing import Any
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
-from nrp_core.world.render.cameras import drawn, flat
 from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.loops import Tie
@@ -29,7 +28,6 @@ from nrp_core.world.scene.model import (
     Plane,
     Scene,
     Sphere,
-    Visual,
 )
 from nrp_core.world.scene.origin import Native
 from nrp_world_pybullet.library import bullet
@@ -243,41 +241,23 @@ MAX_SHAPES = 16
 NO_SHAPE = -1
 GROUND_M, GROUND_DEPTH_M = 2000.0, 100.0
 
-T = TypeVar("T")
 
+def collisions_of(body: Body) -> list[Sequence[Collision]]:
+    """Return the collisions of a body in its frame, distributed to as many links as PyBullet needs.
 
-@dataclass(frozen=True, slots=True)
-class Shapes:
-    """Shapes that fit into one link, in its frame.
-
-    Args:
-        collisions: collisions with the same friction, which PyBullet sets for a whole link.
-        visuals: visuals with their paths ``model/link/visual``.
+    Those of a link have the same friction and bits, which PyBullet sets for a whole link. There is at
+    least one link, which may have none.
     """
-
-    collisions: Sequence[Collision] = ()
-    visuals: Sequence[tuple[str, Visual]] = ()
-
-
-def shapes_of(model: str, body: Body, with_visuals: bool) -> list[Shapes]:
-    """Return the shapes of a body, distributed to as many links as PyBullet needs, at least one."""
-    visuals = [
-        (f"{model}/{link.name}/{visual.name}", replace(visual, pose=link.pose @ visual.pose))
-        for link in body.links
-        for visual in (link.visuals if with_visuals else ())
-    ]
     alike: dict[tuple[float, int, int], list[Collision]] = {}
     for link in body.links:
         for collision in link.collisions:
             placed = replace(collision, pose=link.pose @ collision.pose)
             kind = collision.friction, collision.category, collision.touched
             alike.setdefault(kind, []).append(placed)
-    collisions = (chunk for each in alike.values() for chunk in _chunks(each))
-    pairs = zip_longest(collisions, _chunks(visuals), fillvalue=())
-    return [Shapes(touching, seen) for touching, seen in pairs] or [Shapes()]
+    return [chunk for each in alike.values() for chunk in _chunks(each)] or [()]
 
 
-def _chunks(items: Sequence[T]) -> Iterator[Sequence[T]]:
+def _chunks(items: Sequence[Collision]) -> Iterator[Sequence[Collision]]:
     return (items[start : start + MAX_SHAPES] for start in range(0, len(items), MAX_SHAPES))
 
 
@@ -286,7 +266,7 @@ def add_collisions(collisions: Sequence[Collision], client: int) -> int:
     if not collisions:
         return NO_SHAPE
     shapes = [_touched(collision.geometry, collision.pose) for collision in collisions]
-    return int(bullet.createCollisionShapeArray(**_arguments(shapes, "collision"), physicsClientId=client))
+    return int(bullet.createCollisionShapeArray(**_arguments(shapes), physicsClientId=client))
 
 
 def _touched(geometry: Geometry, pose: Pose) -> tuple[Geometry, Pose]:
@@ -296,31 +276,13 @@ def _touched(geometry: Geometry, pose: Pose) -> tuple[Geometry, Pose]:
     return Box((GROUND_M, GROUND_M, GROUND_DEPTH_M)), pose @ Pose((0.0, 0.0, -GROUND_DEPTH_M / 2))
 
 
-def add_visuals(visuals: Sequence[tuple[str, Visual]], client: int) -> int:
-    """Load visuals as one compound in the same order, and return its id."""
-    if not visuals:
-        return NO_SHAPE
-    shapes = [drawn(visual.geometry, visual.pose) for _, visual in visuals]
-    colors = [flat(visual.rgba) for _, visual in visuals]
-    arguments = _arguments(shapes, "visual")
-    return int(bullet.createVisualShapeArray(**arguments, rgbaColors=colors, physicsClientId=client))
-
-
-def add_nothing_to_see(client: int) -> int:
-    """Load an invisible visual, and return its id.
-
-    A link with collision shapes needs it if it has no visuals: PyBullet would draw the collision shapes.
-    """
-    return add_visuals([("", Visual("nothing", Sphere(1e-3), rgba=(0.0, 0.0, 0.0, 0.0)))], client)
-
-
-def _arguments(shapes: Sequence[tuple[Geometry, Pose]], kind: str) -> dict[str, Any]:
-    """Return the arguments of PyBullet's array functions, which take every size of every shape."""
+def _arguments(shapes: Sequence[tuple[Geometry, Pose]]) -> dict[str, Any]:
+    """Return the arguments of PyBullet's array function, which takes every size of every shape."""
     rows = [_row(geometry) for geometry, _ in shapes]
     return {
         **{name: [row[name] for row in rows] for name in rows[0]},
-        f"{kind}FramePositions": [pose.position for _, pose in shapes],
-        f"{kind}FrameOrientations": [pose.orientation for _, pose in shapes],
+        "collisionFramePositions": [pose.position for _, pose in shapes],
+        "collisionFrameOrientations": [pose.orientation for _, pose in shapes],
     }
 
 
@@ -335,7 +297,7 @@ def _row(geometry: Geometry) -> dict[str, Any]:
     }
     match geometry:
         case Plane():
-            raise AssertionError("planes are drawn as plates and collided as blocks")
+            raise AssertionError("planes are collided as blocks")
         case Box((x, y, z)):
             return unused | {"shapeTypes": bullet.GEOM_BOX, "halfExtents": (x / 2, y / 2, z / 2)}
         case Sphere(radius):

@@ -35,7 +35,7 @@ from nrp_core.world.scene.posture import start_positions
 
 
 class PhysicsOptions(WorldOptions):
-    """Options of a world in a physics engine; a backend adds its own choices to ``renderer``."""
+    """Options of a world in a physics engine; one with renderers of its own adds them to ``renderer``."""
 
     timestep: Annotated[DurationNs, Field(description="the physics step")] = 2 * NS_PER_MS
     image_scale: Annotated[
@@ -48,7 +48,12 @@ class PhysicsOptions(WorldOptions):
             "physical only turns the wheels"
         ),
     ] = "planar"
-    renderer: str = "auto"
+    renderer: Annotated[
+        Literal["auto", "raster", "realistic"],
+        Field(
+            description="of cameras: raster (auto) draws flat colours on the CPU, realistic light and shadows"
+        ),
+    ] = "auto"
 
 
 MotionOf = Callable[[], ModelMotion]
@@ -147,11 +152,6 @@ class JointedEngine(Engine):
         super().__init__(scene, capabilities, seed=seed, identity=f"{name} {options.model_dump_json()}")
         self._options = options
         self.image_scale = options.image_scale
-
-    @property
-    def _draws(self) -> bool:
-        """Whether the engine renders the images itself, so that it needs the visuals."""
-        return self.capabilities.renderers[0] not in SHARED
 
     def _survey(self, scene: Scene) -> None:
         """Find the readers of the motions of models; those of links are found on demand."""
@@ -328,9 +328,9 @@ class PhysicsBackend(WorldBackend):
             ) from error
         return engine(scene, seed=seed, capabilities=self.capabilities(options), options=options)
 
-    @abstractmethod
     def _own_renderers(self) -> tuple[str, ...]:
         """Return the engine's own renderers that work on this machine."""
+        return ()
 
     @abstractmethod
     def _engine_class(self) -> Callable[..., JointedEngine]:

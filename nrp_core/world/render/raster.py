@@ -137,10 +137,6 @@ class RasterCameras(Cameras):
         paint(surfaces, self._mesh.palette, image)
         return image
 
-    def lay_images(self, path: CameraPath, image: ImageArray) -> None:
-        """Draw the images on surfaces into a flat image of a camera, of any renderer."""
-        self._lay_images(path, image, *self._see(path))
-
     def _draw_flat(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
         """Return a flat image with images on its surfaces, and what is seen.
 
@@ -211,27 +207,3 @@ class RasterCameras(Cameras):
         index, pose = camera_pose(bodies, path)
         frame = numbers.get((path[0], index), WORLD_FRAME)
         return frame, matrix_of(place_in_frame(bodies[index]) @ pose)
-
-
-class ImagedCameras(Cameras):
-    """An engine's own renderer, with images on surfaces.
-
-    Args:
-        own: the engine's renderer, which draws flat colours.
-        images: draws the images, and is not closed: it holds nothing.
-    """
-
-    def __init__(self, own: Cameras, images: RasterCameras) -> None:
-        self._own, self._images = own, images
-
-    def image(self, path: CameraPath) -> ImageArray:
-        image = self._own.image(path)
-        self._images.lay_images(path, image)
-        return image
-
-    def set_color(self, visual: str, rgba: Rgba) -> None:
-        self._own.set_color(visual, rgba)
-        self._images.set_color(visual, rgba)
-
-    def close(self) -> None:
-        self._own.close()

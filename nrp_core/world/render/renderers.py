@@ -86,18 +86,3 @@ def open_shared(
     if renderer == REALISTIC:
         return RealisticCameras(bodies, optics, frames, lights)
     return RasterCameras(bodies, optics, frames)
-
-
-def with_images(
-    own: Cameras,
-    bodies: Mapping[str, Sequence[Body]],
-    optics: Mapping[CameraPath, Optics],
-    frames: Callable[[Sequence[BodyPath]], ReadFrames],
-) -> Cameras:
-    """Return an engine's own flat renderer, in which images on surfaces are drawn by the core."""
-    links = (link for parts in bodies.values() for body in parts for link in body.links)
-    if not any(visual.texture for link in links for visual in link.visuals):
-        return own
-    from nrp_core.world.render.raster import ImagedCameras, RasterCameras
-
-    return ImagedCameras(own, RasterCameras(bodies, optics, frames))

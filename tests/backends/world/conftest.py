@@ -83,56 +83,15 @@ def engines() -> list[WorldBackend]:
     return [load(name) for name in BACKENDS]
 
 
-RENDERERS = (
-    ("mujoco", "raster"),
-    ("mujoco", "gl"),
-    ("mujoco", "rays"),
-    ("pybullet", "raster"),
-    ("pybullet", "tiny"),
-)
-
-
-@pytest.fixture(params=RENDERERS, ids="-".join)
-def renderer(request: pytest.FixtureRequest) -> tuple[WorldBackend, str]:
-    """Each renderer with its backend."""
-    return available(*request.param)
-
-
-def available(name: str, renderer: str) -> tuple[WorldBackend, str]:
-    backend = load(name)
-    if renderer not in backend.capabilities(backend.options()).renderers:
-        pytest.skip(f"the renderer {renderer} does not work on this machine")
-    return backend, renderer
-
-
 @pytest.fixture
-def look(renderer: tuple[WorldBackend, str]) -> Look:
+def look(backend: WorldBackend) -> Look:
     """Take the first image of the robot's camera in a scene of models."""
-    backend, name = renderer
 
     def look(*models: Model, **options: Any) -> npt.NDArray[np.uint8]:
-        chosen = backend.options(renderer=name, **options)
-        with backend.open(Scene(models), seed=1, options=chosen) as world:
+        with backend.open(Scene(models), seed=1, options=backend.options(**options)) as world:
             return world.engine.render("husky", "eye", "camera")
 
     return look
-
-
-@pytest.fixture(scope="session")
-def look_with_all() -> Callable[..., dict[str, npt.NDArray[np.uint8]]]:
-    """Take that image with every renderer that works here."""
-
-    def look_with_all(*models: Model, **options: Any) -> dict[str, npt.NDArray[np.uint8]]:
-        images = {}
-        for name, renderer in RENDERERS:
-            backend = load(name)
-            if renderer in backend.capabilities(backend.options()).renderers:
-                chosen = backend.options(renderer=renderer, **options)
-                with backend.open(Scene(models), seed=1, options=chosen) as world:
-                    images[f"{name}-{renderer}"] = world.engine.render("husky", "eye", "camera")
-        return images
-
-    return look_with_all
 
 
 class Parts:

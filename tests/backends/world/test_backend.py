@@ -110,15 +110,6 @@ assert os.environ["MUJOCO_GL"] == "{library}"
     )
 
 
-def test_a_library_that_does_not_render_is_detected(monkeypatch, tmp_path):
-    if importlib.util.find_spec("mujoco") is None:
-        pytest.skip("mujoco is not installed")
-    options = pytest.importorskip("nrp_world_mujoco.options")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert not options.library_works("no_such_library")
-    assert options.headless_library() in (*options.HEADLESS_LIBRARIES, None)
-
-
 def test_worlds_are_opened_and_closed_again_and_again(open_world, parts):
     for _ in range(30):
         world = open_world(parts.floor(), parts.prop("box", Box((1, 1, 1)), mass=1.0))

@@ -1,18 +1,15 @@
-"""Images: flat colours that arrive exactly, left on the left, alike in all renderers."""
+"""Images: flat colours that arrive exactly, left on the left, alike in all engines."""
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from math import atan, pi, tan
 
 import cv2
 import numpy as np
 import pytest
+from ray_images import ray_image
 
-from nrp_core.errors import CapabilityError
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.render.cameras import SKY, bytes_of
 from nrp_core.world.rigid import Pose
@@ -87,10 +84,9 @@ def test_pixels_are_square(look, parts):
     assert np.ptp(rows) == pytest.approx(np.ptp(columns), abs=2)
 
 
-def test_every_level_of_a_colour_arrives_exactly(renderer, parts):
-    backend, name = renderer
+def test_every_level_of_a_colour_arrives_exactly(backend, parts):
     screen = ahead(parts, "screen", 1, geometry=Box((0.01, 5, 5)))
-    options = backend.options(renderer=name)
+    options = backend.options()
     with backend.open(scene_of(screen, parts.husky(width=16, height=12)), seed=1, options=options) as world:
         for level in range(256):
             world.engine.set_color("screen/link/visual", (level / 255, 1 - level / 255, 0.2, 1.0))
@@ -98,11 +94,10 @@ def test_every_level_of_a_colour_arrives_exactly(renderer, parts):
             assert image[3, 8].tolist() == [level, 255 - level, 51]
 
 
-def test_a_new_colour_is_seen_in_the_next_image(renderer, parts, advance):
-    backend, name = renderer
+def test_a_new_colour_is_seen_in_the_next_image(backend, parts, advance):
     left, right = (ahead(parts, n, 1, y, geometry=Box((0.01, 2, 5))) for n, y in (("left", 1), ("right", -1)))
     scene = scene_of(parts.floor(), left, right, parts.husky())
-    with backend.open(scene, seed=1, options=backend.options(renderer=name)) as world:
+    with backend.open(scene, seed=1, options=backend.options()) as world:
         images = world.subscribe("/husky/camera")
         advance(world, 0.04)
         assert (images.latest.message.data[4] == (255, 0, 0)).all()
@@ -163,9 +158,8 @@ def test_a_smaller_image_scale_sees_the_same_with_fewer_pixels(look, parts):
     assert red[0].mean() == pytest.approx(red[1].mean(), abs=0.01)
 
 
-def test_images_are_fresh_and_read_only(renderer, parts):
-    backend, name = renderer
-    with backend.open(scene_of(parts.husky()), seed=1, options=backend.options(renderer=name)) as world:
+def test_images_are_fresh_and_read_only(backend, parts):
+    with backend.open(scene_of(parts.husky()), seed=1, options=backend.options()) as world:
         first = world.engine.render("husky", "eye", "camera")
         world.engine.set_color("husky/base_link/chassis", RED)
         assert not (first == world.engine.render("husky", "eye", "camera")).all()
@@ -173,8 +167,7 @@ def test_images_are_fresh_and_read_only(renderer, parts):
             first[0, 0] = 0
 
 
-def test_a_camera_on_a_moving_joint_looks_where_the_joint_stands(renderer, parts, advance):
-    backend, name = renderer
+def test_a_camera_on_a_moving_joint_looks_where_the_joint_stands(backend, parts, advance):
     neck = Joint("neck", "revolute", "world", "head", Pose((0, 0, 1)), (0, 0, 1), -0.1, 1.2)
     camera = Camera("camera", "/head/camera", 30, 1.2, 64, 48)
     moment = (0.1, 0.1, 0.1, 0, 0, 0)
@@ -182,14 +175,14 @@ def test_a_camera_on_a_moving_joint_looks_where_the_joint_stands(renderer, parts
     head = Model("head", (Link("head", Pose((0, 0, 1)), inertial, sensors=(camera,)),), (neck,))
     target = parts.prop("target", Sphere(0.3), Pose((1.0, 2.6, 1.0)), rgba=RED)  # at about 1.2 rad
     scene = replace(scene_of(head, target), gravity=(9.8, 0.0, 0.0))  # turns the head left, up to its limit
-    with backend.open(scene, seed=1, options=backend.options(renderer=name)) as world:
+    with backend.open(scene, seed=1, options=backend.options()) as world:
         assert not where(world.engine.render("head", "head", "camera"), (255, 0, 0))[0].size
         advance(world, 3.0)
         _, columns = where(world.engine.render("head", "head", "camera"), (255, 0, 0))
         assert columns.mean() == pytest.approx(tan(1.2 - atan(2.6)) / tan(0.6), abs=0.05)
 
 
-def test_renderers_agree_on_all_shapes(look_with_all, parts, tmp_path):
+def test_all_shapes_look_as_ray_casts_of_mujoco_see_them(look, parts, tmp_path):
     mesh = tmp_path / "pyramid.stl"
     corners = np.array([(1, 1, 0), (-1, 1, 0), (-1, -1, 0), (1, -1, 0), (0, 0, 1)], float)
     write_stl(mesh, corners[[(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (3, 2, 1), (3, 1, 0)]])
@@ -209,31 +202,31 @@ def test_renderers_agree_on_all_shapes(look_with_all, parts, tmp_path):
         )
         for i, shape in enumerate(shapes)
     ]
-    images = look_with_all(parts.floor(), *things, parts.husky(width=320, height=240))
-    reference = images["mujoco-rays"]
+    models = (parts.floor(), *things, parts.husky(width=320, height=240))
+    reference = ray_image(models, EYE, 320, 240, 1.57)
     for i in range(len(shapes)):
         color = bytes_of((0.1 + 0.15 * i, 0.5, 0.3, 1))
         assert (reference == color).all(axis=2).sum() > 100, f"{shapes[i]} is seen"
-    for name, image in images.items():
-        assert (image == reference).all(axis=2).mean() > 0.99, name
+    assert (look(*models) == reference).all(axis=2).mean() > 0.99
 
 
-def test_renderers_agree_on_how_much_red_is_left_and_right(look_with_all, parts):
+def test_as_much_red_is_left_and_right_as_ray_casts_of_mujoco_see(look, parts):
     screen = ahead(parts, "screen", 2.5, 1.0, 0.6, geometry=Box((0.015, 1.96, 1.1)))
     models = (parts.floor(), parts.wall(3.0), screen, parts.husky(width=320, height=240))
-    shares = {}
-    for name, image in look_with_all(*models).items():
-        hsv = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2HSV)
-        red = cv2.inRange(hsv, np.array([0, 30, 30]), np.array([0, 255, 255])) > 0
-        shares[name] = (red[:, :160].mean(), red[:, 160:].mean())
-    assert shares["mujoco-rays"][0] > 0.1
-    for name, share in shares.items():
-        assert share == pytest.approx(shares["mujoco-rays"], abs=0.0025), name
+    seen, wanted = (share_of_red(each) for each in (look(*models), ray_image(models, EYE, 320, 240, 1.57)))
+    assert wanted[0] > 0.1
+    assert seen == pytest.approx(wanted, abs=0.0025)
 
 
-def test_images_of_two_worlds_opened_at_once_do_not_mix(renderer, parts):
-    backend, name = renderer
-    options = backend.options(renderer=name)
+def share_of_red(image):
+    """Return the shares of red pixels in both halves of an image."""
+    hsv = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2HSV)
+    red = cv2.inRange(hsv, np.array([0, 30, 30]), np.array([0, 255, 255])) > 0
+    return red[:, :160].mean(), red[:, 160:].mean()
+
+
+def test_images_of_two_worlds_opened_at_once_do_not_mix(backend, parts):
+    options = backend.options()
     scenes = [
         scene_of(ahead(parts, "s", 1, geometry=Box((0.01, 5, 5)), rgba=c), parts.husky()) for c in (RED, BLUE)
     ]
@@ -243,30 +236,3 @@ def test_images_of_two_worlds_opened_at_once_do_not_mix(renderer, parts):
     ):
         for world, color in ((one, (255, 0, 0)), (two, (0, 0, 255)), (one, (255, 0, 0))):
             assert (world.engine.render("husky", "eye", "camera")[4] == color).all()
-
-
-def test_without_graphics_libraries_cameras_are_cast_by_rays():
-    script = """
-from nrp_core.world.backends import worlds
-backend = worlds().load("mujoco")
-assert backend.capabilities(backend.options()).renderers == ("raster", "realistic", "rays")
-assert not backend.diagnose()[0].present
-import nrp_world_mujoco.engine
-import sys
-assert "OpenGL" not in sys.modules
-"""
-    pytest.importorskip("mujoco")
-    environment = {**os.environ, "MUJOCO_GL": "disable"}
-    subprocess.run([sys.executable, "-c", script], env=environment, check=True, timeout=300)
-
-
-def test_a_forced_renderer_that_does_not_work_is_an_error(parts, monkeypatch):
-    monkeypatch.setenv("MUJOCO_GL", "disable")
-    pytest.importorskip("mujoco")
-    from nrp_core.world.backends import worlds
-
-    backend = worlds().load("mujoco")
-    with pytest.raises(
-        CapabilityError, match="the renderer 'gl' does not work on this machine; use 'raster'"
-    ):
-        backend.open(scene_of(parts.husky()), seed=1, options=backend.options(renderer="gl"))

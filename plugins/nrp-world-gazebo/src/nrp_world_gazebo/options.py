@@ -40,7 +40,7 @@ class GazeboOptions(PhysicsOptions):
             description="of cameras: raster draws flat colours on the CPU, realistic light and shadows, "
             "gazebo its own images"
         ),
-    ] = "auto"
+    ] = "auto"  # type: ignore[assignment]  # likewise
     command: Annotated[
         tuple[str, ...],
         Field(description="the program and its first arguments; the name of the world file is added"),
