@@ -20,14 +20,6 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("nrp-c
 os.environ.setdefault("MPLCONFIGDIR", str(platformdirs.user_cache_path("matplotlib")))
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    try:
-        import without_pybullet
-    except ModuleNotFoundError:  # ``nrp conformance`` reads this file without the folders of the tests
-        return
-    config.pluginmanager.register(without_pybullet)
-
-
 @pytest.fixture(scope="session")
 def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The folder of the commands ``python`` and ``nrp`` that run in forks, which start sooner."""
@@ -37,11 +29,18 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         yield folder
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
     parser.addoption(
         "--oracle", action="append", default=[], type=Path, metavar="FILE",
         help="check this file of references as well (.npz: event, .json: spinnaker); repeatable",
     )  # fmt: skip
+    try:
+        import golden
+        import without_pybullet
+    except ModuleNotFoundError:  # ``nrp conformance`` reads this file without the folders of the tests
+        return
+    pluginmanager.register(golden)
+    pluginmanager.register(without_pybullet)
 
 
 @pytest.hookimpl(tryfirst=True)
