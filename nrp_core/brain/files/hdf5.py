@@ -102,7 +102,7 @@ def _require_signature(path: Path) -> None:
     except OSError as error:
         raise NetworkError(f"cannot be read: {error.strerror}", path=path) from error
     if begins != _SIGNATURE:
-        raise NetworkError("is not an HDF5 file", path=path)
+        raise NetworkError("this is not an HDF5 file", path=path)
 
 
 def group(parent: Any, name: str) -> h5py.Group:

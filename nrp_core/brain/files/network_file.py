@@ -99,7 +99,7 @@ def save_network(network: Network, path: Path | str) -> None:
         finally:
             unfinished.unlink(missing_ok=True)
     except OSError as error:
-        raise NetworkError(f"the network cannot be written: {error}", path=path) from error
+        raise NetworkError(f"the network cannot be written: {error.strerror or error}", path=path) from error
 
 
 @checks_arguments()
@@ -144,12 +144,12 @@ def read_network(
 def _require_format(file: Any) -> None:
     if "format" not in file.attrs or attribute(file, "format", str) != FORMAT:
         raise NetworkError(
-            f"is an HDF5 file, but not a network file (its attribute 'format' is not '{FORMAT}')"
+            f"this is an HDF5 file, but not a network file (its attribute 'format' is not '{FORMAT}')"
         )
     version = attribute(file, "version", int)
     if not 1 <= version <= VERSION:
         raise NetworkError(
-            f"is a network file of version {version}; this nrp-core reads versions up to {VERSION}: "
+            f"this is a network file of version {version}; this nrp-core reads versions up to {VERSION}: "
             "pip install --upgrade nrp-core"
         )
 

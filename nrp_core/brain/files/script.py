@@ -115,8 +115,8 @@ def load_network(
         raise NetworkError(str(error)) from None
     if file.suffix in _NETWORKS:
         raise NetworkError(
-            f"is a network, not a script: {_NETWORKS[file.suffix]} reads it; in an experiment it is "
-            "'brain.model' like a script",
+            f"this is a network, not a script: read it with {_NETWORKS[file.suffix]}; in an experiment, "
+            "'brain.model' names it like a script",
             path=file,
         )
     sim = builder(require_seed(seed), parameters)

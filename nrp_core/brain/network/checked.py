@@ -29,7 +29,7 @@ def require_parts(fields: str, kind: type, given: Iterable[object]) -> None:
     """
     for one in given:
         if not isinstance(one, kind):
-            raise NetworkError(f"the {fields} of a network are each a {kind.__name__}, not {one!r:.60}")
+            raise NetworkError(f"one of the {fields} of a network is {one!r:.60}, not a {kind.__name__}")
 
 
 def require_cell_names(
@@ -154,7 +154,9 @@ def require_identity(label: object, size: object) -> None:
     if not isinstance(label, str) or not label:
         raise NetworkError(f"the label of a population is a text, not {label!r:.60}")
     if not isinstance(size, Integral) or isinstance(size, bool) or size < 0:
-        raise NetworkError(f"population '{label}' has a whole number of cells, not {size!r:.60}")
+        raise NetworkError(
+            f"the size of population '{label}' is {size!r:.60}; it must be a whole number, 0 or more"
+        )
 
 
 def require_own_labels(labels: Iterable[object]) -> None:
@@ -215,7 +217,9 @@ def require_timestep(timestep_ms: object) -> None:
         NetworkError: it is not a time above 0.
     """
     if timestep_ms is not None and not (is_number(timestep_ms) and 0 < timestep_ms < inf):
-        raise NetworkError(f"the time step of a network is a time above 0 in ms, not {timestep_ms!r:.60}")
+        raise NetworkError(
+            f"the time step of a network is {timestep_ms!r:.60}; it must be more than 0, in ms"
+        )
 
 
 class Plain:

@@ -43,7 +43,9 @@ class InjectedCurrent:
                 f"an injected current has {len(self.times_ms)} times and {len(self.amplitudes_na)} amplitudes"
             )
         if (np.diff(self.times_ms, prepend=-inf) <= 0.0).any() or (self.times_ms < 0.0).any():
-            raise NetworkError(f"an injected current: its times ascend from 0 ms, unlike {self.times_ms}")
+            raise NetworkError(
+                f"an injected current: its times are {self.times_ms}; they must ascend from 0 ms or later"
+            )
 
     def current_na(self, now_ms: float) -> float:
         """Return the current from a time on."""

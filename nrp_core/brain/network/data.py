@@ -230,7 +230,9 @@ class Projection:
             )
         sources, targets = len(indices_of(self, "pre_index")), len(indices_of(self, "post_index"))
         if sources != targets:
-            raise NetworkError(f"{owner}: {sources} pre_index and {targets} post_index; it needs as many")
+            raise NetworkError(
+                f"{owner}: pre_index has {sources} values and post_index {targets}; they must be as many"
+            )
 
     @property
     def size(self) -> int:
@@ -480,7 +482,9 @@ class Network(Overview):
             size = self.populations[label].size
             lowest, highest = indices_of(projection, f"{end}_index").bounds()
             if lowest < 0 or highest >= size:
-                raise NetworkError(f"{where}: {end} index outside population '{label}' of {size}")
+                raise NetworkError(
+                    f"{where}: {end}_index reaches outside population '{label}' of {size} cells"
+                )
         self._check_receptor(where, projection)
         if self.populations[projection.post].is_source:
             raise NetworkError(f"{where} ends on '{projection.post}', which only emits spikes")
@@ -557,6 +561,8 @@ def _check_beginning(where: str, projection: Projection) -> None:
             raise NetworkError(f"{where}: {projection.synapse_type} synapses have no state '{name}'{hint}")
         limit = known[name].limit
         if array.shape != (projection.size,) or not limit.allows(array).all():
-            raise NetworkError(f"{where}: its initial {name} must be one number a synapse, {limit.rule}")
+            raise NetworkError(
+                f"{where}: its initial {name} must be one number for each synapse, {limit.rule}"
+            )
     if law is not None:
         law.require_shares(where, projection.initial_values)

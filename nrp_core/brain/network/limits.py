@@ -154,9 +154,7 @@ def _check_synapses(
         rule = f"0 or {'less' if negative else 'more'} on the {receptor} receptor of {kind} cells"
         below, above = int((weight < 0).sum()), int((weight > 0).sum())
         if below and above:
-            rule += (
-                f" ({below} weights are negative and {above} positive: make a projection for each receptor)"
-            )
+            rule += f" ({below} of the weights below 0, {above} above: make a projection for each receptor)"
         _require(weight <= 0 if negative else weight >= 0, owner, item, "weight", weight, rule)
 
 

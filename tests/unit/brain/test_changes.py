@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.brain.changes import new_weights, parameter_changes, projection_of, spike_trains
 from nrp_core.brain.devices.source_cells import PopulationTrains
@@ -99,22 +100,22 @@ def test_values_go_to_the_cells_in_the_order_in_which_they_are_named(network):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"tau": 1.0}, r"population 'n' \(IF_cond_exp\) has no 'tau'"),
-        ({"tau_m": [1.0, -2.0]}, r"'n': tau_m of cell 0 is -2; it must be more than 0"),
-        ({"tau_m": [1.0, 2.0, 3.0]}, r"tau_m takes one value or 2, not 3"),
+        ({"tau": 1.0}, r"'n' \(IF_cond_exp\).*'tau'"),
+        ({"tau_m": [1.0, -2.0]}, "'n': tau_m.*-2"),
+        ({"tau_m": [1.0, 2.0, 3.0]}, "tau_m"),
     ],
 )
-def test_parameters_that_cannot_be_are_refused(network, values, message):
-    with pytest.raises(NetworkError, match=message):
+def test_parameters_that_cannot_be_are_refused(network, values, message, golden: Golden):
+    with golden.raises(NetworkError, match=message):
         parameter_changes(network, np.array([3, 1]), values)
 
 
-def test_weights_and_trains_that_cannot_be_are_refused(network):
-    with pytest.raises(NetworkError, match=r"weight of synapse 1 \(0 -> 0\) is -1; it must be 0 or more"):
+def test_weights_and_trains_that_cannot_be_are_refused(network, golden: Golden):
+    with golden.raises(NetworkError, match=r"1 \(0 -> 0\).*-1"):
         new_weights(network, "p", [1.0, -1.0])
     with pytest.raises(NetworkError, match=r"no projection 'q'"):
         projection_of(network, "q")
-    with pytest.raises(NetworkError, match=r"'n' is not a population of SpikeSourceArray"):
+    with golden.raises(NetworkError, match="'n'.*SpikeSourceArray"):
         spike_trains(network, "n", [[1.0]], None)
-    with pytest.raises(NetworkError, match=r"'s': 2 spike trains for 1 cells"):
+    with golden.raises(NetworkError, match="'s': 2"):
         spike_trains(network, "s", [[1.0], [2.0]], None)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 from nrp_conformance.brain import kit
@@ -156,11 +157,11 @@ def test_a_wrong_control_is_noticed(
         require(network, wrong(network))
 
 
-def test_a_wiring_without_alternative_is_an_error_alone_and_a_remark_beside_others() -> None:
+def test_a_wiring_without_alternative_is_an_error_alone_and_a_remark_beside_others(golden: Golden) -> None:
     pairs = [(i, j) for i in range(5) for j in range(5)]
     made = kit.cells(SAMPLES["IF_curr_exp"], "a", 5), kit.cells(SAMPLES["IF_curr_exp"], "b", 5)
     dense = kit.connect("a", "b", 0.4, 1.5, pairs=pairs)
-    with pytest.raises(NetworkError, match="no projection can be rewired with the same degrees"):
+    with golden.raises(NetworkError):
         CONTROLS[REWIRE](kit.network(*made, dense), Seeds(1))
     cycle = kit.connect("b", "a", 0.4, 1.5, pairs=[(k, (k + 1) % 5) for k in range(5)])
     found = CONTROLS[REWIRE](kit.network(*made, dense, cycle), Seeds(1))
@@ -238,6 +239,6 @@ def test_projections_without_selected_synapses_stay_the_same_objects() -> None:
     assert [one is other for one, other in zip(changed, only.projections, strict=True)] == [False, True]
 
 
-def test_an_unknown_name_is_an_error_with_the_nearest_one() -> None:
-    with pytest.raises(NeuronSelectionError, match="no population 'fow'; did you mean 'few'"):
+def test_an_unknown_name_is_an_error_with_the_nearest_one(golden: Golden) -> None:
+    with golden.raises(NeuronSelectionError, match="'fow'.*'few'"):
         Intervention.lesion("fow").of(sparse(5))

@@ -8,6 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core import read_network, save_network
 from nrp_core.brain import builder
@@ -92,14 +93,16 @@ def network(law: dict[str, Any], kind: str = "IF_curr_exp", **values: Any) -> An
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"tua": 3.0}, "EquationSynapse has no parameter 'tua'.*mean 'tau'"),
-        ({"tau": 0.0}, "projection 'p': dx/dt of synapse 0 .* is not finite .tau = 0 ms"),
-        ({"tau": np.inf}, "projection 'p': tau of synapse 0 .* is inf; it must be finite"),
-        ({"kind": "IF_cond_exp"}, "'weight' is in A .* weights onto its target are in uS"),
+        ({"tua": 3.0}, "EquationSynapse.*'tua'.*'tau'"),
+        ({"tau": 0.0}, "'p': dx/dt.*= 0"),
+        ({"tau": np.inf}, "'p'"),
+        ({"kind": "IF_cond_exp"}, "'weight'.*uS"),
     ],
 )
-def test_values_that_a_law_cannot_have_are_refused(arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(NetworkError, match=message):
+def test_values_that_a_law_cannot_have_are_refused(
+    arguments: dict[str, Any], message: str, golden: Golden
+) -> None:
+    with golden.raises(NetworkError, match=message):
         network(PLASTIC, **arguments)
 
 
@@ -121,7 +124,7 @@ def test_a_file_keeps_the_equations_and_the_digest_depends_on_them(tmp_path: Pat
     assert read.digest == saved.digest != network({**PLASTIC, "initial": {"x": 0.5}}, tau=7.0).digest
 
 
-def test_a_backend_without_such_laws_refuses_them_by_name() -> None:
+def test_a_backend_without_such_laws_refuses_them_by_name(golden: Golden) -> None:
     loaded = brains().load("spinnaker")
-    with pytest.raises(CapabilityError, match=r"given as equations .projection 'p'.; 'event' has"):
+    with golden.raises(CapabilityError, match="'p'.; 'event'"):
         loaded.capabilities(loaded.options()).require(network(SHARE), "spinnaker")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -103,24 +104,24 @@ def test_a_mistake_is_one_error_with_its_place(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "words"),
+    "changed",
     [
-        (with_parameter(tau="0 ms"), "population 'cells': dv/dt of cell 0 is not finite at time 0 .tau = 0"),
-        ({"threshold": "v > -100*mV", "reset": "v = v_rest; ge += 0.1*nA"}, "so it would fire without end"),
+        with_parameter(tau="0 ms"),
+        {"threshold": "v > -100*mV", "reset": "v = v_rest; ge += 0.1*nA"},
     ],
 )
-def test_cells_that_cannot_run_are_refused(changed: dict[str, Any], words: str) -> None:
+def test_cells_that_cannot_run_are_refused(changed: dict[str, Any], golden: Golden) -> None:
     sim = builder()
 
     def build() -> None:
         sim.Population(2, cell(sim, **changed)(), label="cells")
         sim.network()
 
-    with pytest.raises(NetworkError, match=words):
+    with golden.raises(NetworkError):
         build()
 
 
-def test_a_script_sees_a_cell_type_with_units() -> None:
+def test_a_script_sees_a_cell_type_with_units(golden: Golden) -> None:
     kind = cell()
     assert kind.default_parameters["tau_syn"] == 5.0
     assert kind.default_initial_values == {"v": pytest.approx(-60.0), "ge": 0.0}
@@ -128,25 +129,25 @@ def test_a_script_sees_a_cell_type_with_units() -> None:
     assert kind.recordable == ["spikes", "v", "ge"]
     assert kind.receptor_types == ("excitatory",)
     assert not kind.conductance_based
-    with pytest.raises(NetworkError, match="no parameter 'taum'; did you mean 'tau'"):
+    with golden.raises(NetworkError, match="'taum'.*'tau'"):
         kind(taum=3.0)
 
 
-def test_names_have_the_meaning_of_the_equations_and_not_of_pynn() -> None:
+def test_names_have_the_meaning_of_the_equations_and_not_of_pynn(golden: Golden) -> None:
     sim = builder()
     own = cell(
         sim, equations=with_line("dn/dt = -n/tau : 1"), parameters={**TEXTS["parameters"], "rate": "-3"}
     )
     cells = sim.Population(2, own(tau=[10.0, 20.0]), initial_values={"n": 7.0}, label="cells")
     assert sim.network().populations["cells"].initial_values["n"].tolist() == [7.0, 7.0]
-    with pytest.raises(NetworkError, match="refractory period of cell 1, 'tau_refrac', is -1 ms"):
+    with golden.raises(NetworkError, match="1, 'tau_refrac'.*-1"):
         cells.set(tau_refrac=[1.0, -1.0])
 
 
-def test_a_projection_needs_a_receptor_of_the_equations() -> None:
+def test_a_projection_needs_a_receptor_of_the_equations(golden: Golden) -> None:
     sim = builder()
     cells, source = sim.Population(1, cell(sim), label="cells"), sim.Population(1, sim.SpikeSourceArray())
-    with pytest.raises(NetworkError, match="have no receptor 'inhibitory'"):
+    with golden.raises(NetworkError, match="'inhibitory'"):
         sim.Projection(source, cells, sim.AllToAllConnector(), receptor_type="inhibitory")
     sim.Projection(source, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=-1.0))
 

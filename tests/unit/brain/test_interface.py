@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
@@ -160,21 +161,21 @@ def test_a_snapshot_holds_devices_and_spikes_in_transit(brain: EchoBrain) -> Non
     assert integrator.voltage == voltage != 0.0
 
 
-def test_a_snapshot_with_other_devices_is_refused(brain: EchoBrain) -> None:
+def test_a_snapshot_with_other_devices_is_refused(brain: EchoBrain, golden: Golden) -> None:
     brain.add_source(PoissonSource(), [0], name="noise")
     snapshot = brain.snapshot()
     brain.add_sink(SpikeRecorder(), [0], name="all")
-    with pytest.raises(SnapshotError, match=r"other devices than the brain: \['PoissonPort noise'"):
+    with golden.raises(SnapshotError, match=r"\['PoissonPort noise'"):
         brain.restore(snapshot)
 
 
-def test_neurons_that_do_not_exist_are_refused(brain: EchoBrain) -> None:
+def test_neurons_that_do_not_exist_are_refused(brain: EchoBrain, golden: Golden) -> None:
     for ids in ([3], [-1], [0, 7]):
-        with pytest.raises(NeuronSelectionError, match=r"neuron ids lie in 0\.\.2"):
+        with golden.raises(NeuronSelectionError, match=r"0\.\.2"):
             brain.add_source(PoissonSource(), ids, name="noise")
-        with pytest.raises(NeuronSelectionError, match=r"neuron ids lie in 0\.\.2"):
+        with golden.raises(NeuronSelectionError, match=r"0\.\.2"):
             brain.add_sink(SpikeRecorder(), ids, name="all")
-        with pytest.raises(NeuronSelectionError, match=r"neuron ids lie in 0\.\.2"):
+        with golden.raises(NeuronSelectionError, match=r"0\.\.2"):
             brain.read_state("v", ids)
 
 
@@ -197,44 +198,42 @@ def test_a_state_variable_is_given_by_its_name(brain: EchoBrain) -> None:
         brain.read_state(np.array([0]), "v")  # type: ignore[arg-type]
 
 
-def test_devices_are_described_as_such(brain: EchoBrain) -> None:
-    with pytest.raises(NeuronSelectionError, match="the device 'noise' is 3, not a SourceSpec"):
+def test_devices_are_described_as_such(brain: EchoBrain, golden: Golden) -> None:
+    with golden.raises(NeuronSelectionError, match="'noise'.*SourceSpec"):
         brain.add_source(3, [0], name="noise")  # type: ignore[arg-type]
-    with pytest.raises(NeuronSelectionError, match=r"the device 'all' is PoissonSource.*, not a SinkSpec"):
+    with golden.raises(NeuronSelectionError, match="'all'.*PoissonSource.*SinkSpec"):
         brain.add_sink(PoissonSource(), [0], name="all")  # type: ignore[arg-type]
 
 
-def test_a_source_cannot_drive_cells_that_only_emit(brain: EchoBrain) -> None:
-    with pytest.raises(NeuronSelectionError, match="'noise' cannot drive neurons of population 'list'"):
+def test_a_source_cannot_drive_cells_that_only_emit(brain: EchoBrain, golden: Golden) -> None:
+    with golden.raises(NeuronSelectionError, match="'noise'.*'list'"):
         brain.add_source(PoissonSource(), [0, 2], name="noise")
 
 
-def test_only_declared_state_is_read(brain: EchoBrain) -> None:
+def test_only_declared_state_is_read(brain: EchoBrain, golden: Golden) -> None:
     assert brain.read_state("v", [1, 0]).tolist() == [-64.0, -65.0]
-    with pytest.raises(CapabilityError, match="EchoBrain does not show 'w'; it shows: v"):
+    with golden.raises(CapabilityError, match="EchoBrain.*'w'"):
         brain.read_state("w", [0])
 
 
-def test_only_declared_cells_and_synapses_are_opened() -> None:
+def test_only_declared_cells_and_synapses_are_opened(golden: Golden) -> None:
     strange = Network({"a": Population("a", 1, "Strange", {})})
-    with pytest.raises(
-        CapabilityError, match=r"no cells of type Strange \(population 'a'\); there is only Echo"
-    ):
+    with golden.raises(CapabilityError, match="'a'"):
         EchoBrain(strange)
     index, number = np.zeros(1, np.int32), np.ones(1)
     plastic = Projection("p", "echo", "echo", "excitatory", index, index, number, number, "stdp")
-    with pytest.raises(CapabilityError, match=r"no stdp synapses \(projection 'p'\); there is only static"):
+    with golden.raises(CapabilityError, match="'p'"):
         EchoBrain(Network(network().populations, (plastic,)))
 
 
-def test_without_snapshots_saving_is_refused() -> None:
+def test_without_snapshots_saving_is_refused(golden: Golden) -> None:
     brain = EchoBrain(network(), BrainCapabilities(frozenset({"Echo"}), frozenset()))
-    with pytest.raises(CapabilityError, match="cannot save and restore"):
+    with golden.raises(CapabilityError):
         brain.snapshot()
 
 
-def test_a_spike_time_that_is_not_a_number_is_an_error(brain: EchoBrain) -> None:
+def test_a_spike_time_that_is_not_a_number_is_an_error(brain: EchoBrain, golden: Golden) -> None:
     brain.fired = [(np.nan, 0)]
-    with pytest.raises(DivergedError, match="spike time that is not finite") as error:
+    with golden.raises(DivergedError) as error:
         brain.run_until(5 * NS_PER_MS)
     assert error.value.t_ns == 5 * NS_PER_MS

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -72,18 +73,18 @@ def test_an_infinite_threshold_is_a_number() -> None:
     ],
 )
 def test_the_sign_of_a_weight_follows_from_receptor_and_kind_of_cell(
-    conductance_based: bool, receptor: str, right: float, wrong: float
+    conductance_based: bool, receptor: str, right: float, wrong: float, golden: Golden
 ) -> None:
     options: dict[str, Any] = {"conductance_based": conductance_based, "receptor": receptor, "signed": True}
     check_synapses("projection 'a'", ends, {"weight": np.array([right, 0.0])}, **options)
-    with pytest.raises(NetworkError, match=rf"'a': weight of synapse 1 \(5 -> 7\) is {wrong:g}"):
+    with golden.raises(NetworkError, match=rf"'a'.*1 \(5 -> 7\).*{wrong:g}"):
         check_synapses("projection 'a'", ends, {"weight": np.array([right, wrong])}, **options)
 
 
-def test_one_wrong_weight_for_all_synapses_is_found_without_spreading_it_out() -> None:
+def test_one_wrong_weight_for_all_synapses_is_found_without_spreading_it_out(golden: Golden) -> None:
     n = 10**9
     everywhere = np.broadcast_to(np.float64(-1.0), (n,))
-    with pytest.raises(NetworkError, match=r"weight of synapse 0 \(4 -> 6\) is -1"):
+    with golden.raises(NetworkError, match=r"0 \(4 -> 6\).*-1"):
         check_synapses(
             "p", ends, {"weight": everywhere},
             conductance_based=True, receptor="excitatory", signed=True,
@@ -91,6 +92,6 @@ def test_one_wrong_weight_for_all_synapses_is_found_without_spreading_it_out() -
 
 
 @pytest.mark.parametrize("times", [[2.0, 1.0], [-1.0, 1.0], [1.0, np.inf], [1.0, np.nan, 2.0]])
-def test_spike_times_ascend_from_zero(times: list[float]) -> None:
-    with pytest.raises(NetworkError, match="the spike times of cell 1 must ascend"):
+def test_spike_times_ascend_from_zero(times: list[float], golden: Golden) -> None:
+    with golden.raises(NetworkError):
         check_spike_times("population 's'", [np.empty(0), np.array(times)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from golden import Golden
 from pyNN.parameters import Sequence
 from pyNN.standardmodels import cells, synapses
 
@@ -42,6 +43,6 @@ def test_a_synapse_law_has_the_defaults_of_pynn(name: str) -> None:
     assert law.defaults.keys() - theirs.keys() <= beyond
 
 
-def test_a_name_with_two_limits_is_refused() -> None:
-    with pytest.raises(ValueError, match="'x' must be between 0 and 1 here, and more than 0"):
+def test_a_name_with_two_limits_is_refused(golden: Golden) -> None:
+    with golden.raises(ValueError, match="'x'"):
         limits_of([{"x": Parameter(1.0, limit=POSITIVE)}, {"x": Parameter(1.0, limit=FRACTION)}])

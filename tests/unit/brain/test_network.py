@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_event import EventBackend
 from nrp_formats import save_nir
 
@@ -47,33 +48,35 @@ def test_a_view_may_carry_the_name_of_a_population_and_hides_it() -> None:
     assert net.ids_of("b").tolist() == [2, 3, 4]
 
 
-def test_an_unknown_name_gets_the_nearest() -> None:
-    with pytest.raises(NeuronSelectionError, match="no population 'sensor'; did you mean 'sensors'"):
+def test_an_unknown_name_gets_the_nearest(golden: Golden) -> None:
+    with golden.raises(NeuronSelectionError, match="'sensor'.*'sensors'"):
         network(views={"sensors": np.array([0])}).neurons("sensor")
 
 
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"pre": "c"}, "names no population 'c'"),
-        ({"pre_index": np.array([0, 2], np.int32)}, "pre index outside population 'a' of 2"),
-        ({"post_index": np.array([-1, 0], np.int32)}, "post index outside population 'b' of 3"),
-        ({"receptor": "excitatry"}, "did you mean 'excitatory'"),
-        ({"weight": np.array([0.5])}, r"weight has shape \(1,\), not \(2,\)"),
-        ({"weight": np.array([0.5, np.nan])}, r"weight of synapse 1 \(1 -> 0\) is nan; it must be finite"),
-        ({"delay_ms": np.array([1.0, -2.0])}, r"delay of synapse 1 \(1 -> 0\) is -2; it must be 0 ms"),
-        ({"post": "s", "post_index": np.array([0, 0], np.int32)}, "only emits spikes"),
-        ({"post": "g", "weight": np.array([0.5, -0.1])}, "weight of synapse 1 .* is -0.1; it must be"),
+        ({"pre": "c"}, "'c'"),
+        ({"pre_index": np.array([0, 2], np.int32)}, "'a'"),
+        ({"post_index": np.array([-1, 0], np.int32)}, "'b'"),
+        ({"receptor": "excitatry"}, "'excitatory'"),
+        ({"weight": np.array([0.5])}, r"\(1,\).*\(2,\)"),
+        ({"weight": np.array([0.5, np.nan])}, r"1 \(1 -> 0\)"),
+        ({"delay_ms": np.array([1.0, -2.0])}, r"1 \(1 -> 0\).*-2"),
+        ({"post": "s", "post_index": np.array([0, 0], np.int32)}, ""),
+        ({"post": "g", "weight": np.array([0.5, -0.1])}, "-0.1"),
     ],
 )
-def test_inconsistent_networks_are_refused_by_name(changes: dict[str, Any], says: str) -> None:
+def test_inconsistent_networks_are_refused_by_name(
+    changes: dict[str, Any], says: str, golden: Golden
+) -> None:
     populations = {
         "a": population("a", 2),
         "b": population("b", 3),
         "s": population("s", 1, "SpikeSourcePoisson"),
         "g": population("g", 3, "IF_cond_exp"),
     }
-    with pytest.raises(NetworkError, match=says):
+    with golden.raises(NetworkError, match=says):
         Network(populations, (projection(**changes),))
 
 
@@ -85,8 +88,8 @@ def test_a_position_that_is_not_finite_names_its_cell(value: float) -> None:
         replace(population("x", 2), positions_um=positions)
 
 
-def test_a_parameter_that_is_not_a_number_names_population_parameter_and_cell() -> None:
-    with pytest.raises(NetworkError, match="population 'x': cm of cell 1 is nan; it must be more than 0"):
+def test_a_parameter_that_is_not_a_number_names_population_parameter_and_cell(golden: Golden) -> None:
+    with golden.raises(NetworkError, match="'x'"):
         Population("x", 2, "IF_curr_exp", {"cm": np.array([1.0, np.nan])})
 
 
@@ -116,52 +119,52 @@ def test_a_constant_weight_takes_no_memory_and_is_hashed_without_being_spread_ou
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: replace(population("a", 2), label=None), "label of a population is a text, not None"),
-        (lambda: replace(population("a", 2), size=-1), "'a' has a whole number of cells, not -1"),
-        (lambda: replace(population("a", 2), size=2.0), "'a' has a whole number of cells, not 2.0"),
+        (lambda: replace(population("a", 2), label=None), ""),
+        (lambda: replace(population("a", 2), size=-1), "'a'.*-1"),
+        (lambda: replace(population("a", 2), size=2.0), "'a'.*2.0"),
         (
             lambda: replace(population("a", 2), parameters={"cm": 1.0}),
-            "'cm' is 1.0, not an array of 2 numbers",
+            "'cm'.*1.0",
         ),
         (
             lambda: replace(population("a", 1), parameters={"cm": np.array(["x"])}),
-            "not an array of 1 numbers",
+            "",
         ),
         (lambda: replace(population("a", 1), positions_um=[[0.0, 0.0]]), r"shape \(1, 2\), not \(1, 3\)"),
-        (lambda: projection(pre_index=np.array([0.7, 1.0])), r"whole numbers, not \[0.7 1. \]"),
-        (lambda: projection(pre_index=np.array([0])), "1 pre_index and 2 post_index"),
-        (lambda: network(timestep_ms=float("nan")), "a time above 0 in ms, not nan"),
-        (lambda: network(timestep_ms="1"), "a time above 0 in ms, not '1'"),
-        (lambda: Network({"a": 3}), "the populations of a network are each a Population, not 3"),  # type: ignore[dict-item]
-        (lambda: network("a to b"), "the projections of a network are each a Projection, not 'a to b'"),  # type: ignore[arg-type]
-        (lambda: Network({}, 7), "the projections of a network are a sequence, not 7"),  # type: ignore[arg-type]
-        (lambda: network(projection(), projection()), "two projections have the label 'a to b'"),
-        (lambda: network(projection(label=3)), "label is 3; it must be a text"),
-        (lambda: projection(weight=0.5), "its weight must be an array of numbers, one for each synapse, not"),
-        (lambda: projection(delay_ms="1 ms"), "its delay_ms must be an array of numbers"),
-        (lambda: projection(pre_index="ab"), r"whole numbers, not \['ab'\]"),
-        (lambda: projection(pre_index=np.array([True, False])), r"whole numbers, not \[ True False\]"),
+        (lambda: projection(pre_index=np.array([0.7, 1.0])), r"\[0.7 1. \]"),
+        (lambda: projection(pre_index=np.array([0])), "pre_index.*1.*post_index 2"),
+        (lambda: network(timestep_ms=float("nan")), ""),
+        (lambda: network(timestep_ms="1"), "'1'"),
+        (lambda: Network({"a": 3}), ""),  # type: ignore[dict-item]
+        (lambda: network("a to b"), "'a to b'"),  # type: ignore[arg-type]
+        (lambda: Network({}, 7), ""),  # type: ignore[arg-type]
+        (lambda: network(projection(), projection()), "'a to b'"),
+        (lambda: network(projection(label=3)), ""),
+        (lambda: projection(weight=0.5), ""),
+        (lambda: projection(delay_ms="1 ms"), "delay_ms"),
+        (lambda: projection(pre_index="ab"), r"\['ab'\]"),
+        (lambda: projection(pre_index=np.array([True, False])), r"\[ True False\]"),
         (
             lambda: network(views={"v": "a"}),
-            "view 'v' must be an array of whole numbers, global ids, not 'a'",
+            "'v'.*'a'",
         ),  # type: ignore[dict-item]
-        (lambda: network(views={"v": np.array([0.5])}), "view 'v' must be an array of whole numbers"),
+        (lambda: network(views={"v": np.array([0.5])}), "'v'"),
         (
             lambda: network(projection(synapse_parameters={"U": np.ones(2)})),
-            r"'a to b' \(static\) has no parameter 'U'",
+            "'a to b'.*'U'",
         ),
         (
             lambda: Network({"c": population("c", 1, tau_n=3.0)}),
-            r"'c' \(IF_curr_exp\) has no parameter 'tau_n'; did you mean 'tau_m'\?",
+            r"'c' \(IF_curr_exp\).*'tau_n'.*'tau_m'",
         ),
         (
             lambda: Network({"c": replace(population("c", 1), initial_values={"V": np.zeros(1)})}),
-            r"'c' \(IF_curr_exp\) has no state variable 'V'; did you mean 'v'\?",
+            r"'c' \(IF_curr_exp\).*'V'.*'v'",
         ),
     ],
 )
-def test_impossible_values_are_refused_where_they_are_given(make: Any, words: str) -> None:
-    with pytest.raises((NetworkError, ArgumentError), match=words):
+def test_impossible_values_are_refused_where_they_are_given(make: Any, words: str, golden: Golden) -> None:
+    with golden.raises((NetworkError, ArgumentError), match=words):
         make()
 
 
@@ -175,11 +178,11 @@ def test_views_may_be_lists_and_cells_of_other_simulators_have_names_of_their_ow
 
 
 @pytest.mark.parametrize("missing", ["tau_m", "i_offset"])
-def test_a_simulator_names_the_parameter_that_a_network_lacks(missing: str) -> None:
+def test_a_simulator_names_the_parameter_that_a_network_lacks(missing: str, golden: Golden) -> None:
     cell = CELLS["IF_curr_exp"].parameters
     values = {name: np.full(2, one.default) for name, one in cell.items() if name != missing}
     made = Network({"a": Population("a", 2, "IF_curr_exp", values)})
-    with pytest.raises(NetworkError, match=rf"'a' \(IF_curr_exp\) needs the parameter '{missing}'"):
+    with golden.raises(NetworkError, match=rf"'a' \(IF_curr_exp\).*'{missing}'"):
         EventBackend().open(made, seed=0, options=EventBackend.options())
     whole = {**values, missing: np.full(2, cell[missing].default)}
     complete = Network({"a": Population("a", 2, "IF_curr_exp", whole)})
@@ -189,21 +192,21 @@ def test_a_simulator_names_the_parameter_that_a_network_lacks(missing: str) -> N
         assert mock.network is made
 
 
-def test_only_a_network_is_saved(tmp_path: Path) -> None:
+def test_only_a_network_is_saved(tmp_path: Path, golden: Golden) -> None:
     for save in (save_network, save_nir):
-        with pytest.raises(ArgumentError, match="network is None; it must be a Network"):
+        with golden.raises(ArgumentError):
             save(None, tmp_path / "none.net")  # type: ignore[arg-type]
     for suffix in (".py", ".nir", ".json"):
-        with pytest.raises(NetworkError, match=rf"'\{suffix}' is the suffix of .*; that of networks is"):
+        with golden.raises(NetworkError):
             save_network(network(), tmp_path / f"net{suffix}")
     assert not list(tmp_path.iterdir())
 
 
-def test_populations_to_be_picked_are_given_by_name(tmp_path: Path) -> None:
+def test_populations_to_be_picked_are_given_by_name(tmp_path: Path, golden: Golden) -> None:
     save_network(network(), tmp_path / "net.nrpnet")
     assert read_network(tmp_path / "net.nrpnet", populations={"first": "0:2"}).views["first"].tolist() == [
         0,
         1,
     ]
-    with pytest.raises(ArgumentError, match=r"populations is \['first'\]; it must be a dictionary or None"):
+    with golden.raises(ArgumentError, match=r"\['first'\]"):
         read_network(tmp_path / "net.nrpnet", populations=["first"])  # type: ignore[arg-type]

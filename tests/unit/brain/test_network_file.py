@@ -13,6 +13,7 @@ from types import ModuleType
 import h5py
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -89,7 +90,7 @@ def alike(n: int, first: list[float]) -> Network:
     return Network({"sources": Population("sources", n, "SpikeSourceArray", {}, spike_times_ms=trains)})
 
 
-def test_sources_with_equal_spikes_share_memory_and_room(tmp_path: Path) -> None:
+def test_sources_with_equal_spikes_share_memory_and_room(tmp_path: Path, golden: Golden) -> None:
     path, many = tmp_path / "many.nrpnet", alike(400, [2.0])
     save_network(many, path)
     again = read_network(path)
@@ -100,7 +101,7 @@ def test_sources_with_equal_spikes_share_memory_and_room(tmp_path: Path) -> None
     assert path.stat().st_size < 2 * (tmp_path / "few.nrpnet").stat().st_size
     with h5py.File(path, "r+") as file:
         file["populations/0/spike_train"][3] = 2
-    with pytest.raises(NetworkError, match="a cell has spike train 2; its population has 2, from 0 on"):
+    with golden.raises(NetworkError):
         read_network(path)
 
 
@@ -117,23 +118,23 @@ def test_currents_are_kept_and_are_part_of_the_identity(network: Network, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("neurons", "times_ms", "message"),
+    ("neurons", "times_ms"),
     [
-        ([18], [0.0], "injected into 'trains', which only emits spikes"),
-        ([19], [0.0], "into neuron 19; the network has 19"),
-        ([1], [2.0, 1.0], "times ascend from 0 ms"),
-        ([1], [-1.0], "times ascend from 0 ms"),
-        ([1], [np.nan], "its times_ms are finite numbers"),
+        ([18], [0.0]),
+        ([19], [0.0]),
+        ([1], [2.0, 1.0]),
+        ([1], [-1.0]),
+        ([1], [np.nan]),
     ],
 )
 def test_impossible_currents_are_refused(
-    network: Network, neurons: list[int], times_ms: list[float], message: str
+    network: Network, neurons: list[int], times_ms: list[float], golden: Golden
 ) -> None:
     def driven() -> Network:
         current = InjectedCurrent(np.array(neurons), np.array(times_ms), np.ones(len(times_ms)))
         return replace(network, currents=(current,))
 
-    with pytest.raises(NetworkError, match=message):
+    with golden.raises(NetworkError):
         driven()
 
 
@@ -148,11 +149,11 @@ def test_an_empty_network_can_be_kept(tmp_path: Path) -> None:
     assert read_network(tmp_path / "empty.nrpnet").size == 0
 
 
-def test_neurons_of_a_file_can_be_named_anew(saved: Path) -> None:
+def test_neurons_of_a_file_can_be_named_anew(saved: Path, golden: Golden) -> None:
     network = read_network(saved, populations={"left": "0:3", "last": -1})
     assert network.views["left"].tolist() == [0, 1, 2]
     assert network.views["last"].tolist() == [18]
-    with pytest.raises(NeuronSelectionError, match=r"population 'left': '0:30' reaches outside the circuit"):
+    with golden.raises(NeuronSelectionError, match="'left': '0:30'"):
         read_network(saved, populations={"left": "0:30"})
 
 
@@ -202,39 +203,39 @@ def _replace(name: str, values: object) -> Callable[[h5py.File], None]:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda file: file.attrs.__delitem__("format"), "is an HDF5 file, but not a network file"),
-        (lambda file: file.attrs.__setitem__("version", 8), "version 8; this nrp-core reads"),
-        (lambda file: file.attrs.__setitem__("version", "new"), "no attribute 'version' of kind int"),
+        (lambda file: file.attrs.__delitem__("format"), "HDF5"),
+        (lambda file: file.attrs.__setitem__("version", 8), ""),
+        (lambda file: file.attrs.__setitem__("version", "new"), "'version'"),
         (lambda file: file.move("projections", "projection"),
-         "has no group 'projections'; did you mean 'projection'?"),
-        (lambda file: file["populations/1/parameters"].__delitem__("tau_m"), "digest of its network differs"),
-        (lambda file: file["projections/0"].__delitem__("weight"), "'/projections/0' has no dataset 'wei"),
+         "'projections'.*'projection'"),
+        (lambda file: file["populations/1/parameters"].__delitem__("tau_m"), ""),
+        (lambda file: file["projections/0"].__delitem__("weight"), "'/projections/0'"),
         (lambda file: file["projections/0"].attrs.__setitem__("post", "cell"),
-         "projection 'in' names no population 'cell'"),
+         "'in'.*'cell'"),
         (lambda file: file["projections/0"].attrs.__setitem__("origin", "{"), "'origin' .* is not JSON"),
         (_replace("populations/1/parameters/tau_m", [1.0, -1.0, 1.0, 1.0]),
-         "population 'targets': tau_m of cell 1 is -1; it must be more than 0"),
-        (_replace("populations/1/parameters/cm", [1.0, 2.0]), r"parameter 'cm' has shape \(2,\), not \(4,\)"),
-        (_replace("projections/0/pre_index", ["a"]), "'/projections/0/pre_index' holds object, not numbers"),
-        (_replace("projections/0/weight", [1.0, 2.0]), r"projection 'in': weight has shape \(2,\)"),
+         "'targets': tau_m.*-1"),
+        (_replace("populations/1/parameters/cm", [1.0, 2.0]), r"'cm'.*\(2,\).*\(4,\)"),
+        (_replace("projections/0/pre_index", ["a"]), "'/projections/0/pre_index'"),
+        (_replace("projections/0/weight", [1.0, 2.0]), r"'in'.*\(2,\)"),
     ],
 )  # fmt: skip
 def test_a_file_that_contradicts_itself_says_where(
-    change: Callable[[h5py.File], None], message: str, saved: Path, tmp_path: Path
+    change: Callable[[h5py.File], None], message: str, saved: Path, tmp_path: Path, golden: Golden
 ) -> None:
     path = changed(change, saved, tmp_path)
-    with pytest.raises(NetworkError, match=message) as caught:
+    with golden.raises(NetworkError, match=message) as caught:
         read_network(path)
     assert caught.value.path == path
 
 
-def test_a_file_that_is_not_a_network_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(NetworkError, match="there is no such file"):
+def test_a_file_that_is_not_a_network_is_refused(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(NetworkError):
         read_network(tmp_path / "nothing.nrpnet")
     (tmp_path / "text.nrpnet").write_text("a network")
-    with pytest.raises(NetworkError, match="is not an HDF5 file"):
+    with golden.raises(NetworkError, match="HDF5"):
         read_network(tmp_path / "text.nrpnet")
-    with pytest.raises(NetworkError, match="the network cannot be written"):
+    with golden.raises(NetworkError):
         save_network(Network({}), tmp_path / "nowhere" / "all.nrpnet")
 
 
@@ -298,13 +299,13 @@ def test_a_network_has_one_digest_in_every_process(tmp_path: Path) -> None:
 
 
 def test_an_array_that_does_not_fit_into_memory_is_refused_before_it_is_read(
-    saved: Path, tmp_path: Path
+    saved: Path, tmp_path: Path, golden: Golden
 ) -> None:
     def grow(file: h5py.File) -> None:
         del file["projections/0/weight"]
         file.create_dataset("projections/0/weight", (10**15,), "f8", chunks=(1000,))
 
-    with pytest.raises(NetworkError, match=r"its 1000000000000000 values would take 7\.1 PiB of memory"):
+    with golden.raises(NetworkError, match=r"1000000000000000.*7\.1 PiB"):
         read_network(changed(grow, saved, tmp_path))
 
 

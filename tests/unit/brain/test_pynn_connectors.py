@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pyNN.mock
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyNN.core import IndexBasedExpression
@@ -165,8 +166,8 @@ def test_no_cell_connects_to_itself_in_another_view(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*FIXED_NUMBERS, "FixedTotalNumberConnector"])
-def test_a_single_cell_cannot_avoid_itself(name: str) -> None:
-    with pytest.raises(NetworkError, match="has no other to connect to"):
+def test_a_single_cell_cannot_avoid_itself(name: str, golden: Golden) -> None:
+    with golden.raises(NetworkError):
         network_of(lambda sim, rng: getattr(sim, name)(1, allow_self_connections=False), n=1)
 
 
@@ -216,14 +217,14 @@ def test_a_small_world_can_limit_how_many_synapses_leave_each_cell() -> None:
     assert (np.bincount(wiring.pre_index) == 4).all()
 
 
-def test_a_clone_connects_the_same_pairs_with_weights_of_its_own() -> None:
+def test_a_clone_connects_the_same_pairs_with_weights_of_its_own(golden: Golden) -> None:
     sim = builder()
     a, b = sim.Population(6, sim.IF_cond_exp()), sim.Population(5, sim.IF_cond_exp())
     original = sim.Projection(a, b, sim.FixedProbabilityConnector(0.5), sim.StaticSynapse(weight=0.1))
     clone = sim.Projection(a, b, sim.CloneConnector(original), sim.StaticSynapse(weight=0.2))
     assert clone.get("delay", "list") == original.get("delay", "list")
     assert set(clone.get("weight", "list", with_address=False)) == {0.2}
-    with pytest.raises(NetworkError, match="does not connect the same populations"):
+    with golden.raises(NetworkError):
         sim.Projection(b, a, sim.CloneConnector(original), sim.StaticSynapse(weight=0.2))
 
 

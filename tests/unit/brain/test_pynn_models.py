@@ -5,6 +5,7 @@ from types import ModuleType
 
 import pyNN.mock
 import pytest
+from golden import Golden
 from pyNN import standardmodels
 
 from nrp_core.brain.network.cells import CELLS
@@ -42,11 +43,9 @@ def test_every_model_connector_and_function_of_a_pynn_simulator_has_its_name_her
     ],
 )
 def test_a_model_that_is_not_supported_names_the_nearest_that_is(
-    sim: ModuleType, name: str, nearest: str
+    sim: ModuleType, name: str, nearest: str, golden: Golden
 ) -> None:
-    with pytest.raises(
-        CapabilityError, match=f"{name} is not supported; the nearest supported model: {nearest}"
-    ):
+    with golden.raises(CapabilityError, match=f"{name}.*{nearest}"):
         getattr(sim, name)(tau_m=1.0)
 
 
@@ -68,14 +67,14 @@ def test_every_standard_model_of_pynn_is_supported_or_refused_by_name(sim: Modul
     [("iaf_psc_exp", "IF_curr_exp"), ("iaf_cond_alpha", "IF_cond_alpha"), ("izhikevich", "Izhikevich")],
 )
 def test_a_model_of_one_simulator_names_the_nearest_standard_cell(
-    sim: ModuleType, native: str, nearest: str
+    sim: ModuleType, native: str, nearest: str, golden: Golden
 ) -> None:
-    with pytest.raises(CapabilityError, match=f"'{native}' exists in one simulator only; .* {nearest}$"):
+    with golden.raises(CapabilityError, match=f"'{native}'.*{nearest}$"):
         sim.native_cell_type(native)
 
 
-def test_a_misspelt_name_gets_the_right_one(sim: ModuleType) -> None:
-    with pytest.raises(AttributeError, match=r"PyNN has no 'IF_cond_alph'; did you mean 'IF_cond_alpha'\?"):
+def test_a_misspelt_name_gets_the_right_one(sim: ModuleType, golden: Golden) -> None:
+    with golden.raises(AttributeError, match="PyNN.*'IF_cond_alph'.*'IF_cond_alpha'"):
         _ = sim.IF_cond_alph
     assert not hasattr(sim, "something_else_entirely")
 
@@ -97,8 +96,8 @@ def test_setup_forgets_what_was_built_and_keeps_the_time_step(sim: ModuleType) -
     assert (sim.rank(), sim.num_processes()) == (0, 1)
 
 
-def test_a_time_step_must_be_positive(sim: ModuleType) -> None:
-    with pytest.raises(NetworkError, match="the time step must be more than 0 ms, not 0"):
+def test_a_time_step_must_be_positive(sim: ModuleType, golden: Golden) -> None:
+    with golden.raises(NetworkError):
         sim.setup(timestep=0)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pyNN.mock
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyNN import errors
@@ -106,45 +107,43 @@ def test_initial_values_of_populations_views_assemblies_and_cells(sim: ModuleTyp
     assert a[0].get_initial_value("v") == -40.0
 
 
-def test_an_unknown_parameter_or_state_variable_is_refused(sim: ModuleType) -> None:
+def test_an_unknown_parameter_or_state_variable_is_refused(sim: ModuleType, golden: Golden) -> None:
     cells = sim.Population(1, sim.IF_cond_exp(), label="cells")
-    with pytest.raises(
-        errors.NonExistentParameterError, match="IF_cond_exp has no parameter 'tau_n'; did you mean 'tau_m'"
-    ):
+    with golden.raises(errors.NonExistentParameterError, match="IF_cond_exp.*'tau_n'.*'tau_m'"):
         sim.IF_cond_exp(tau_n=1.0)
     with pytest.raises(errors.NonExistentParameterError, match="tau_n"):
         cells.get("tau_n")
-    with pytest.raises(NetworkError, match="'cells': IF_cond_exp has no state variable 'w'"):
+    with golden.raises(NetworkError, match="'cells': IF_cond_exp.*'w'"):
         cells.initialize(w=1.0)
 
 
 @pytest.mark.parametrize(
     ("parameters", "says"),
     [
-        ({"cm": -0.1}, "'bad': cm of cell 0 is -0.1; it must be more than 0"),
-        ({"tau_m": [20.0, 0.0]}, "tau_m of cell 1 is 0; it must be more than 0"),
-        ({"tau_syn_E": float("nan")}, "tau_syn_E of cell 0 is nan"),
-        ({"v_rest": [float("nan"), -65.0]}, "v_rest of cell 0 is nan; it must be finite"),
-        ({"tau_refrac": -1.0}, "tau_refrac of cell 0 is -1; it must be 0 or more"),
+        ({"cm": -0.1}, "'bad'.*-0.1"),
+        ({"tau_m": [20.0, 0.0]}, "tau_m"),
+        ({"tau_syn_E": float("nan")}, "tau_syn_E"),
+        ({"v_rest": [float("nan"), -65.0]}, "v_rest"),
+        ({"tau_refrac": -1.0}, "tau_refrac.*-1"),
     ],
 )
 def test_an_impossible_parameter_is_refused_where_it_is_given(
-    sim: ModuleType, parameters: dict[str, Any], says: str
+    sim: ModuleType, parameters: dict[str, Any], says: str, golden: Golden
 ) -> None:
-    with pytest.raises(NetworkError, match=says):
+    with golden.raises(NetworkError, match=says):
         sim.Population(2, sim.IF_cond_exp(**parameters), label="bad")
     cells = sim.Population(2, sim.IF_cond_exp(), label="bad")
-    with pytest.raises(NetworkError, match=says):
+    with golden.raises(NetworkError, match=says):
         cells.set(**parameters)
 
 
-def test_spike_sources_keep_one_train_a_cell(sim: ModuleType) -> None:
+def test_spike_sources_keep_one_train_a_cell(sim: ModuleType, golden: Golden) -> None:
     sim.Population(2, sim.SpikeSourceArray(spike_times=[1.0, 2.0]), label="same")
     sim.Population(2, sim.SpikeSourceArray(spike_times=[Sequence([1.0]), Sequence([])]), label="own")
     sim.Population(1, sim.SpikeSourceArray(spike_times=[[3.0, 4.0]]), label="one")
     trains = {k: [t.tolist() for t in p.spike_times_ms] for k, p in sim.network().populations.items()}
     assert trains == {"same": [[1.0, 2.0]] * 2, "own": [[1.0], []], "one": [[3.0, 4.0]]}
-    with pytest.raises(NetworkError, match="'late': the spike times of cell 0 must ascend"):
+    with golden.raises(NetworkError, match="'late'"):
         sim.Population(1, sim.SpikeSourceArray(spike_times=[2.0, 1.0]), label="late")
 
 
@@ -167,10 +166,12 @@ def test_an_assembly_counts_from_its_end_too(sim: ModuleType) -> None:
     assert [int(cell) for cell in both[np.array([True, False, False, True, False])]] == [a[0], b[0]]
 
 
-def test_a_reset_above_the_threshold_may_pass_while_parameters_are_set(sim: ModuleType) -> None:
+def test_a_reset_above_the_threshold_may_pass_while_parameters_are_set(
+    sim: ModuleType, golden: Golden
+) -> None:
     cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
     cells.set(v_thresh=-70.0)
-    with pytest.raises(NetworkError, match="v_reset of cell 0 is -65 mV; it must be less than its v_thresh"):
+    with golden.raises(NetworkError, match="v_reset.*-65 mV.*v_thresh"):
         sim.network()
     cells.set(v_reset=-75.0)
     assert sim.network().populations["cells"].parameters["v_reset"][0] == -75.0
@@ -198,26 +199,26 @@ def test_cells_have_positions_if_the_script_cares_where_they_are(sim: ModuleType
     assert populations["placed"].positions_um.tolist() == [[1, 2, 3]]
 
 
-def test_initial_values_are_read_as_they_were_drawn_and_set(sim: ModuleType) -> None:
+def test_initial_values_are_read_as_they_were_drawn_and_set(sim: ModuleType, golden: Golden) -> None:
     drawn = sim.RandomDistribution("uniform", low=-70.0, high=-60.0)
     cells = sim.Population(3, sim.IF_cond_exp(), initial_values={"v": drawn}, label="cells")
     cells[1].set_initial_value("v", -50.0)
     cells[2:].initialize(v=-51.0)
-    with pytest.raises(NetworkError, match="v of cell 0 is nan"):
+    with golden.raises(NetworkError):
         cells[:1].initialize(v=float("nan"))
     seen = cells.initial_values["v"].evaluate()
     assert seen.tolist()[1:] == [-50.0, -51.0]
     assert seen.tolist() == sim.network().populations["cells"].initial_values["v"].tolist()
 
 
-def test_recording_may_be_requested_but_yields_no_data(sim: ModuleType) -> None:
+def test_recording_may_be_requested_but_yields_no_data(sim: ModuleType, golden: Golden) -> None:
     cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
     cells.record(["v", "spikes"])
     cells[0:1].record("gsyn_exc", sampling_interval=0.1)
-    with pytest.raises(errors.RecordingError, match="IF_cond_exp has no 'w' to record"):
+    with golden.raises(errors.RecordingError, match="IF_cond_exp.*'w'"):
         cells.record("w")
     for ask in (cells.get_data, cells.get_spike_counts, (cells + cells[0:1]).get_data):
-        with pytest.raises(NetworkError, match="'cells' has no data: a brain script builds the network"):
+        with golden.raises(NetworkError, match="'cells'"):
             ask()
 
 
@@ -246,16 +247,16 @@ def test_a_current_that_changes_in_steps_is_one_of_the_network(sim: ModuleType) 
     assert found == [([1, 2], [5.0, 10.0], [0.2, 0.0]), ([0], [4.0], [0.5]), ([2], [1.0, 2.0], [0.3, -0.1])]
 
 
-def test_a_sinusoidal_current_is_refused(sim: ModuleType) -> None:
+def test_a_sinusoidal_current_is_refused(sim: ModuleType, golden: Golden) -> None:
     cells = sim.Population(1, sim.IF_cond_exp(), label="cells")
-    with pytest.raises(CapabilityError, match=r"ACSource cannot be part of a network; .* StepCurrentSource"):
+    with golden.raises(CapabilityError, match="ACSource.*StepCurrentSource"):
         cells.inject(sim.ACSource(frequency=5.0))
-    with pytest.raises(TypeError, match="into a spike source"):
+    with golden.raises(TypeError):
         sim.DCSource().inject_into(sim.Population(1, sim.SpikeSourcePoisson()))
 
 
-def test_an_empty_population_is_refused(sim: ModuleType) -> None:
-    with pytest.raises(NetworkError, match="population 'none' has no cells"):
+def test_an_empty_population_is_refused(sim: ModuleType, golden: Golden) -> None:
+    with golden.raises(NetworkError, match="'none'"):
         sim.Population(0, sim.IF_cond_exp(), label="none")
 
 
@@ -272,14 +273,14 @@ def test_an_attribute_that_means_a_parameter_is_refused(part: str) -> None:
     assert target.my_note == "kept"
 
 
-def test_a_misspelt_setting_of_setup_is_refused_and_those_of_other_simulators_are_not() -> None:
+def test_a_misspelt_setting_of_setup_is_refused_and_those_of_other_simulators_are_not(golden: Golden) -> None:
     sim = builder()
     sim.setup(timestep=0.5, spike_precision="on_grid", threads=2)
-    with pytest.raises(NetworkError, match="no setting 'timstep'; did you mean 'timestep'"):
+    with golden.raises(NetworkError, match="'timstep'.*'timestep'"):
         sim.setup(timstep=0.5)
 
 
-def test_parameters_with_a_unit_are_numbers_in_that_of_pynn(sim: ModuleType) -> None:
+def test_parameters_with_a_unit_are_numbers_in_that_of_pynn(sim: ModuleType, golden: Golden) -> None:
     """A public script gives `rate=100.0*Hz, duration=100.0*s`; PyNN itself fails on such scalars."""
     noise = sim.Population(2, sim.SpikeSourcePoisson(rate=100.0 * Hz, start=5.0 * ms, duration=2.0 * s))
     assert noise.get(["rate", "start", "duration"]) == [100.0, 5.0, 2000.0]
@@ -289,5 +290,5 @@ def test_parameters_with_a_unit_are_numbers_in_that_of_pynn(sim: ModuleType) -> 
     cells.initialize(v=-0.06 * V)
     assert cells.get("v_reset") == pytest.approx(-66.0)
     assert cells.initial_values["v"].evaluate(simplify=True) == pytest.approx(-60.0)
-    with pytest.raises(NetworkError, match=r"IF_curr_exp: tau_m is 2.0 nS; it must be in ms"):
+    with golden.raises(NetworkError, match="IF_curr_exp: tau_m.*2.0 nS"):
         sim.IF_curr_exp(tau_m=2.0 * nS)

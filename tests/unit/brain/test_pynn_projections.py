@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pyNN.mock
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyNN import errors
@@ -131,8 +132,8 @@ def test_plastic_synapses_name_their_rules_and_keep_their_parameters(sim: Module
     assert (projection.weight[0], projection.delay_ms[0]) == (0.01, 2.0)
 
 
-def test_half_a_plasticity_rule_is_refused(sim: ModuleType) -> None:
-    with pytest.raises(NetworkError, match="needs a timing_dependence and a weight_dependence"):
+def test_half_a_plasticity_rule_is_refused(sim: ModuleType, golden: Golden) -> None:
+    with golden.raises(NetworkError, match="timing_dependence.*weight_dependence"):
         sim.STDPMechanism(timing_dependence=sim.SpikePairRule())
 
 
@@ -262,9 +263,9 @@ def test_a_matrix_of_weights_is_that_of_pynn(sim: ModuleType, several: str) -> N
     ],
 )
 def test_a_weight_of_the_wrong_sign_is_refused(
-    sim: ModuleType, model: str, options: Any, weight: Any, says: str
+    sim: ModuleType, model: str, options: Any, weight: Any, says: str, golden: Golden
 ) -> None:
-    with pytest.raises(NetworkError, match=f"projection 'a→b': weight of .*{says}"):
+    with golden.raises(NetworkError, match=f"'a→b'.*{says}"):
         connect(sim, sim.StaticSynapse(weight=weight), model=model, **options)
 
 
@@ -282,32 +283,36 @@ def test_the_receptor_follows_from_the_sign_where_it_is_not_given(sim: ModuleTyp
     assert [projection.receptor for projection in sim.network().projections] == ["inhibitory", "excitatory"]
 
 
-def test_a_negative_delay_an_unknown_receptor_and_a_source_as_target_are_refused(sim: ModuleType) -> None:
-    with pytest.raises(NetworkError, match=r"'a→b': delay of synapse 0 \(0 -> 0\) is -1"):
+def test_a_negative_delay_an_unknown_receptor_and_a_source_as_target_are_refused(
+    sim: ModuleType, golden: Golden
+) -> None:
+    with golden.raises(NetworkError, match=r"'a→b'.*0 \(0 -> 0\).*-1"):
         connect(sim, sim.StaticSynapse(delay=-1.0))
-    with pytest.raises(errors.ConnectionError, match="'a→b': the cells of 'b' have no receptor 'NMDA'"):
+    with golden.raises(errors.ConnectionError, match="'a→b'.*'b'.*'NMDA'"):
         connect(sim, sim.StaticSynapse(), receptor_type="NMDA")
-    with pytest.raises(NetworkError, match="ends on 'b', whose cells only emit spikes"):
+    with golden.raises(NetworkError, match="'b'"):
         connect(sim, sim.StaticSynapse(), model="SpikeSourcePoisson")
 
 
-def test_an_impossible_projection_is_refused(sim: ModuleType) -> None:
-    with pytest.raises(CapabilityError, match="leave out the location_selector"):
+def test_an_impossible_projection_is_refused(sim: ModuleType, golden: Golden) -> None:
+    with golden.raises(CapabilityError, match="location_selector"):
         connect(sim, sim.StaticSynapse(), sim.AllToAllConnector(location_selector="soma"))
-    with pytest.raises(NetworkError, match="the initial state has no parameter 'u'"):
+    with golden.raises(NetworkError, match="'u'"):
         connect(sim, sim.StaticSynapse()).initialize(u=0.5)
-    with pytest.raises(NetworkError, match="no parameter 'y2'; did you mean 'y'"):
+    with golden.raises(NetworkError, match="'y2'.*'y'"):
         connect(sim, sim.TsodyksMarkramSynapse()).initialize(y2=0.5)
 
 
-def test_the_share_in_use_is_a_share_and_sites_are_filled_up_to_their_number(sim: ModuleType) -> None:
+def test_the_share_in_use_is_a_share_and_sites_are_filled_up_to_their_number(
+    sim: ModuleType, golden: Golden
+) -> None:
     sites = connect(sim, sim.MultiQuantalSynapse(n=3, weight=0.1))
     sites.initialize(a=3, u=1.0)
     assert set(only(sim).initial_values["empty"]) == {0.0}
-    with pytest.raises(NetworkError, match="initial values of a must be from 0 to n"):
+    with golden.raises(NetworkError):
         sites.initialize(a=4)
     sites.initialize(u=1.5)
-    with pytest.raises(NetworkError, match="its initial u must be one number a synapse, between 0 and 1"):
+    with golden.raises(NetworkError):
         sim.network()
 
 
@@ -323,16 +328,16 @@ def test_the_old_function_connects_cells_and_groups_of_them(sim: ModuleType) -> 
     assert only(sim).post_index.tolist() == [0, 1, 2]
 
 
-def test_a_weight_for_each_cell_instead_of_each_pair_is_refused_with_both_sizes(sim: ModuleType) -> None:
-    with pytest.raises(errors.InvalidParameterValueError, match="weight has 2 values where there are 2 x 3"):
+def test_a_weight_for_each_cell_instead_of_each_pair_is_refused_with_both_sizes(
+    sim: ModuleType, golden: Golden
+) -> None:
+    with golden.raises(errors.InvalidParameterValueError):
         connect(sim, sim.StaticSynapse(weight=[0.1, 0.2]))
 
 
-def test_weights_of_both_signs_are_counted_and_need_two_projections(sim: ModuleType) -> None:
+def test_weights_of_both_signs_are_counted_and_need_two_projections(sim: ModuleType, golden: Golden) -> None:
     weights = np.array([[0.1, -0.2, 0.3], [0.1, 0.2, 0.3]])
-    with pytest.raises(
-        NetworkError, match=r"1 weights are negative and 5 positive: make a projection for each"
-    ):
+    with golden.raises(NetworkError):
         connect(sim, sim.StaticSynapse(weight=weights), model="IF_curr_exp")
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -226,24 +227,26 @@ def test_an_error_in_the_script_has_its_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "kind", "says"),
     [
-        ("circuit.set(cm=-1.0)", NetworkError, ":4: population 'cells': cm of cell 0 is -1; it must be more"),
-        ("sim.IF_facets_hardware1()", CapabilityError, ":4: IF_facets_hardware1 is not supported"),
-        ("sim.IF_cond_alph()", NetworkError, "PyNN has no 'IF_cond_alph'; did you mean 'IF_cond_alpha'"),
-        ("sim.run(100.0)", NetworkError, ":4: a brain script builds the network, the experiment runs it"),
-        ("circuit.get_data()", NetworkError, ":4: population 'cells' has no data"),
+        ("circuit.set(cm=-1.0)", NetworkError, ":4.*'cells'.*-1"),
+        ("sim.IF_facets_hardware1()", CapabilityError, ":4: IF_facets_hardware1"),
+        ("sim.IF_cond_alph()", NetworkError, "PyNN.*'IF_cond_alph'.*'IF_cond_alpha'"),
+        ("sim.run(100.0)", NetworkError, ":4"),
+        ("circuit.get_data()", NetworkError, ":4.*'cells'"),
         ("raise SystemExit(3)", NetworkError, ":4: SystemExit: 3"),
-        ("import nosuchmodule", NetworkError, "ModuleNotFoundError: No module named 'nosuchmodule'"),
-        ("import pyNN.neest", NetworkError, "No module named 'pyNN.neest'"),
-        ("from pyNN.nest import Populatio", NetworkError, "cannot import name 'Populatio'"),
-        ("while True print", NetworkError, ":4:12: this is not Python: "),
+        ("import nosuchmodule", NetworkError, "ModuleNotFoundError.*'nosuchmodule'"),
+        ("import pyNN.neest", NetworkError, "'pyNN.neest'"),
+        ("from pyNN.nest import Populatio", NetworkError, "'Populatio'"),
+        ("while True print", NetworkError, ":4:12"),
         ("sim.Projection(circuit, circuit, sim.AllToAllConnector(), sim.StaticSynapse(weight=-1.0),\n"
-         "               receptor_type='excitatory')", NetworkError, "weight of synapse 0 .* is -1"),
+         "               receptor_type='excitatory')", NetworkError, "-1"),
     ],
 )  # fmt: skip
-def test_a_wrong_line_gets_one_clear_error(tmp_path: Path, line: str, kind: type, says: str) -> None:
+def test_a_wrong_line_gets_one_clear_error(
+    tmp_path: Path, line: str, kind: type, says: str, golden: Golden
+) -> None:
     error = error_of(tmp_path, CIRCUIT + line)
     assert isinstance(error, kind)
-    with pytest.raises(kind, match=says):
+    with golden.raises(kind, match=says):
         raise error
     assert str(error).startswith(str(tmp_path / "brain.py"))
 
@@ -288,22 +291,22 @@ def test_a_population_from_before_the_last_setup_is_refused(tmp_path: Path) -> N
     assert "'circuit' was built before the last setup(), which forgets everything" in str(error)
 
 
-def test_a_missing_script_gets_the_nearest_file(tmp_path: Path) -> None:
+def test_a_missing_script_gets_the_nearest_file(tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "brain.py").write_text(CIRCUIT)
-    with pytest.raises(NetworkError, match=r"no file .*; did you mean 'brain.py'\?"):
+    with golden.raises(NetworkError, match="'brain.py'"):
         load_network(tmp_path / "brian.py")
 
 
-def test_a_script_that_is_not_text_is_not_python(tmp_path: Path) -> None:
+def test_a_script_that_is_not_text_is_not_python(tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "brain.py").write_bytes(b"\x00\xff\x00")
-    with pytest.raises(NetworkError, match=r"brain.py:1:2: this is not Python: not UTF-8: the byte 0xff"):
+    with golden.raises(NetworkError, match="brain.py:1:2.*UTF-8.*0xff"):
         load_network(tmp_path / "brain.py")
 
 
 @pytest.mark.parametrize(("name", "reader"), [("a.nir", "load_nir"), ("a.nrpnet", "read_network")])
-def test_a_file_of_a_network_is_not_executed(tmp_path: Path, name: str, reader: str) -> None:
+def test_a_file_of_a_network_is_not_executed(tmp_path: Path, name: str, reader: str, golden: Golden) -> None:
     (tmp_path / name).write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
-    with pytest.raises(NetworkError, match=f"is a network, not a script: .*{reader} reads it"):
+    with golden.raises(NetworkError, match=f"{reader}"):
         load_network(tmp_path / name)
     assert not (tmp_path / "ran").exists()
 
@@ -327,8 +330,8 @@ def test_a_network_is_made_as_data_or_with_pynn_but_not_both(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("seed", [1.5, "7", True, None])
-def test_a_seed_that_is_no_integer_is_refused(tmp_path: Path, seed: Any) -> None:
-    with pytest.raises(ExperimentError, match="a seed is an integer, not"):
+def test_a_seed_that_is_no_integer_is_refused(tmp_path: Path, seed: Any, golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         load(tmp_path, RANDOM, seed=seed)
     one, same = (load(tmp_path, RANDOM, seed=number) for number in (np.int64(3), 3))
     assert one.digest == same.digest

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -165,15 +166,15 @@ def test_a_recorder_that_forgets_keeps_at_least_what_it_promised() -> None:
 
 @pytest.mark.parametrize("name", ["cm", "tau_m", "tau_syn_E", "tau_syn_I"])
 @pytest.mark.parametrize("value", [0.0, -1.0, np.inf, np.nan])
-def test_an_impossible_integrator_is_refused(name: str, value: float) -> None:
-    with pytest.raises(ValueError, match=f"{name} must be positive"):
+def test_an_impossible_integrator_is_refused(name: str, value: float, golden: Golden) -> None:
+    with golden.raises(ValueError, match=f"{name}"):
         LeakyIntegratorAlpha(**{name: value})
 
 
-def test_other_impossible_sinks_are_refused() -> None:
-    with pytest.raises(ValueError, match="delay must be 0 ms or more, not -1"):
+def test_other_impossible_sinks_are_refused(golden: Golden) -> None:
+    with golden.raises(ValueError, match="-1"):
         LeakyIntegratorExp(delay=-1.0)
-    with pytest.raises(CapabilityError, match="never fires: v_thresh is inf, not -50"):
+    with golden.raises(CapabilityError, match="v_thresh.*-50"):
         LeakyIntegratorExp(v_thresh=-50.0)
-    with pytest.raises(ValueError, match="tau_fall and tau_rise must be positive"):
+    with golden.raises(ValueError, match="tau_fall.*tau_rise"):
         PopulationRate(tau_rise=0.0)

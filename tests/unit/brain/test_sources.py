@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -225,9 +226,9 @@ def test_a_change_of_rate_keeps_the_phase() -> None:
     assert emitted(port, 70.0, ENDLESS) == []
 
 
-def test_equidistant_spikes_have_one_rate() -> None:
+def test_equidistant_spikes_have_one_rate(golden: Golden) -> None:
     port = opened(FixedFrequencySource(rate=100.0), 4, 6)
-    with pytest.raises(ValueError, match="one rate; use a device group"):
+    with golden.raises(ValueError):
         port.rate = [1.0, 2.0]
 
 
@@ -247,37 +248,37 @@ def test_a_current_is_a_number_or_one_for_each_neuron() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "says"),
+    "value",
     [
-        (-1.0, "rate must be finite and at least 0, not -1"),
-        (1e200, r"rate must be finite and at most 1e\+07, not 1e\+200"),
-        ([1.0, 1e8], r"at most 1e\+07"),
-        (np.nan, "rate must be finite"),
-        ([1.0, np.inf], "rate must be finite"),
-        ([1.0, 2.0, 3.0], "rate takes one value or 2, not 3"),
+        -1.0,
+        1e200,
+        [1.0, 1e8],
+        np.nan,
+        [1.0, np.inf],
+        [1.0, 2.0, 3.0],
     ],
 )
-def test_an_impossible_rate_is_refused_and_the_old_one_stays(value: object, says: str) -> None:
+def test_an_impossible_rate_is_refused_and_the_old_one_stays(value: object, golden: Golden) -> None:
     port = opened(PoissonSource(rate=40.0), 1, 2)
-    with pytest.raises(ValueError, match=says):
+    with golden.raises(ValueError):
         port.rate = value
     assert port.rate == 40.0
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "says"),
+    ("name", "value"),
     [
-        ("weight", np.inf, "weight must be finite"),
-        ("delay", -0.1, "delay must be 0 ms or more, not -0.1"),
-        ("delay", np.nan, "delay must be 0 ms or more"),
-        ("n", 0, "n must be 1 or more, not 0"),
-        ("start", "5", "start is a time in ms, not '5'"),
-        ("duration", float("nan"), "duration is a time in ms, not nan"),
-        ("receptor_type", "exc", "excitatory or inhibitory, not 'exc'"),
+        ("weight", np.inf),
+        ("delay", -0.1),
+        ("delay", np.nan),
+        ("n", 0),
+        ("start", "5"),
+        ("duration", float("nan")),
+        ("receptor_type", "exc"),
     ],
 )
-def test_an_impossible_source_is_refused(name: str, value: object, says: str) -> None:
-    with pytest.raises(ValueError, match=says):
+def test_an_impossible_source_is_refused(name: str, value: object, golden: Golden) -> None:
+    with golden.raises(ValueError):
         PoissonSource(**{name: value})
 
 
@@ -334,6 +335,6 @@ def test_equal_neurons_have_equal_shares_of_all_arrivals(n: int) -> None:
         assert port._assigned(values).tolist() == list(range(n - last))
 
 
-def test_unknown_source_cells_are_refused() -> None:
-    with pytest.raises(CapabilityError, match="SpikeSourceInhGamma are not supported"):
+def test_unknown_source_cells_are_refused(golden: Golden) -> None:
+    with golden.raises(CapabilityError, match="SpikeSourceInhGamma"):
         PopulationTrains(Population("a", 1, "SpikeSourceInhGamma", {}), np.arange(1), SEEDS)
