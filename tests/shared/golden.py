@@ -26,6 +26,7 @@ _VARYING = (  # what differs between machines, runs and edits of the tests, and 
     (re.compile(r"(test_\w+\.py(:|\", line ))\d+"), r"\1N"),
     (re.compile(r"[\d.]+ [KMGT]iB are free"), "N GiB are free"),
     (re.compile(r"\b0x[0-9a-f]{6,}"), "ADDRESS"),
+    (re.compile(r"\b[0-9a-f]{32,}\b"), "DIGEST"),
     (re.compile(r"[^\S \n]|[\0-\x08\x0e-\x1f\ud800-\udfff]"), lambda found: ascii(found[0])[1:-1]),
 )
 _UPDATED = pytest.StashKey[dict[Path, dict[tuple[str, str], str]]]()
@@ -35,7 +36,7 @@ class Golden:
     """The messages of a test, which are compared with its entry when it has passed."""
 
     def __init__(self, temporary: Path) -> None:
-        folder = re.compile(rf"{re.escape(str(temporary))}/[\w-]*")
+        folder = re.compile(rf"{re.escape(str(temporary))}(/[\w-]*)?")
         self._varying = ((folder, "TMP"), *_VARYING)
         self._messages: list[str] = []
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-import pytest
+from golden import Golden
 
 from nrp_core.dsl.testing import MockWorld
 from nrp_core.errors import BackendLoadError, TopicError
@@ -39,19 +39,19 @@ def test_a_package_adds_a_service_by_an_entry_point(install: Install) -> None:
         assert world.call("/gazebo/get_world_properties").success
 
 
-def test_two_services_of_one_name_are_refused_with_who_adds_the_second(install: Install) -> None:
+def test_two_services_of_one_name_are_refused_with_who_adds_the_second(
+    install: Install, golden: Golden
+) -> None:
     install(
         "lab2", "[nrp_core.services]\nzoo = lab2:services\n", COUNTING.format(name="/gazebo/pause_physics")
     )
-    with pytest.raises(
-        TopicError, match="'zoo' provides the service '/gazebo/pause_physics', which exists already"
-    ):
+    with golden.raises(TopicError, match="'zoo'.*'/gazebo/pause_physics'"):
         MockWorld({}, scene=Scene(()))
 
 
-def test_a_provider_that_does_not_import_is_named(install: Install) -> None:
+def test_a_provider_that_does_not_import_is_named(install: Install, golden: Golden) -> None:
     install("lab3", "[nrp_core.services]\nbroken = no_such_module:services\n")
-    with pytest.raises(BackendLoadError, match="provider of services 'broken' of lab3"):
+    with golden.raises(BackendLoadError, match="'broken'.*lab3"):
         MockWorld({}, scene=Scene(()))
 
 

@@ -6,6 +6,7 @@ from math import nan
 from typing import ClassVar
 
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -75,7 +76,7 @@ def test_a_topic_without_a_rate_gives_the_value_now() -> None:
     assert subscription.latest == Stamped(6, Float64(2))
 
 
-def test_a_publication_delivers_what_fits_and_nothing_else() -> None:
+def test_a_publication_delivers_what_fits_and_nothing_else(golden: Golden) -> None:
     delivered: list[object] = []
 
     class OneTopic:
@@ -94,11 +95,9 @@ def test_a_publication_delivers_what_fits_and_nothing_else() -> None:
     publication = Publication(COMMAND, "/husky/velocity", OneTopic())
     publication.publish(Twist())
     publication.publish_numbers([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    with pytest.raises(
-        TopicError, match=r"/husky/cmd_vel carries geometry_msgs/msg/Twist, not float \(0\.5\)"
-    ):
+    with golden.raises(TopicError, match=r"/husky/cmd_vel.*geometry_msgs/msg/Twist.*\(0\.5\)"):
         publication.publish(0.5)
-    with pytest.raises(TopicError, match=r"/husky/cmd_vel: in geometry_msgs/msg/Twist, linear\.x is nan"):
+    with golden.raises(TopicError, match=r"/husky/cmd_vel.*geometry_msgs/msg/Twist, linear\.x"):
         publication.publish(Twist(Vector3(nan)))
     assert delivered == [
         ("/husky/velocity", Twist()),

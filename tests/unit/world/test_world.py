@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -53,37 +54,39 @@ def test_every_topic_says_what_it_is(room: Any) -> None:
     assert all(info.what for info in room.topics.values())
 
 
-def test_an_unknown_topic_gets_a_suggestion(room: Any) -> None:
-    with pytest.raises(TopicError, match="no topic '/husky/cmd_val'; did you mean '/husky/cmd_vel'"):
+def test_an_unknown_topic_gets_a_suggestion(room: Any, golden: Golden) -> None:
+    with golden.raises(TopicError, match="'/husky/cmd_val'.*'/husky/cmd_vel'"):
         room.advertise("/husky/cmd_val")
-    with pytest.raises(TopicError, match="no topic '/husky/camara'; did you mean '/husky/camera'"):
+    with golden.raises(TopicError, match="'/husky/camara'.*'/husky/camera'"):
         room.subscribe("/husky/camara")
-    with pytest.raises(TopicError, match="a topic is given by its name, a text"):
+    with golden.raises(TopicError):
         room.advertise({"x": 1})
 
 
-def test_a_topic_has_its_direction(room: Any) -> None:
-    with pytest.raises(TopicError, match=r"'/husky/cmd_vel' \(geometry_msgs/msg/Twist\) only takes messages"):
+def test_a_topic_has_its_direction(room: Any, golden: Golden) -> None:
+    with golden.raises(TopicError, match=r"'/husky/cmd_vel' \(geometry_msgs/msg/Twist\)"):
         room.subscribe("/husky/cmd_vel")
-    with pytest.raises(TopicError, match=r"'/husky/camera' \(sensor_msgs/msg/Image\) only gives messages"):
+    with golden.raises(TopicError, match=r"'/husky/camera' \(sensor_msgs/msg/Image\)"):
         room.advertise("/husky/camera")
 
 
-def test_a_wrong_message_is_refused_under_its_requested_name_without_side_effects(room: Any) -> None:
+def test_a_wrong_message_is_refused_under_its_requested_name_without_side_effects(
+    room: Any, golden: Golden
+) -> None:
     room.add_alias("/go", "/husky/cmd_vel")
     go = room.advertise("/go")
     with pytest.raises(TopicError, match="/go carries geometry_msgs/msg/Twist, not Vector3"):
         go.publish(Vector3())
-    with pytest.raises(TopicError, match=r"/go: in geometry_msgs/msg/Twist, angular\.z is nan"):
+    with golden.raises(TopicError, match=r"/go.*geometry_msgs/msg/Twist, angular\.z"):
         go.publish(Twist(angular=Vector3(z=nan)))
     go.publish(FORWARD)
     assert room.engine.velocity.forward == 1
 
 
-def test_two_parts_must_not_serve_one_topic(room: Any) -> None:
+def test_two_parts_must_not_serve_one_topic(room: Any, golden: Golden) -> None:
     husky, screen = room.scene.models
     other = replace(husky, name="other")
-    with pytest.raises(TopicError, match=r"two parts of the scene have the topic '/husky/camera': .+ and .+"):
+    with golden.raises(TopicError, match="'/husky/camera'"):
         World(type(room.engine)(replace(room.scene, models=(husky, other, screen))))
 
 
@@ -112,8 +115,8 @@ def test_a_name_is_given_once_and_absolute(room: Any, name: str) -> None:
             take()
 
 
-def test_an_alias_of_nothing_is_refused(room: Any) -> None:
-    with pytest.raises(TopicError, match="no topic '/screen/body/glas/color'; did you mean"):
+def test_an_alias_of_nothing_is_refused(room: Any, golden: Golden) -> None:
+    with golden.raises(TopicError, match="'/screen/body/glas/color'"):
         room.add_alias("/left", "/screen/body/glas/color")
 
 
@@ -238,14 +241,14 @@ def test_a_fresh_world_of_the_same_scene_takes_the_snapshot(open_world: Any) -> 
     assert (old.engine.x, old.engine.y) == (new.engine.x, new.engine.y)
 
 
-def test_a_world_of_another_scene_does_not(open_world: Any) -> None:
-    with pytest.raises(SimulationError, match=r"taken with scene [0-9a-f]+; here it is scene [0-9a-f]+"):
+def test_a_world_of_another_scene_does_not(open_world: Any, golden: Golden) -> None:
+    with golden.raises(SimulationError):
         open_world(rate_hz=20.0).restore(open_world().snapshot())
 
 
-def test_an_engine_without_snapshots_says_so_and_goes_on(open_world: Any) -> None:
+def test_an_engine_without_snapshots_says_so_and_goes_on(open_world: Any, golden: Golden) -> None:
     world = open_world(snapshot=False)
-    with pytest.raises(CapabilityError, match="PointEngine cannot save and restore its state"):
+    with golden.raises(CapabilityError, match="PointEngine"):
         world.snapshot()
     world.run_until(2 * MS)
 
@@ -253,17 +256,17 @@ def test_an_engine_without_snapshots_says_so_and_goes_on(open_world: Any) -> Non
 # -- errors
 
 
-def test_a_time_between_two_steps_is_refused_without_side_effects(room: Any) -> None:
-    with pytest.raises(TimestepError, match="3 ms is not a multiple of the world's step, 2 ms"):
+def test_a_time_between_two_steps_is_refused_without_side_effects(room: Any, golden: Golden) -> None:
+    with golden.raises(TimestepError):
         room.run_until(3 * MS)
     assert room.state is State.READY
     room.run_until(4 * MS)
 
 
-def test_an_engine_that_loses_a_model_is_stopped_with_its_name(room: Any) -> None:
+def test_an_engine_that_loses_a_model_is_stopped_with_its_name(room: Any, golden: Golden) -> None:
     room.run_until(2 * MS)
     room.engine.x = nan
-    with pytest.raises(DivergedError, match="model 'husky' has a position that is not finite") as failure:
+    with golden.raises(DivergedError, match="'husky'") as failure:
         room.run_until(4 * MS)
     assert failure.value.t_ns == 4 * MS
     assert room.state is State.FAILED
@@ -271,12 +274,10 @@ def test_an_engine_that_loses_a_model_is_stopped_with_its_name(room: Any) -> Non
     room.run_until(4 * MS)
 
 
-def test_an_engine_that_raises_is_one_error_with_its_time(room: Any) -> None:
+def test_an_engine_that_raises_is_one_error_with_its_time(room: Any, golden: Golden) -> None:
     room.run_until(2 * MS)
     room.engine.fails = True
-    with pytest.raises(
-        SimulationError, match=r"PointEngine failed to advance at 0\.002 s: ZeroDivisionError: in the engine"
-    ):
+    with golden.raises(SimulationError, match=r"PointEngine.*0\.002.*ZeroDivisionError"):
         room.run_until(4 * MS)
     with pytest.raises(LifecycleError, match="has failed"):
         room.advertise("/husky/cmd_vel").publish(FORWARD)
@@ -314,6 +315,8 @@ def test_a_world_that_cannot_change_gets_its_lights_back_by_a_reset_or_a_snapsho
     assert [light.name for light in room.scene.lights] == ["sun"]
 
 
-def test_a_world_that_cannot_change_cannot_reset_its_state_while_time_goes_on(room: Any) -> None:
-    with pytest.raises(CapabilityError, match="cannot be reset"):
+def test_a_world_that_cannot_change_cannot_reset_its_state_while_time_goes_on(
+    room: Any, golden: Golden
+) -> None:
+    with golden.raises(CapabilityError):
         room.reset("state")

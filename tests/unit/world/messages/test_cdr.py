@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -155,18 +156,18 @@ class Unspeakable:
     table: dict[str, int] = field(default_factory=dict)
 
 
-def test_a_field_that_no_message_can_hold_is_named() -> None:
-    with pytest.raises(TopicError, match=r"Unspeakable cannot be a message: .* dict\[str, int\]"):
+def test_a_field_that_no_message_can_hold_is_named(golden: Golden) -> None:
+    with golden.raises(TopicError, match=r"dict\[str, int\]"):
         Codec().encode(Unspeakable())
 
 
-def test_a_class_that_takes_a_ros_name_but_not_its_fields_is_refused() -> None:
+def test_a_class_that_takes_a_ros_name_but_not_its_fields_is_refused(golden: Golden) -> None:
     @dataclass
     class Wrong:
         wrong: float = 0.0
 
     Wrong.__msgtype__ = "geometry_msgs/msg/Accel"  # type: ignore[attr-defined]
-    with pytest.raises(TopicError, match=r"Wrong has the fields \['wrong'\].*\['linear', 'angular'\]"):
+    with golden.raises(TopicError, match=r"\['wrong'\].*\['linear', 'angular'\]"):
         Codec().encode(Wrong())
 
 

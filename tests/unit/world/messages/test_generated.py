@@ -6,6 +6,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
@@ -68,8 +69,8 @@ def test_times_and_spans_have_the_package_of_ros_2():
     assert message_type("builtin_interfaces/Time") is type(Header().stamp)
 
 
-def test_a_type_that_ros_does_not_have_is_refused_with_a_hint():
-    with pytest.raises(AttributeError, match="did you mean 'PointCloud2'"):
+def test_a_type_that_ros_does_not_have_is_refused_with_a_hint(golden: Golden):
+    with golden.raises(AttributeError, match="'PointCloud2'"):
         kind("sensor_msgs", "PointClout2")
     with pytest.raises(TopicError, match="sensor_msgs/PointCloud3"):
         message_type("sensor_msgs/PointCloud3")
@@ -117,10 +118,10 @@ def test_depth_comes_back(depth):
     assert np.array_equal(CvBridge().imgmsg_to_cv2(message, "32FC1"), depth)
 
 
-def test_an_unknown_encoding_is_refused():
+def test_an_unknown_encoding_is_refused(golden: Golden):
     with pytest.raises(CvBridgeError, match="unknown encoding 'rgb9'"):
         CvBridge().cv2_to_imgmsg(np.zeros((2, 2, 3), np.uint8), "rgb9")
-    with pytest.raises(CvBridgeError, match="cannot be converted from '32FC1' to 'bgr8'"):
+    with golden.raises(CvBridgeError, match="'32FC1'.*'bgr8'"):
         CvBridge().imgmsg_to_cv2(CvBridge().cv2_to_imgmsg(np.zeros((2, 2), np.float32)), "bgr8")
 
 

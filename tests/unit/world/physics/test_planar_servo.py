@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import inf, sqrt
 
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -117,16 +118,16 @@ def test_wheels_lose_their_friction_and_nothing_else_does():
     assert frictions == {"base": 0.7, "left": 0.0, "right": 0.0}
 
 
-def test_a_drive_needs_a_base_that_floats():
+def test_a_drive_needs_a_base_that_floats(golden: Golden):
     model = robot()
     held = replace(model, joints=(*model.joints, Joint("anchor", "fixed", "world", "base")))
-    with pytest.raises(SceneError, match="the drive 'drive' cannot move 'robot', whose base does not float"):
+    with golden.raises(SceneError, match="'drive'.*'robot'"):
         servo(held)
 
 
-def test_wheels_on_two_bodies_are_refused():
+def test_wheels_on_two_bodies_are_refused(golden: Golden):
     model = robot()
     left, right = model.joints
     chained = replace(model, joints=(left, replace(right, parent="left")))
-    with pytest.raises(SceneError, match="are not held by one body"):
+    with golden.raises(SceneError):
         servo(chained)

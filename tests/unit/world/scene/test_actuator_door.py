@@ -6,6 +6,7 @@ from dataclasses import is_dataclass
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.drive import Drive
@@ -56,7 +57,7 @@ def test_every_reader_of_controllers_imports(name: str) -> None:
 
 
 def test_a_drive_of_another_package_is_read_and_one_without_wheels_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "acme_drift.py").write_text(DRIFT)
@@ -69,5 +70,5 @@ def test_a_drive_of_another_package_is_read_and_one_without_wheels_is_refused(
     (drive,) = read_model(file).drives
     assert (type(drive).__name__, drive.command_topic, drive.joints) == ("Drift", "/robot/drift", ())
     file.write_text(ROBOT.format("libgazebo_ros_diff_drive.so"))
-    with pytest.raises(SceneError, match="a drive needs wheels"):
+    with golden.raises(SceneError):
         read_model(file)

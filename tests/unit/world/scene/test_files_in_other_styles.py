@@ -6,6 +6,7 @@ from collections.abc import Callable
 from math import pi
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
@@ -24,25 +25,25 @@ TWIN = (
 )
 
 
-def test_a_link_and_a_joint_have_one_name_up_to_sdf_1_6(model: ModelReader) -> None:
+def test_a_link_and_a_joint_have_one_name_up_to_sdf_1_6(model: ModelReader, golden: Golden) -> None:
     read = model(TWIN.format(turn=pi / 2), version="1.6")
     (joint,) = read.joints
     assert (joint.name, joint.parent, joint.child) == ("arm", "base", "arm")
     assert joint.pose.position == pytest.approx((1, 0, 2))  # the frame of the child, then its own pose
     assert joint.pose.rotate(joint.axis) == pytest.approx((0, 1, 0))
-    with pytest.raises(SceneError, match="the name 'arm' is used by the <link>"):
+    with golden.raises(SceneError, match="'arm'.*<link>"):
         model(TWIN.format(turn=0), version="1.7")
 
 
-def test_two_links_of_one_name_are_refused_in_every_version(model: ModelReader) -> None:
-    with pytest.raises(SceneError, match="the name 'base' is used by the <link>"):
+def test_two_links_of_one_name_are_refused_in_every_version(model: ModelReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'base'.*<link>"):
         model(LINK + LINK, version="1.6")
 
 
-def test_scopes_in_names_are_refused_as_from_sdf_1_8(model: ModelReader) -> None:
+def test_scopes_in_names_are_refused_as_from_sdf_1_8(model: ModelReader, golden: Golden) -> None:
     flat = '<link name="hand::palm"><inertial/></link>'
     assert model(flat, version="1.7").links[0].name == "hand::palm"
-    with pytest.raises(SceneError, match=r"robot\.sdf:4: the name 'hand::palm' must not contain '::'"):
+    with golden.raises(SceneError, match=r"robot\.sdf:4.*'hand::palm'.*'::'"):
         model(flat, version="1.8")
     plugin = '<plugin name="gz::sim::systems::JointStatePublisher" filename="x"/>'
     assert model(LINK + plugin, version="1.8").warnings == ()
@@ -87,15 +88,17 @@ JOINT = '<joint name="j" type="fixed"><parent>{0}</parent><child>{1}</child></jo
     [
         (
             '<frame name="f" attached_to="robt"/>',
-            "no frame 'robt'; did you mean 'robot'",
+            "'robt'.*'robot'",
         ),
-        (JOINT.format("world", "robot::bass"), "no frame 'robot::bass'; did you mean 'robot::base'"),
-        (JOINT.format("robot", "world"), "the world cannot be the child of the joint 'j'"),
-        (JOINT.format("robot::base", "robot"), "the joint 'j' connects the link 'robot::base' with itself"),
+        (JOINT.format("world", "robot::bass"), "'robot::bass'.*'robot::base'"),
+        (JOINT.format("robot", "world"), "'j'"),
+        (JOINT.format("robot::base", "robot"), "'j'.*'robot::base'"),
     ],
 )
-def test_wrong_references_of_a_world_are_refused(world: WorldReader, inside: str, message: str) -> None:
-    with pytest.raises(SceneError, match=message):
+def test_wrong_references_of_a_world_are_refused(
+    world: WorldReader, inside: str, message: str, golden: Golden
+) -> None:
+    with golden.raises(SceneError, match=message):
         world(f'<model name="robot">{LINK}</model>{inside}')
 
 

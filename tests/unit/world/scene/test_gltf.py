@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import Golden
 from square_gltf import CORNERS, GREEN, ORDER, binary_file, document, text_file
 
 from nrp_core.errors import SceneError
@@ -55,19 +56,19 @@ def test_strips_and_fans_are_triangles_that_face_the_same_way(
 
 
 @pytest.mark.parametrize(
-    ("data", "message"),
+    "data",
     [
-        (text_file({}, extensionsRequired=["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression"),
-        (text_file({}).replace(b'"count": 4', b'"count": 4000'), "shorter than it says"),
-        (text_file({})[:200], "cannot be read"),
-        (json.dumps(document({})[0] | {"buffers": [{"uri": "a.bin"}]}).encode(), "'a.bin' is missing"),
-        (text_file({}).replace(b'"mesh": 0', b'"mesh": 7'), "not valid glTF"),
-        (text_file({"children": [0, 0]}), "not a tree"),
-        (text_file({"scale": [0, 0, 0]}), "its triangles have no area; is a scale in it 0"),
-        (b"glTF\2\0\0\0", "not binary glTF"),
+        text_file({}, extensionsRequired=["KHR_draco_mesh_compression"]),
+        text_file({}).replace(b'"count": 4', b'"count": 4000'),
+        text_file({})[:200],
+        json.dumps(document({})[0] | {"buffers": [{"uri": "a.bin"}]}).encode(),
+        text_file({}).replace(b'"mesh": 0', b'"mesh": 7'),
+        text_file({"children": [0, 0]}),
+        text_file({"scale": [0, 0, 0]}),
+        b"glTF\2\0\0\0",
     ],
 )
-def test_what_cannot_be_read_is_refused_with_the_reason(tmp_path: Path, data: bytes, message: str) -> None:
+def test_what_cannot_be_read_is_refused_with_the_reason(tmp_path: Path, data: bytes, golden: Golden) -> None:
     (tmp_path / "a.gltf").write_bytes(data)
-    with pytest.raises(SceneError, match=message):
+    with golden.raises(SceneError):
         mesh_pieces(tmp_path / "a.gltf", Wanted("whole"))

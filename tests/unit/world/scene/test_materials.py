@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.materials import MATERIALS, color_of
@@ -46,6 +47,6 @@ def test_every_material_is_a_colour() -> None:
         assert all(isinstance(part, float) and 0 <= part <= 1 for part in rgba)
 
 
-def test_an_unknown_material_gets_a_suggestion() -> None:
-    with pytest.raises(SceneError, match="no material 'Gazebo/RedGlowing'; did you mean 'redglow'"):
+def test_an_unknown_material_gets_a_suggestion(golden: Golden) -> None:
+    with golden.raises(SceneError, match="'Gazebo/RedGlowing'.*'redglow'"):
         color_of("Gazebo/RedGlowing")

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import pytest
 import square_gltf
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -419,25 +420,25 @@ def test_without_a_cache_meshes_are_converted_in_each_process(
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "message"),
+    ("name", "content"),
     [
-        ("a.stl", b"solid nothing\nendsolid", "it has no triangles"),
-        ("a.stl", b"\xff\xfe not a mesh", "cannot be read"),
-        ("a.stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:0", "git lfs pull"),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 3\n", "names a vertex that does not exist"),
-        ("a.obj", b"v 0 0 zero\n", "cannot be read"),
-        ("a.obj", b"v 0 0 0\nf 1 0 1\n", "a face names the vertex 0"),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2\n", "it has no triangles"),
-        ("a.obj", b"", "it has no triangles"),
-        ("a.dae", b"<COLLADA>", "XML Parsing Error: Premature end of data in tag COLLADA line 1"),
-        ("a.dae", b"<COLLADA/>", "cannot be read"),
-        ("a.fbx", b"", r"not of a supported type; supported: .stl, .obj, .dae, .glb, .gltf"),
+        ("a.stl", b"solid nothing\nendsolid"),
+        ("a.stl", b"\xff\xfe not a mesh"),
+        ("a.stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:0"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 3\n"),
+        ("a.obj", b"v 0 0 zero\n"),
+        ("a.obj", b"v 0 0 0\nf 1 0 1\n"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nf 1 2\n"),
+        ("a.obj", b""),
+        ("a.dae", b"<COLLADA>"),
+        ("a.dae", b"<COLLADA/>"),
+        ("a.fbx", b""),
     ],
 )
 def test_an_unusable_mesh_is_refused_in_one_sentence(
-    pieces: Pieces, name: str, content: bytes, message: str
+    pieces: Pieces, name: str, content: bytes, golden: Golden
 ) -> None:
-    with pytest.raises(SceneError, match=message) as refusal:
+    with golden.raises(SceneError) as refusal:
         pieces(name, content)
     assert "\n" not in refusal.value.message
 
@@ -459,8 +460,8 @@ def test_triangles_that_cannot_be_drawn_are_left_out_and_counted(
     assert ["1 triangles of the mesh 'a.stl' are left out" in one for one in said] == [True] * left_out
 
 
-def test_a_submesh_that_is_not_there_is_named_with_those_that_are(pieces: Pieces) -> None:
-    with pytest.raises(SceneError, match="no submesh 'squar'; it has: corner, square"):
+def test_a_submesh_that_is_not_there_is_named_with_those_that_are(pieces: Pieces, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'squar'"):
         pieces("a.obj", TWO_THINGS, submesh="squar")
 
 

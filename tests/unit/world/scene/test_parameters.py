@@ -6,6 +6,7 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core import read_model
 from nrp_core.errors import SceneError
@@ -134,7 +135,7 @@ def test_a_misspelt_file_of_a_plugin_that_is_found_by_its_class_is_reported(
     assert [f"did you mean '{slip}" in one for one in said] == [True] * bool(slip)
 
 
-def test_a_car_whose_flag_cannot_be_read_is_refused(tmp_path: Path) -> None:
+def test_a_car_whose_flag_cannot_be_read_is_refused(tmp_path: Path, golden: Golden) -> None:
     corners = ("rear_left", "rear_right", "front_left", "front_right")
     wheels = "".join(f"<{corner}_joint>left</{corner}_joint>" for corner in corners)
     ball = '<collision name="c"><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>'
@@ -142,7 +143,7 @@ def test_a_car_whose_flag_cannot_be_read_is_refused(tmp_path: Path) -> None:
       <publish_odom>falze</publish_odom></plugin>"""
     path = tmp_path / "cart.sdf"
     path.write_text(_CART.format(body=_BODY + ball, sensor="", in_joint="", plugin=plugin))
-    with pytest.raises(SceneError, match="<publish_odom> is 'falze'; did you mean 'false'"):
+    with golden.raises(SceneError, match="<publish_odom>.*'falze'.*'false'"):
         read_model(path)
 
 
@@ -182,19 +183,19 @@ def test_an_element_of_another_type_of_sensor_is_reported(
     [
         (
             "<frame>chlid</frame>",
-            "<frame> must be one of child, parent, sensor, not 'chlid'; did you mean 'child'",
+            "<frame>.*'chlid'.*'child'",
         ),
         (
             "<measure_direction>child_to_parrent</measure_direction>",
-            "did you mean 'child_to_parent'",
+            "'child_to_parent'",
         ),
     ],
 )
 def test_a_word_of_a_force_sensor_that_is_not_one_is_refused(
-    tmp_path: Path, settings: str, message: str
+    tmp_path: Path, settings: str, message: str, golden: Golden
 ) -> None:
     sensor = f'<sensor name="s" type="force_torque"><force_torque>{settings}</force_torque></sensor>'
-    with pytest.raises(SceneError, match=message):
+    with golden.raises(SceneError, match=message):
         _warnings(tmp_path, in_joint=sensor)
 
 

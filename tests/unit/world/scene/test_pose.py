@@ -4,6 +4,7 @@ from math import cos, hypot, isclose, pi, sin
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -110,20 +111,20 @@ def test_yaw_is_the_heading(yaw: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("pose", "words"),
+    "pose",
     [
-        (Pose((1.0, 2.0)), r"the position of the model 'm' must be 3 finite numbers, not \(1.0, 2.0\)"),  # type: ignore[arg-type]
-        (Pose(1.0), "the position of the model 'm' must be 3 finite numbers, not 1.0"),  # type: ignore[arg-type]
-        (Pose((0.0, float("nan"), 0.0)), "must be 3 finite numbers"),
-        (Pose(orientation=(0.0, 0.0, 1.57)), "the orientation of the model 'm' must be 4 finite numbers"),  # type: ignore[arg-type]
-        (Pose(orientation=(0.0, 0.0, 0.0, 2.0)), "x, y, z, w of length 1; it is 2"),
-        ((0.0, 0.0, 1.0), "the pose of the model 'm' is .*, not a Pose"),
+        Pose((1.0, 2.0)),  # type: ignore[arg-type]
+        Pose(1.0),  # type: ignore[arg-type]
+        Pose((0.0, float("nan"), 0.0)),
+        Pose(orientation=(0.0, 0.0, 1.57)),  # type: ignore[arg-type]
+        Pose(orientation=(0.0, 0.0, 0.0, 2.0)),
+        (0.0, 0.0, 1.0),
     ],
 )
-def test_a_scene_refuses_what_is_no_pose(pose: Pose, words: str) -> None:
-    with pytest.raises(SceneError, match=words):
+def test_a_scene_refuses_what_is_no_pose(pose: Pose, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'m'"):
         Scene((Model("m", (Link("body"),), pose=pose),))
-    with pytest.raises(SceneError, match=words.replace("the model", "the link 'body' of the model")):
+    with golden.raises(SceneError, match="'body'.*'m'"):
         Scene((Model("m", (Link("body", pose=pose),)),))
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core import archives
 from nrp_core.errors import SceneError
@@ -72,8 +73,10 @@ def test_an_archive_may_be_included(pack: Pack, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["../escape.sdf", "a/../../escape.sdf", "/etc/escape.sdf", "C:\\escape.sdf", "..\\escape.sdf"]
 )
-def test_an_archive_that_would_write_elsewhere_is_refused(pack: Pack, name: str, cache: Path) -> None:
-    with pytest.raises(SceneError, match="outside of its folder"):
+def test_an_archive_that_would_write_elsewhere_is_refused(
+    pack: Pack, name: str, cache: Path, golden: Golden
+) -> None:
+    with golden.raises(SceneError):
         read_model(pack({"model.sdf": SDF.format(""), name: "x"}))
     assert not list(cache.rglob("escape*"))
 
@@ -85,8 +88,8 @@ def test_a_symbolic_link_in_an_archive_is_refused(pack: Pack) -> None:
         read_model(pack({"model.sdf": SDF.format(""), link: "/etc"}))  # type: ignore[dict-item]
 
 
-def test_a_bomb_is_refused_before_it_is_unpacked(pack: Pack, cache: Path) -> None:
-    with pytest.raises(SceneError, match="unpacks to 30 MB of nearly nothing"):
+def test_a_bomb_is_refused_before_it_is_unpacked(pack: Pack, cache: Path, golden: Golden) -> None:
+    with golden.raises(SceneError, match="30 MB"):
         read_model(pack({"model.sdf": SDF.format(""), "zeros": bytes(30_000_000)}))
     assert not list(cache.rglob("zeros"))
 
@@ -97,27 +100,27 @@ def test_an_archive_of_too_much_is_refused(pack: Pack, monkeypatch: pytest.Monke
         read_model(pack({"model.sdf": SDF.format("<!-- longer than that -->" * 9)}))
 
 
-@pytest.mark.parametrize(
-    ("content", "message"), [(b"PK nothing", "not a ZIP archive"), (b"", "not a ZIP archive")]
-)
-def test_a_file_that_is_not_an_archive_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+@pytest.mark.parametrize(("content", "message"), [(b"PK nothing", "ZIP"), (b"", "ZIP")])
+def test_a_file_that_is_not_an_archive_is_refused(
+    tmp_path: Path, content: bytes, message: str, golden: Golden
+) -> None:
     (tmp_path / "cart.zip").write_bytes(content)
-    with pytest.raises(SceneError, match=message):
+    with golden.raises(SceneError, match=message):
         read_model(tmp_path / "cart.zip")
 
 
-def test_a_damaged_archive_is_refused_and_nothing_of_it_kept(pack: Pack, cache: Path) -> None:
+def test_a_damaged_archive_is_refused_and_nothing_of_it_kept(pack: Pack, cache: Path, golden: Golden) -> None:
     archive = pack({"damaged.sdf": SDF.format("")})
     content = bytearray(archive.read_bytes())
     content[60] ^= 0xFF
     archive.write_bytes(content)
-    with pytest.raises(SceneError, match="not a ZIP archive that can be read"):
+    with golden.raises(SceneError, match="ZIP"):
         read_model(archive)
     assert not list(cache.rglob("damaged.sdf"))
 
 
-def test_an_archive_without_a_model_is_refused(pack: Pack) -> None:
-    with pytest.raises(SceneError, match="holds no SDF or URDF file"):
+def test_an_archive_without_a_model_is_refused(pack: Pack, golden: Golden) -> None:
+    with golden.raises(SceneError, match="SDF.*URDF"):
         read_model(pack({"readme.txt": "hello"}))
 
 
@@ -216,17 +219,17 @@ def test_substitutions_alone_make_a_xacro_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("<xacro:nothing/>", "unknown macro name: xacro:nothing"),
+        ("<xacro:nothing/>", "xacro:nothing"),
         ('<xacro:include filename="absent.xacro"/>', "absent.xacro"),
-        ('<xacro:include filename="$(find nowhere)/a.xacro"/>', "there is no package 'nowhere'"),
+        ('<xacro:include filename="$(find nowhere)/a.xacro"/>', "'nowhere'"),
     ],
 )
 def test_a_file_that_xacro_cannot_expand_is_one_error(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], body: str, message: str
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], body: str, message: str, golden: Golden
 ) -> None:
     robot = tmp_path / "cart.xacro"
     robot.write_text(f'<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">{body}</robot>')
-    with pytest.raises(SceneError, match=message) as refusal:
+    with golden.raises(SceneError, match=message) as refusal:
         read_model(robot)
     assert "\n" not in refusal.value.message
     assert capfd.readouterr().err == ""
@@ -280,14 +283,14 @@ def test_models_of_fuel_are_those_of_gazebos_cache_or_of_folders_with_their_name
 
 
 def test_a_file_that_includes_its_namesake_on_fuel_does_not_include_itself(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
     (tmp_path / "drone").mkdir()
     uri = "https://fuel.gazebosim.org/1.0/someone/models/drone"
     file = tmp_path / "drone" / "model.sdf"
     file.write_text(f'<sdf version="1.9"><include><uri>{uri}</uri></include></sdf>')
-    with pytest.raises(SceneError, match=f"there is no '{uri}'"):
+    with golden.raises(SceneError, match=f"'{uri}'"):
         read_model(file, search_path=[tmp_path])
     kept = tmp_path / ".gz/fuel/fuel.gazebosim.org/someone/models/drone/1"
     kept.mkdir(parents=True)

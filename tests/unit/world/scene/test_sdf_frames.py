@@ -6,6 +6,7 @@ from math import pi
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.rigid import Pose
@@ -42,21 +43,18 @@ def test_poses_are_read_in_every_notation(model: ModelReader, pose: str, expecte
 
 
 @pytest.mark.parametrize(
-    ("pose", "message"),
+    "pose",
     [
-        ("<pose>1 2 3</pose>", "<pose> must hold 6 numbers, not '1 2 3'"),
-        ("<pose>1 2 3 0 0 nan</pose>", "must hold 6 numbers"),
-        ('<pose rotation_format="quat_xyzw">1 2 3 0 0 0</pose>', "must hold 7 numbers"),
-        ('<pose rotation_format="quat_xyzw">1 2 3 0 0 0 0</pose>', "not a rotation"),
-        (
-            '<pose rotation_format="wxyz">1 2 3 0 0 0</pose>',
-            "rotation_format is 'wxyz'; valid: euler_rpy, quat_xyzw",
-        ),
-        ('<pose relative_to="arm">0 0 0 0 0 0</pose>', "the model 'robot' has no frame 'arm'"),
+        "<pose>1 2 3</pose>",
+        "<pose>1 2 3 0 0 nan</pose>",
+        '<pose rotation_format="quat_xyzw">1 2 3 0 0 0</pose>',
+        '<pose rotation_format="quat_xyzw">1 2 3 0 0 0 0</pose>',
+        '<pose rotation_format="wxyz">1 2 3 0 0 0</pose>',
+        '<pose relative_to="arm">0 0 0 0 0 0</pose>',
     ],
 )
-def test_a_pose_that_cannot_be_read_is_one_error(model: ModelReader, pose: str, message: str) -> None:
-    with pytest.raises(SceneError, match=message) as refusal:
+def test_a_pose_that_cannot_be_read_is_one_error(model: ModelReader, pose: str, golden: Golden) -> None:
+    with golden.raises(SceneError) as refusal:
         model(link("base", pose))
     assert refusal.value.line == 4
 
@@ -102,8 +100,8 @@ def test_visuals_and_sensors_may_be_placed_in_another_frame(model: ModelReader) 
     assert read.links[0].visuals[0].pose.position == pytest.approx((0, 0, 3))
 
 
-def test_poses_in_a_circle_are_refused(model: ModelReader) -> None:
-    with pytest.raises(SceneError, match="the frame 'a' is relative to itself, through a cycle of frames"):
+def test_poses_in_a_circle_are_refused(model: ModelReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'a'"):
         model(
             link("a", '<pose relative_to="b">0 0 0 0 0 0</pose>')
             + link("b", '<pose relative_to="a">0 0 0 0 0 0</pose>')
@@ -129,26 +127,28 @@ def test_a_frame_without_a_place_is_refused_even_if_nothing_uses_it(
         model(link("base") + frames)
 
 
-def test_frames_attached_in_a_circle_are_refused(model: ModelReader) -> None:
+def test_frames_attached_in_a_circle_are_refused(model: ModelReader, golden: Golden) -> None:
     frames = "".join(
         f'<frame name="{a}" attached_to="{b}"><pose relative_to="base"/></frame>' for a, b in ("fg", "gf")
     )
     joint = '<joint name="j" type="fixed"><parent>f</parent><child>arm</child></joint>'
-    with pytest.raises(SceneError, match="attached to itself, through a cycle"):
+    with golden.raises(SceneError):
         model(link("base") + link("arm") + frames + joint)
 
 
 @pytest.mark.parametrize("tag", ["link", "frame", "model"])
-def test_names_in_a_model_are_unique_among_all_that_have_frames(model: ModelReader, tag: str) -> None:
+def test_names_in_a_model_are_unique_among_all_that_have_frames(
+    model: ModelReader, tag: str, golden: Golden
+) -> None:
     inside = link("x") if tag == "model" else ""
-    with pytest.raises(SceneError, match="the name 'base' is used by the <link> on line 4") as refusal:
+    with golden.raises(SceneError, match="'base'.*<link>") as refusal:
         model(link("base") + f'<{tag} name="base">{inside}</{tag}>')
     assert refusal.value.line == 5
 
 
 @pytest.mark.parametrize("name", ["world", "__model__", "__x__"])
-def test_reserved_names_are_refused(model: ModelReader, name: str) -> None:
-    with pytest.raises(SceneError, match=f"the name '{name}' is reserved"):
+def test_reserved_names_are_refused(model: ModelReader, name: str, golden: Golden) -> None:
+    with golden.raises(SceneError, match=f"'{name}'"):
         model(link(name))
 
 
@@ -158,16 +158,14 @@ def test_the_canonical_link_is_the_base(model: ModelReader, write: Callable[...,
     assert [part.name for part in read_model(path).links] == ["b", "a"]
 
 
-def test_a_canonical_link_that_is_not_there_is_refused(write: Callable[..., Path]) -> None:
+def test_a_canonical_link_that_is_not_there_is_refused(write: Callable[..., Path], golden: Golden) -> None:
     path = write(f'<model name="robot" canonical_link="bass">{link("base")}</model>')
-    with pytest.raises(
-        SceneError, match="the model 'robot' has no canonical link 'bass'; did you mean 'base'"
-    ):
+    with golden.raises(SceneError, match="'robot'.*'bass'.*'base'"):
         read_model(path)
 
 
-def test_a_model_needs_a_link(model: ModelReader) -> None:
-    with pytest.raises(SceneError, match="the model 'robot' has no <link>"):
+def test_a_model_needs_a_link(model: ModelReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'robot'.*<link>"):
         model("")
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from math import inf, pi, sqrt
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.model import Joint, Mimic, Model
@@ -100,16 +101,16 @@ def test_a_joint_held_between_0_and_0_is_fixed(joint: JointReader) -> None:
     assert joint("<axis><limit><lower>0</lower><upper>0</upper></limit></axis>").kind == "fixed"
 
 
-def test_crossed_limits_are_refused(joint: JointReader) -> None:
-    with pytest.raises(SceneError, match=r"lower limit \(2\) is above the upper one \(1\)") as refusal:
+def test_crossed_limits_are_refused(joint: JointReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match=r"\(2\).*\(1\)") as refusal:
         joint("<axis><limit><lower>2</lower><upper>1</upper></limit></axis>")
     assert refusal.value.line == 7
 
 
-def test_the_axis_is_z_by_default_and_of_length_1(joint: JointReader) -> None:
+def test_the_axis_is_z_by_default_and_of_length_1(joint: JointReader, golden: Golden) -> None:
     assert joint("<axis/>").axis == (0, 0, 1)
     assert joint("<axis><xyz>0 2 0</xyz></axis>").axis == (0, 1, 0)
-    with pytest.raises(SceneError, match="<xyz> is 0 0 0, which has no direction"):
+    with golden.raises(SceneError, match="<xyz>.*0 0 0"):
         joint("<axis><xyz>0 0 0</xyz></axis>")
 
 
@@ -153,8 +154,8 @@ def test_other_kinds_of_joints_are_read(joint: JointReader, kind: str) -> None:
     assert joint(kind=kind).kind == kind
 
 
-def test_a_kind_that_there_is_not_is_refused(joint: JointReader) -> None:
-    with pytest.raises(SceneError, match="unknown joint type 'revolut'; did you mean 'revolute'"):
+def test_a_kind_that_there_is_not_is_refused(joint: JointReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'revolut'.*'revolute'"):
         joint(kind="revolut")
 
 
@@ -217,7 +218,9 @@ def test_a_joint_that_closes_a_loop_is_not_in_the_tree(model: ModelReader) -> No
     assert "which is not simulated for a 'prismatic': left out" in str(slides.warnings[0])
 
 
-def test_a_joint_closes_a_loop_also_if_its_parent_is_held_by_a_later_one(model: ModelReader) -> None:
+def test_a_joint_closes_a_loop_also_if_its_parent_is_held_by_a_later_one(
+    model: ModelReader, golden: Golden
+) -> None:
     joints = "\n".join(
         f'<joint name="{a}_{b}" type="ball"><parent>{a}</parent><child>{b}</child></joint>'
         for a, b in (("base", "arm"), ("rod", "arm"), ("base", "rod"))
@@ -226,7 +229,7 @@ def test_a_joint_closes_a_loop_also_if_its_parent_is_held_by_a_later_one(model: 
     assert [joint.name for joint in read.joints] == ["base_arm", "base_rod"]
     assert [loop.name for loop in read.loops] == ["rod_arm"]
     locked = joints.replace('"rod_arm" type="ball"', '"rod_arm" type="fixed"')
-    with pytest.raises(SceneError, match="two joints, 'base_arm' and 'rod_arm', hold the link 'arm'"):
+    with golden.raises(SceneError, match="'base_arm'.*'rod_arm'.*'arm'"):
         model(LINKS + '<link name="rod"><inertial/></link>' + locked)
 
 
@@ -243,7 +246,9 @@ def test_two_joints_of_one_name_are_refused(model: ModelReader) -> None:
     refuse(model, joint + joint, "the name 'j' is used by the <joint> on line 6", 7)
 
 
-def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(model: ModelReader) -> None:
+def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(
+    model: ModelReader, golden: Golden
+) -> None:
     numbers = "<multiplier>2</multiplier><offset>0.5</offset><reference>0.1</reference>"
     mimic = f'<mimic joint="first">{numbers}</mimic>'
     text = (
@@ -256,11 +261,9 @@ def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(model: M
         )
     )
     assert model(text).joints[1].mimic == Mimic("first", 2.0, pytest.approx(0.3))
-    with pytest.raises(
-        SceneError, match="the joint 'second' mimics 'fist', which does not exist; did you mean"
-    ):
+    with golden.raises(SceneError, match="'second'.*'fist'"):
         model(text.replace('mimic joint="first"', 'mimic joint="fist"'))
-    with pytest.raises(SceneError, match="the joint 'second' mimics itself"):
+    with golden.raises(SceneError, match="'second'"):
         model(text.replace('mimic joint="first"', 'mimic joint="second"'))
     (warning,) = model(text.replace('"first" type="revolute"', '"first" type="fixed"')).warnings
     assert "the joint 'second' mimics 'first', which is fixed: it moves freely" in str(warning)

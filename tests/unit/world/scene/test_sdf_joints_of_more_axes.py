@@ -7,6 +7,7 @@ from math import inf, pi
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.model import Joint, Mimic, Model, Scene
@@ -120,8 +121,8 @@ def test_a_screw_turns_and_travels_its_pitch_a_turn(model: ModelReader, pitch: s
     assert travel.mimic == Mimic("j", pytest.approx(lead / 2 / pi))
 
 
-def test_a_screw_that_never_turns_is_refused(model: ModelReader) -> None:
-    with pytest.raises(SceneError, match="thread_pitch> is 0: a screw that slides without turning"):
+def test_a_screw_that_never_turns_is_refused(model: ModelReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="thread_pitch>"):
         model(LINKS + joint("screw", "<thread_pitch>0</thread_pitch>"))
 
 
@@ -140,13 +141,13 @@ def test_a_joint_of_two_axes_that_closes_a_loop_is_left_out_as_a_whole(model: Mo
     assert "the joint 'j' closes a loop of joints" in str(read.warnings[0])
 
 
-def test_a_joint_follows_the_second_axis_of_another_one(model: ModelReader) -> None:
+def test_a_joint_follows_the_second_axis_of_another_one(model: ModelReader, golden: Golden) -> None:
     text = LINKS + '<link name="tip"><inertial/></link>' + joint("universal", CROSS)
     mimic = '<axis><mimic joint="j" axis="axis2"><multiplier>2</multiplier></mimic></axis>'
     read = model(text + joint("revolute", mimic, name="k", ends=("arm", "tip")))
     assert read.joints[-1].mimic == Mimic("j_axis2", 2.0, 0.0)
     broken = CROSS.replace("</axis2>", '<mimic joint="jj"/></axis2>')
-    with pytest.raises(SceneError, match="the joint 'j_axis2' mimics 'jj', which does not exist") as refusal:
+    with golden.raises(SceneError, match="'j_axis2'.*'jj'") as refusal:
         model(LINKS + joint("universal", broken))
     assert refusal.value.line == 6
 
@@ -184,9 +185,9 @@ def test_parts_of_a_nested_model_are_named_with_it(model: ModelReader) -> None:
     assert read.link("leg::j_carrier").pose == read.link("leg::arm").pose
 
 
-def test_two_coordinates_of_one_name_are_refused(model: ModelReader) -> None:
+def test_two_coordinates_of_one_name_are_refused(model: ModelReader, golden: Golden) -> None:
     text = LINKS + '<link name="tip"><inertial/></link>' + joint("ball")
-    with pytest.raises(SceneError, match="two coordinates named 'j_y'"):
+    with golden.raises(SceneError, match="'j_y'"):
         model(text + joint("revolute", name="j_y", ends=("arm", "tip")))
 
 
@@ -255,6 +256,6 @@ def test_a_gearbox_without_two_gears_is_left_out_with_a_warning(
     assert why in str(read.warnings[0])
 
 
-def test_a_gearbox_suggests_existing_names(model: ModelReader) -> None:
-    with pytest.raises(SceneError, match="has no frame 'bsae'; did you mean 'base'"):
+def test_a_gearbox_suggests_existing_names(model: ModelReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'bsae'.*'base'"):
         model(geared(BODY.replace("base", "bsae") + AXES))

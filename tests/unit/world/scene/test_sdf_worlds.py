@@ -5,6 +5,7 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
@@ -45,8 +46,8 @@ def test_models_without_a_world_are_a_scene(write: Writer) -> None:
     assert [m.name for m in read_scene(write(f'<model name="a">{LINK}</model>')).models] == ["a"]
 
 
-def test_two_models_of_one_name_are_refused(world: WorldReader) -> None:
-    with pytest.raises(SceneError, match="the name 'a' is used by the <model> on line 4") as refusal:
+def test_two_models_of_one_name_are_refused(world: WorldReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'a'.*<model>") as refusal:
         world(f'<model name="a">{LINK}</model>\n<model name="a">{LINK}</model>')
     assert refusal.value.line == 5
 
@@ -82,13 +83,13 @@ def test_a_cone_that_fades_otherwise_than_evenly_is_warned_of(
     assert all("<falloff> 0.2 of a <spot> is not simulated" in str(warning) for warning in scene.warnings)
 
 
-def test_an_unknown_light_is_refused(world: WorldReader) -> None:
-    with pytest.raises(SceneError, match="unknown light type 'sun'; valid: directional, point, spot"):
+def test_an_unknown_light_is_refused(world: WorldReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'sun'"):
         world('<light name="sun" type="sun"/>')
 
 
-def test_a_file_of_two_worlds_is_refused(write: Writer) -> None:
-    with pytest.raises(SceneError, match="must hold one <world>; this one holds 2"):
+def test_a_file_of_two_worlds_is_refused(write: Writer, golden: Golden) -> None:
+    with golden.raises(SceneError, match="<world>"):
         read_scene(write('<world name="a"/><world name="b"/>'))
 
 
@@ -214,16 +215,16 @@ def test_the_ground_and_the_sun_of_gazebo_are_there(world: WorldReader) -> None:
 
 
 def test_a_model_that_is_not_there_is_named_with_where_it_was_looked_for(
-    world: WorldReader, tmp_path: Path
+    world: WorldReader, tmp_path: Path, golden: Golden
 ) -> None:
-    with pytest.raises(SceneError, match="there is no 'model://husky'; looked in") as refusal:
+    with golden.raises(SceneError, match="'model://husky'") as refusal:
         world("\n<include><uri>model://husky</uri></include>")
     assert refusal.value.line == 5
     assert str(tmp_path) in str(refusal.value)
 
 
 def test_a_lenient_reader_leaves_models_out_that_are_not_there_and_names_each_once(
-    world: WorldReader, write: Writer
+    world: WorldReader, write: Writer, golden: Golden
 ) -> None:
     write(f'<model name="box">{LINK}</model>', name="box.sdf")
     gone = "<include><uri>model://gone</uri><name>{}</name></include>"
@@ -232,7 +233,7 @@ def test_a_lenient_reader_leaves_models_out_that_are_not_there_and_names_each_on
     assert [model.name for model in scene.models] == ["box"]
     (warning,) = scene.warnings
     assert "room.sdf:4: there is no 'model://gone': left out (and 1 more)" in str(warning)
-    with pytest.raises(SceneError, match="there is no 'model://gone'"):
+    with golden.raises(SceneError, match="'model://gone'"):
         world(room)
     around = world(f'<model name="m">{gone.format("a")}</model><model name="n">{LINK}</model>', lenient=True)
     assert [model.name for model in around.models] == ["n"]
@@ -261,28 +262,28 @@ def test_includes_with_one_name_are_counted_as_gazebo_classic_reads_them(
     assert [warning.code for warning in scene.warnings] == [Code.NRP266]
 
 
-def test_nothing_is_fetched_from_the_network(world: WorldReader) -> None:
-    with pytest.raises(SceneError, match="only files of this machine are read"):
+def test_nothing_is_fetched_from_the_network(world: WorldReader, golden: Golden) -> None:
+    with golden.raises(SceneError):
         world("<include><uri>https://fuel.gazebosim.org/1.0/models/sun</uri></include>")
 
 
-def test_an_include_of_nothing_is_refused(world: WorldReader) -> None:
-    with pytest.raises(SceneError, match="the <uri> is empty"):
+def test_an_include_of_nothing_is_refused(world: WorldReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="<uri>"):
         world("<include><uri/></include>")
     with pytest.raises(SceneError, match="<include> needs a <uri>"):
         world("<include/>")
 
 
-def test_a_folder_without_a_model_is_refused(world: WorldReader, tmp_path: Path) -> None:
+def test_a_folder_without_a_model_is_refused(world: WorldReader, tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "empty").mkdir()
-    with pytest.raises(SceneError, match=r"holds neither a model\.config nor a model\.sdf"):
+    with golden.raises(SceneError, match=r"model\.config.*model\.sdf"):
         world("<include><uri>empty</uri></include>")
 
 
-def test_files_that_include_each_other_are_refused(write: Writer) -> None:
+def test_files_that_include_each_other_are_refused(write: Writer, golden: Golden) -> None:
     write('<model name="a"><include><uri>b.sdf</uri></include></model>', name="a.sdf")
     path = write('<model name="b">\n<include><uri>a.sdf</uri></include></model>', name="b.sdf")
-    with pytest.raises(SceneError, match=r"in a cycle: b\.sdf -> a\.sdf -> b\.sdf"):
+    with golden.raises(SceneError, match=r"b\.sdf -> a\.sdf -> b\.sdf"):
         read_model(path)
 
 
@@ -324,15 +325,15 @@ def test_a_robot_gets_its_id_and_its_place(write: Writer) -> None:
 
 
 @pytest.mark.parametrize(("body", "count"), [("", 0), (f'<model name="a">{LINK}</model>' * 2, 2)])
-def test_the_file_of_a_robot_holds_one_model(write: Writer, body: str, count: int) -> None:
-    with pytest.raises(SceneError, match=f"must hold one <model>; this one holds {count}"):
+def test_the_file_of_a_robot_holds_one_model(write: Writer, body: str, count: int, golden: Golden) -> None:
+    with golden.raises(SceneError, match=f"<model>.*{count}"):
         read_model(write(body))
 
 
-def test_another_kind_of_xml_is_refused(tmp_path: Path) -> None:
+def test_another_kind_of_xml_is_refused(tmp_path: Path, golden: Golden) -> None:
     path = tmp_path / "robot.xml"
     path.write_text("<COLLADA/>")
-    with pytest.raises(SceneError, match="neither SDF nor URDF: its root is <COLLADA>"):
+    with golden.raises(SceneError, match="SDF.*URDF.*<COLLADA>"):
         read_model(path)
 
 

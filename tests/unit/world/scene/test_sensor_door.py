@@ -8,6 +8,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.capabilities import WorldCapabilities
@@ -64,7 +65,7 @@ def test_a_file_imports_the_sensors_that_it_has_and_no_others(tmp_path: Path) ->
 
 
 def test_a_sensor_that_does_not_import_is_one_error_at_its_element(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "acme_whisker.py").write_text(BROKEN)
@@ -73,13 +74,11 @@ def test_a_sensor_that_does_not_import_is_one_error_at_its_element(
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme-whisker\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(f"[{SENSORS.group}]\nwhisker = acme_whisker:Whisker\n")
     file = robot(tmp_path, '<sensor name="ears" type="whisker"/>')
-    with pytest.raises(
-        SceneError, match=r"robot\.sdf:1: sensor 'whisker' of acme-whisker 1\.0 .* does not import"
-    ):
+    with golden.raises(SceneError, match=r"robot\.sdf:1.*'whisker'.*1\.0"):
         read_model(file)
 
 
-def test_data_without_a_part_is_refused_by_its_name() -> None:
+def test_data_without_a_part_is_refused_by_its_name(golden: Golden) -> None:
     model = Model("robot", (Link("body", sensors=(MountedSensor("bare", "/bare", 10.0),)),))
-    with pytest.raises(SceneError, match=r"'bare' of 'robot/body' is a MountedSensor, which is not"):
+    with golden.raises(SceneError, match="'bare'.*'robot/body'.*MountedSensor"):
         list(parts_of(model, None))  # type: ignore[arg-type]  # nothing is measured

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from math import inf, pi
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.ackermann import Ackermann
@@ -199,7 +200,7 @@ def test_the_true_pose_of_ros_2_is_remapped(model: ModelReader) -> None:
     assert read.warnings == ()
 
 
-def test_the_generic_controllers_of_the_neurorobotics_platform(model: ModelReader) -> None:
+def test_the_generic_controllers_of_the_neurorobotics_platform(model: ModelReader, golden: Golden) -> None:
     plugin = (
         '<plugin name="c" filename="libgeneric_controller_plugin.so">'
         '<controller joint_name="wrist"><type>{}</type>'
@@ -210,9 +211,9 @@ def test_the_generic_controllers_of_the_neurorobotics_platform(model: ModelReade
         expected = JointController("wrist", kind, f"/robot/wrist/{topic}", Pid(100.0, 1.0, 2.0))  # type: ignore[arg-type]
         assert read.controllers == (expected,)
         assert not read.warnings
-    with pytest.raises(SceneError, match="of type position, velocity, effort, not 'speed'"):
+    with golden.raises(SceneError, match="'speed'"):
         model(ARM.format("") + plugin.format("speed"))
-    with pytest.raises(SceneError, match="no joint 'wrost'; did you mean 'wrist'"):
+    with golden.raises(SceneError, match="'wrost'.*'wrist'"):
         model(ARM.format("") + plugin.format("position").replace("wrist", "wrost"))
 
 
@@ -346,22 +347,19 @@ def test_the_car_of_ros_2_takes_names_and_limits_from_its_tags(model: ModelReade
 
 
 @pytest.mark.parametrize(
-    ("car", "why"),
+    "car",
     [
-        (
-            ros_car(plugin="<rear_left_joint>rear_lft_joint</rear_left_joint>"),
-            "did you mean 'rear_left_joint'",
-        ),
-        (ros_car(tyre="<box><size>1 1 1</size></box>"), "must be a cylinder or a sphere"),
+        ros_car(plugin="<rear_left_joint>rear_lft_joint</rear_left_joint>"),
+        ros_car(tyre="<box><size>1 1 1</size></box>"),
     ],
 )
-def test_a_car_whose_wheels_are_unclear_is_refused(model: ModelReader, car: str, why: str) -> None:
-    with pytest.raises(SceneError, match=why):
+def test_a_car_whose_wheels_are_unclear_is_refused(model: ModelReader, car: str, golden: Golden) -> None:
+    with golden.raises(SceneError):
         model(car)
 
 
-def test_a_rate_below_0_is_refused(model: ModelReader) -> None:
-    with pytest.raises(SceneError, match="an <update_rate> must be 0 or more, not -5"):
+def test_a_rate_below_0_is_refused(model: ModelReader, golden: Golden) -> None:
+    with golden.raises(SceneError, match="<update_rate>.*-5"):
         sensors_of(model, '<sensor name="imu" type="imu"><update_rate>-5</update_rate></sensor>')
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from math import inf
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.wheels import WheelDrive
@@ -101,21 +102,23 @@ def test_a_camera_without_a_rate_gets_one_with_a_warning(sensor: Callable[..., M
     ("inside", "message"),
     [
         ("", "<sensor> needs a <camera>"),
-        ("<camera><image><width>0</width></image></camera>", "<width> must be more than 0"),
-        ("<camera><image><width>10.5</width></image></camera>", "whole number of pixels, not 10.5 x 240"),
+        ("<camera><image><width>0</width></image></camera>", "<width>"),
+        ("<camera><image><width>10.5</width></image></camera>", "10.5.*240"),
         (
             "<camera><image><width>100000</width><height>100000</height></image></camera>",
-            "the image of camera 'cam' has 100000 x 100000 pixels; at most 268,435,456 are possible",
+            "'cam'.*100000.*100000.*268,435,456",
         ),
-        ("<camera><horizontal_fov>3.2</horizontal_fov></camera>", "below pi, not 3.2"),
+        ("<camera><horizontal_fov>3.2</horizontal_fov></camera>", "3.2"),
         (
             "<camera><clip><near>5</near><far>1</far></clip></camera>",
-            r"near clip distance \(5 m\) must be below",
+            "",
         ),
     ],
 )
-def test_a_camera_that_cannot_be_is_refused(sensor: Callable[..., Model], inside: str, message: str) -> None:
-    with pytest.raises(SceneError, match=message) as refusal:
+def test_a_camera_that_cannot_be_is_refused(
+    sensor: Callable[..., Model], inside: str, message: str, golden: Golden
+) -> None:
+    with golden.raises(SceneError, match=message) as refusal:
         sensor(inside)
     assert refusal.value.line == 5
 
@@ -293,14 +296,16 @@ def test_the_drive_among_gazebos_own_plugins_takes_its_sizes_from_the_wheels(mod
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("0.25 0 0", "0 0 0", "'fl_joint' and 'fr_joint' are at the same place"),
-        ("cylinder>", "empty>", "size of the wheel 'fl' from its collision, which must be a cylinder or"),
+        ("0.25 0 0", "0 0 0", "'fl_joint'.*'fr_joint'"),
+        ("cylinder>", "empty>", "'fl'"),
     ],
 )
-def test_wheels_without_a_size_are_refused(model: ModelReader, old: str, new: str, message: str) -> None:
+def test_wheels_without_a_size_are_refused(
+    model: ModelReader, old: str, new: str, message: str, golden: Golden
+) -> None:
     links = f'<link name="base"><inertial/></link>{ROLLERS.replace("-0.25", "0.25").replace(old, new)}'
     inside = "<left_joint>fl_joint</left_joint><right_joint>fr_joint</right_joint>"
-    with pytest.raises(SceneError, match=message):
+    with golden.raises(SceneError, match=message):
         model(f'{links}{JOINTS}<plugin name="d" filename="libDiffDrivePlugin.so">{inside}</plugin>')
 
 
@@ -320,22 +325,24 @@ def test_the_differential_drive_of_gz_sim(drive: DriveReader, scope: str) -> Non
 @pytest.mark.parametrize(
     ("inside", "message", "line"),
     [
-        ("", "a drive needs wheels", 5),
-        ("<leftJoint>bl_joint</leftJoint>", "wheels on both sides; there is no <rightJoint>", 5),
+        ("", "", 5),
+        ("<leftJoint>bl_joint</leftJoint>", "<rightJoint>", 5),
         (
             "<leftJoint>bl_joint</leftJoint>\n<rightJoint>bl_jiont</rightJoint>",
-            "the model has no joint 'bl_jiont'; did you mean 'bl_joint'",
+            "'bl_jiont'.*'bl_joint'",
             6,
         ),
         (
             "<leftJoint>bl_joint</leftJoint><rightJoint>br_joint</rightJoint><wheelDiameter>0</wheelDiameter>",
-            "<wheelDiameter> must be more than 0",
+            "<wheelDiameter>",
             5,
         ),
     ],
 )
-def test_a_drive_that_cannot_be_is_refused(drive: DriveReader, inside: str, message: str, line: int) -> None:
-    with pytest.raises(SceneError, match=message) as refusal:
+def test_a_drive_that_cannot_be_is_refused(
+    drive: DriveReader, inside: str, message: str, line: int, golden: Golden
+) -> None:
+    with golden.raises(SceneError, match=message) as refusal:
         drive(f'<plugin name="d" filename="libgazebo_ros_diff_drive.so">{inside}</plugin>')
     assert refusal.value.line == line
 

@@ -7,6 +7,7 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.wheels import WheelDrive
@@ -81,10 +82,11 @@ def test_that_of_gazebo_classic_leads_all_joints(
 
 def test_joints_that_cannot_be_led_are_warned_of_and_those_that_are_not_there_refused(
     arm: Callable[[str], Model],
+    golden: Golden,
 ) -> None:
     plugin = '<plugin name="gz::systems::JointTrajectoryController"><joint_name>{}</joint_name></plugin>'
     assert "robot.sdf:8: the joint 'hold' cannot be controlled" in str(arm(plugin.format("hold")).warnings[0])
-    with pytest.raises(SceneError, match=r"robot\.sdf:8: the model has no joint 'trun'; did you mean 'turn'"):
+    with golden.raises(SceneError, match=r"robot\.sdf:8.*'trun'.*'turn'"):
         arm(plugin.format("trun"))
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
@@ -258,26 +259,26 @@ def test_gravity_can_be_turned_off(urdf: UrdfReader) -> None:
     ("body", "message"),
     [
         ('<link name="base"><visual><geometry><box size="1 0 1"/></geometry></visual></link>', "more than 0"),
-        ('<link name="base"><visual><geometry/></visual></link>', "<geometry> needs a shape"),
+        ('<link name="base"><visual><geometry/></visual></link>', "<geometry>"),
         (
             '<link name="base"><visual><geometry><sphere/></geometry></visual></link>',
             "<sphere> needs .*radius",
         ),
         (
             '<link name="base"><visual><geometry><cone/></geometry><origin xyz="1 2"/></visual></link>',
-            "<origin> must hold 3 numbers, not '1 2'",
+            "<origin>.*'1 2'",
         ),
         ('<link name="base"><inertial/></link>', "<inertial> needs a <mass>"),
         (
             f'<link name="base">{MASS.replace("1", "-1", 1)}</link>',
-            "the mass of the link 'base' is -1 kg",
+            "'base'.*-1",
         ),
-        (TWO_LINKS + joint("planer"), "unknown joint type 'planer'"),
-        (TWO_LINKS + joint("fixed", parent="bass"), "parent of a joint is 'bass', but the robot has no such"),
+        (TWO_LINKS + joint("planer"), "'planer'"),
+        (TWO_LINKS + joint("fixed", parent="bass"), "'bass'"),
     ],
 )
-def test_an_error_points_into_the_file(urdf: UrdfReader, body: str, message: str) -> None:
-    with pytest.raises(SceneError, match=message) as refusal:
+def test_an_error_points_into_the_file(urdf: UrdfReader, body: str, message: str, golden: Golden) -> None:
+    with golden.raises(SceneError, match=message) as refusal:
         urdf(body)
     assert refusal.value.line == 2
     assert str(refusal.value.path).endswith("robot.urdf")

@@ -6,6 +6,7 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.model import Mimic
@@ -78,14 +79,16 @@ def test_a_block_of_the_world_is_no_mistake(tmp_path: Path) -> None:
     assert model.warnings == ()
 
 
-def test_the_name_of_a_robot_may_be_an_argument_that_the_file_declares_later(tmp_path: Path) -> None:
+def test_the_name_of_a_robot_may_be_an_argument_that_the_file_declares_later(
+    tmp_path: Path, golden: Golden
+) -> None:
     file = tmp_path / "arm.xacro"
     body = f'<xacro:arg name="name" default="arm"/><link name="base">{MASS}</link>'
     file.write_text(XACRO.format(body))
     assert read_model(file).name == "arm"
     assert read_model(file, args={"name": "other"}).name == "other"
     file.write_text(XACRO.format(body.replace(' default="arm"', "")))
-    with pytest.raises(SceneError, match=r"its argument 'name' has no default; give it a value: args"):
+    with golden.raises(SceneError, match="'name'"):
         read_model(file)
 
 
@@ -93,10 +96,10 @@ ARM_XACRO = XACRO.replace("$(arg name)", "arm")
 INCLUDE = '<xacro:include filename="$(find {0})/urdf/{1}.xacro"/><link name="base">{2}</link><xacro:{1}/>{3}'
 
 
-def test_a_missing_package_costs_what_it_has_and_not_the_robot(tmp_path: Path) -> None:
+def test_a_missing_package_costs_what_it_has_and_not_the_robot(tmp_path: Path, golden: Golden) -> None:
     file = tmp_path / "arm.xacro"
     file.write_text(ARM_XACRO.format(INCLUDE.format("sensors", "lidar", MASS, "")))
-    with pytest.raises(SceneError, match="there is no package 'sensors' in the search path"):
+    with golden.raises(SceneError, match="'sensors'"):
         read_model(file)
     model = read_model(file, lenient=True)
     assert [link.name for link in model.links] == ["base"]
@@ -187,9 +190,9 @@ def test_commas_between_numbers_are_read_as_spaces(tmp_path: Path) -> None:
     assert 'the commas in xyz="1, -2, 0.5" are read as spaces' in str(model.warnings[0])
 
 
-def test_a_comma_within_a_number_is_an_error(tmp_path: Path) -> None:
+def test_a_comma_within_a_number_is_an_error(tmp_path: Path, golden: Golden) -> None:
     held = HELD.replace("<parent", '<origin xyz="1 0,5 0"/><parent')
-    with pytest.raises(SceneError, match="<origin> must hold 3 numbers, not '1 0,5 0'"):
+    with golden.raises(SceneError, match="<origin>.*'1 0,5 0'"):
         read_model(robot(tmp_path, f'<link name="eye">{MASS}</link>{held}'))
 
 
@@ -202,8 +205,8 @@ def test_a_colour_with_five_numbers_is_its_first_four(tmp_path: Path) -> None:
     assert 'has 4 numbers, and rgba="0.1 0.2 0.3 0.5 1" has 5: 0.1 0.2 0.3 0.5 is used' in str(warning)
 
 
-def test_a_joint_of_an_absent_link_is_refused_with_the_word_of_urdf(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="the child of a joint is 'eye', but the robot has no such link"):
+def test_a_joint_of_an_absent_link_is_refused_with_the_word_of_urdf(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'eye'"):
         read_model(robot(tmp_path, HELD))
 
 
@@ -235,18 +238,18 @@ def test_a_plugin_that_couples_an_absent_joint_is_reported(tmp_path: Path, follo
     assert said in str(model.warnings[0])
 
 
-def test_a_plugin_that_couples_a_joint_with_itself_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="the joint 'left' mimics itself"):
+def test_a_plugin_that_couples_a_joint_with_itself_is_an_error(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(SceneError, match="'left'"):
         read_model(robot(tmp_path, COUPLED.format("gazebo_mimic_joint_plugin", "left")))
 
 
-def test_an_origin_may_have_a_quaternion(tmp_path: Path) -> None:
+def test_an_origin_may_have_a_quaternion(tmp_path: Path, golden: Golden) -> None:
     """A quarter turn about z takes x to y; the parser of ROS scales it to a length of 1."""
     held = HELD.replace("<parent", '<origin xyz="1 0 0" quat_xyzw="0 0 2 2"/><parent')
     model = read_model(robot(tmp_path, f'<link name="eye">{MASS}</link>{held}'))
     assert model.warnings == ()
     assert model.link("eye").pose.rotate((1.0, 0.0, 0.0)) == pytest.approx((0, 1, 0))
-    with pytest.raises(SceneError, match="has both rpy and quat_xyzw"):
+    with golden.raises(SceneError, match="quat_xyzw"):
         read_model(
             robot(tmp_path, f'<link name="eye">{MASS}</link>' + held.replace("quat", 'rpy="0 0 0" quat'))
         )

@@ -5,6 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
@@ -84,8 +85,8 @@ def test_an_encoding_that_is_not_that_of_the_document_is_refused(codec: str) -> 
         parse(hostile)
 
 
-def test_a_byte_outside_the_declared_encoding_is_refused_with_its_line() -> None:
-    with pytest.raises(SceneError, match="not in ascii") as refusal:
+def test_a_byte_outside_the_declared_encoding_is_refused_with_its_line(golden: Golden) -> None:
+    with golden.raises(SceneError) as refusal:
         parse_xml(b"<?xml version='1.0' encoding='ascii'?>\n<a>\n\xfc</a>", FILE)
     assert refusal.value.line == 3
 
@@ -247,15 +248,15 @@ def test_nothing_is_fetched() -> None:
             server.accept()
 
 
-def test_nesting_has_a_limit() -> None:
+def test_nesting_has_a_limit(golden: Golden) -> None:
     assert parse("<a>" * 100 + "</a>" * 100).tag == "a"
     for depth in (101, 300, 5000):
-        with pytest.raises(SceneError, match="nested more than 100 deep"):
+        with golden.raises(SceneError, match="100"):
             parse("<a>\n" * depth + "</a>" * depth)
 
 
-def test_texts_have_a_limit() -> None:
-    with pytest.raises(SceneError, match=r"f\.sdf:2: .*too large.* longer than 10 million"):
+def test_texts_have_a_limit(golden: Golden) -> None:
+    with golden.raises(SceneError, match=r"f\.sdf:2.*10"):
         parse_xml(b"<a>\n" + b"x" * 10_100_000 + b"</a>", Path("f.sdf"))
 
 
@@ -302,8 +303,8 @@ def test_flags_are_words_or_digits(text: str, value: bool) -> None:
     assert parse(f"<a><static>{text}</static></a>").flag("static", not value) is value
 
 
-def test_a_flag_that_is_neither_says_what_would_be_valid() -> None:
-    with pytest.raises(SceneError, match="<static> is 'yes'; valid: 0, 1, false, true"):
+def test_a_flag_that_is_neither_says_what_would_be_valid(golden: Golden) -> None:
+    with golden.raises(SceneError, match="<static>.*'yes'.*0, 1"):
         parse("<a><static>yes</static></a>").flag("static", False)
 
 
@@ -313,17 +314,17 @@ def test_directions_have_length_one() -> None:
         parse("<a><xyz>0 0 0</xyz></a>").direction("xyz", (0, 0, 1))
 
 
-def test_an_attribute_that_is_needed_is_named() -> None:
+def test_an_attribute_that_is_needed_is_named(golden: Golden) -> None:
     assert parse("<a name=' x '/>").attribute("name") == "x"
-    with pytest.raises(SceneError, match=r'<a> needs an attribute name="\.\.\."'):
+    with golden.raises(SceneError, match=r'<a>.*name="\.\.\."'):
         parse("<a name=''/>").attribute("name")
 
 
-def test_a_missing_file_is_named_with_one_that_is_there(tmp_path: Path) -> None:
+def test_a_missing_file_is_named_with_one_that_is_there(tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "husky.sdf").touch()
-    with pytest.raises(SceneError, match=r"there is no file .*huski\.sdf; did you mean 'husky\.sdf'"):
+    with golden.raises(SceneError, match=r"huski\.sdf.*'husky\.sdf'"):
         read_xml(tmp_path / "huski.sdf")
-    with pytest.raises(SceneError, match="there is no folder"):
+    with golden.raises(SceneError):
         read_xml(tmp_path / "nowhere" / "husky.sdf")
 
 
