@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from pydantic import Field
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainBackend, BrainOptions
-from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.remote.messages import Inputs, read_spikes
+from nrp_core.brain.remote.messages import Inputs, Label, read_spikes
 from nrp_core.brain.remote.process import borrow, give_back, is_locked
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds
@@ -50,6 +48,16 @@ class RemoteOptions(BrainOptions):
             simulator: a simulator that can run once in a process: a second brain gets its own process.
         """
         return self.python or (sys.executable if is_locked(simulator) else None)
+
+
+def _forwarded(operation: str) -> Any:
+    """Return the method that lets the brain in the other process carry out an operation."""
+
+    def forward(self: RemoteBrain, *arguments: Any) -> Any:
+        portable = (Label(one.label) if isinstance(one, Projection) else one for one in arguments)
+        return self._process.call(operation, *portable)
+
+    return forward
 
 
 class RemoteBrain(Brain):
@@ -112,51 +120,22 @@ class RemoteBrain(Brain):
         self._forget()
         self._process.call("reset", seed)
 
-    def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
-        values: FloatArray = self._process.call("read_state", variable, neurons)
-        return values
-
-    def _do_set_parameters(self, change: ParameterChange) -> None:
-        self._process.call("set_parameters", change)
-
-    def _do_read_weights(self, projection: Projection) -> FloatArray:
-        weights: FloatArray = self._process.call("read_weights", projection.label)
-        return weights
-
-    def _do_read_synapses(self, projection: Projection) -> Synapses:
-        synapses: Synapses = self._process.call("read_synapses", projection.label)
-        return synapses
-
-    def _do_read_rewirings(self, projection: Projection) -> Rewirings:
-        rewirings: Rewirings = self._process.call("read_rewirings", projection.label)
-        return rewirings
-
-    def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
-        self._process.call("set_weights", projection.label, weights)
-
-    def _do_set_synapse_parameters(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
-        self._process.call("set_synapse_parameters", projection.label, values)
-
-    def _do_set_plastic(self, projection: Projection, plastic: bool) -> None:
-        self._process.call("set_plastic", projection.label, plastic)
-
-    def _do_reward(self, population: str, amount: float) -> None:
-        self._process.call("reward", population, amount)
-
-    def _do_hold_reward(self, population: str, value: float) -> None:
-        self._process.call("hold_reward", population, value)
-
-    def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
-        state: FloatArray = self._process.call("read_synapse_state", projection.label, variable)
-        return state
-
-    def _do_save(self) -> object:
-        saved: object = self._process.call("save")
-        return saved
+    _do_read_state = _forwarded("_do_read_state")
+    _do_set_parameters = _forwarded("_do_set_parameters")
+    _do_read_weights = _forwarded("_do_read_weights")
+    _do_read_synapses = _forwarded("_do_read_synapses")
+    _do_read_rewirings = _forwarded("_do_read_rewirings")
+    _do_set_weights = _forwarded("_do_set_weights")
+    _do_set_synapse_parameters = _forwarded("_do_set_synapse_parameters")
+    _do_set_plastic = _forwarded("_do_set_plastic")
+    _do_reward = _forwarded("_do_reward")
+    _do_hold_reward = _forwarded("_do_hold_reward")
+    _do_read_synapse_state = _forwarded("_do_read_synapse_state")
+    _do_save = _forwarded("_do_save")
 
     def _do_restore(self, saved: object) -> None:
         self._forget()
-        self._process.call("restore", saved)
+        self._process.call("_do_restore", saved)
 
     def _emits(self, population: Population) -> bool:
         return population.label in self._emitting

@@ -12,7 +12,7 @@ import pickle
 import socket
 import struct
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -88,6 +88,16 @@ _NUMBERS: Final = 6
 _PART: Final = 1 << 20
 
 Numbers = tuple[int, ...]
+
+
+class Label(NamedTuple):
+    """A projection as an argument of a request: the other process has it in its network.
+
+    Args:
+        label: its label.
+    """
+
+    label: str
 
 
 class Channel:
