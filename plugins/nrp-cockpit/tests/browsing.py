@@ -42,6 +42,8 @@ CUT = """heads => heads.flatMap(head => {
 """Gives the titles and tools that reach out of the heads of their panels."""
 
 HUSKY = ("-s", "world.options.image_scale=0.25")
+UNKNOWN = "\N{EN DASH}"
+"""What the page shows in place of a number that nobody knows."""
 T = TypeVar("T")
 
 

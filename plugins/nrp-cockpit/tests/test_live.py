@@ -62,6 +62,15 @@ def test_it_plays_until_it_is_paused(opened: Cockpit, visitor: Visitor) -> None:
     assert opened.run.loop.steps == steps
 
 
+def test_speed_and_costs_are_unknown_until_there_is_a_step_and_while_time_stands(visitor: Visitor) -> None:
+    assert visitor.last("status")["real_time_factor"] is None
+    visitor.call("play")
+    visitor.until(lambda: visitor.last("status")["real_time_factor"])
+    assert sum(visitor.last("status")["share"].values()) == pytest.approx(1.0)
+    visitor.call("pause")
+    assert visitor.status(state="paused")["real_time_factor"] is None
+
+
 def test_it_runs_to_a_time(visitor: Visitor) -> None:
     visitor.call("run_to", t_s=0.19)
     visitor.status(state="paused", t_s=0.2)

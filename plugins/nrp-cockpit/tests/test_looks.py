@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 from nrp_brain_spinnaker.backend import SpinnakerBackend
 from nrp_cockpit.session.looks import Looks
 
@@ -30,3 +31,12 @@ def test_weights_are_those_of_the_synapses_that_there_are_now() -> None:
     assert np.bincount(found.astype(int)).tolist() == [8, 4]  # all 12 places are taken
     assert sum(seen["counts"]) == 12
     assert seen["summary"] == [0.5, (8 * 0.5 + 4) / 12, 1.0]
+
+
+@pytest.mark.parametrize("weight", [1e-4, -2.0, 0.0])
+def test_equal_weights_have_an_axis_of_their_own_size(weight: float) -> None:
+    brain = SimpleNamespace(read_synapses=lambda _label: SimpleNamespace(weight=np.full(3, weight)), now_ns=0)
+    seen = Looks(cast(Any, SimpleNamespace(brain=brain))).weights("any")
+    assert seen["borders"][0] < weight < seen["borders"][-1]
+    assert seen["borders"][-1] - seen["borders"][0] == pytest.approx(abs(weight) or 1.0)
+    assert sum(seen["counts"]) == 3

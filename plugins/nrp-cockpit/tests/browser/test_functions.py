@@ -80,6 +80,10 @@ def test_a_function_is_switched_off_and_on(husky: str, watched: Watched):
     page.keyboard.press("Escape")
     page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("listitem").filter(has=switch)).to_contain_text("off")
+    page.get_by_role("link", name="Cockpit").click()
+    value = page.get_by_role("region", name="voltage (mV)").get_by_role("listitem").first
+    expect(value).to_have_text("left_wheel_neuronoff")
+    page.get_by_role("contentinfo").get_by_role("link", name="1 function switched off").click()
     switch.click()
     expect(switch).to_be_checked()
 

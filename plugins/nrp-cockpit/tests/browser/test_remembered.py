@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from browsing import Watched, seen
+from browsing import UNKNOWN, Watched, seen
 from playwright.sync_api import Page, expect
 from visitors import SMALL, Cockpit, cockpit
 
@@ -16,7 +16,6 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
 Count = Callable[[float], int]
-UNKNOWN = "\N{EN DASH}"
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +44,7 @@ def run(opened: Cockpit) -> Cockpit:
 def shows(page: Page, count: int) -> None:
     """Wait until the spikes of the last second are this many, and the rates of all cells fit."""
     assert count > 50
-    expect(page.get_by_role("region", name="Spikes")).to_contain_text(f"{count} in the last second")
+    expect(page.get_by_role("region", name="Spikes")).to_contain_text(f"{count} in 1 s")
 
     def total() -> float:
         rates = page.locator(".brain-rate").all_text_contents()
@@ -111,6 +110,6 @@ def test_rates_are_not_given_where_nothing_was_recorded(run: Cockpit, watched: W
     page = watched.open(run.address)
     rates = page.locator(".brain-rate")
     expect(rates).to_have_text([f"{UNKNOWN} Hz"] * 8)
-    expect(page.get_by_role("region", name="Spikes")).to_contain_text(f"{UNKNOWN} in the last second")
+    expect(page.get_by_role("region", name="Spikes")).to_contain_text(f"{UNKNOWN} in 1 s")
     go(run, 4.1)
     expect(rates.first).to_have_text(re.compile(r"\d Hz"))

@@ -45,7 +45,8 @@ test("rates count the last second, and at the begin of a run what there was", ()
 test("rates relate to the time that was heard, and are unknown where that is too short", () => {
   expect(ratesNow(spikes(1.6, 1.8, 2), heardFrom(1.5), 2, 2)?.[1]).toBe(6);
   expect(ratesNow(spikes(2), heardFrom(1.9), 2, 2)).toBeNull();
-  expect(ratesNow(spikes(), heardFrom(0), 2, 0)?.[1]).toBe(0);
+  expect(ratesNow(spikes(), heardFrom(0), 2, 0.02)?.[1]).toBe(0);
+  expect(ratesNow(spikes(), heardFrom(0), 2, 0)).toBeNull();
   expect(ratesNow(spikes(), new Spans(), 2, 0)).toBeNull();
 });
 

@@ -35,11 +35,11 @@ const RATE_OVER_S = 1;
 /** At the begin of a run, the few spikes until then are related to this time. */
 const RATE_AT_LEAST_S = 0.2;
 
-/** The begin of the last second, or of the run if that is later, and how long of it was heard; null: too little. */
+/** The begin of the last second, or of the run if that is later, and how long of it was heard; null: too little, as before the first step. */
 function heardLately(heard: Spans, now_s: number): { from_s: number; over_s: number } | null {
   const from_s = Math.max(0, now_s - RATE_OVER_S);
   const heard_s = heard.within(from_s, now_s).reduce((sum, [begin_s, end_s]) => sum + end_s - begin_s, 0);
-  if (!heard.has(now_s) || heard_s < Math.min(now_s, RATE_AT_LEAST_S) - 1e-9) return null;
+  if (now_s <= 0 || !heard.has(now_s) || heard_s < Math.min(now_s, RATE_AT_LEAST_S) - 1e-9) return null;
   return { from_s, over_s: Math.max(heard_s, RATE_AT_LEAST_S) };
 }
 

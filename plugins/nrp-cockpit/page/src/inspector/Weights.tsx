@@ -14,6 +14,7 @@ import { useLook } from "./useLook";
 const EVERY_MS = 1000;
 const NO_PINS: readonly Seen[] = [];
 const NO_TOPICS: readonly TopicInfo[] = [];
+const summaryTopic = (id: string) => `/brain/projections/${id}/weights`;
 const text = (weight: number) => Number(weight.toPrecision(3)).toString();
 const colourOf = (at: number) => ({ "--c": `var(${CURVE_COLOURS[at]})` }) as CSSProperties;
 
@@ -21,6 +22,9 @@ const colourOf = (at: number) => ({ "--c": `var(${CURVE_COLOURS[at]})` }) as CSS
 export function Weights({ id }: { id: string }) {
   const seen = useLook<Seen>("weights", { projection: id }, EVERY_MS);
   const pins = usePins((state) => state.pins[id] ?? NO_PINS);
+  const unit = useRun(
+    ({ experiment }) => experiment?.topics.find(({ name }) => name === summaryTopic(id))?.unit,
+  );
   if (seen === null) return null;
   if (typeof seen === "string")
     return (
@@ -31,7 +35,7 @@ export function Weights({ id }: { id: string }) {
   if (!seen.summary) return null;
   const all = [seen, ...pins];
   return (
-    <Section title="Weights">
+    <Section title="Weights" note={unit}>
       <Histograms all={all} />
       <table className="inspector-weights">
         <thead>
@@ -49,7 +53,7 @@ export function Weights({ id }: { id: string }) {
           ))}
         </tbody>
       </table>
-      <div className="row">
+      <div className="row wrap">
         <Button small onClick={() => void pinNow(id)} tip="Keep the weights of now, to compare them later">
           Pin
         </Button>
@@ -126,8 +130,8 @@ const FIRST = ["mean", "5 %", "95 %"];
 /** Buttons that add the summary of the weights, or single ones, to the curves. */
 function PlotWeights({ id }: { id: string }) {
   const topics = useRun((run) => run.experiment?.topics ?? NO_TOPICS);
-  const named = (end: string) => topics.find(({ name }) => name === `/brain/projections/${id}/${end}`);
-  const [summary, synapses] = [named("weights"), named("synapses")];
+  const named = (topic: string) => topics.find(({ name }) => name === topic);
+  const [summary, synapses] = [named(summaryTopic(id)), named(`/brain/projections/${id}/synapses`)];
   if (!summary) return null;
   const plot = ({ name, elements }: TopicInfo, element: string) =>
     addTrace({ topic: name, path: `data[${elements.indexOf(element)}]` });

@@ -26,6 +26,20 @@ it("lists under each population the projections that leave it", () => {
   expect(wheels?.parts).toEqual([]);
 });
 
+it("tells several projections to the same cells apart", () => {
+  const populations = [{ label: "circuit", size: 8 }] as Population[];
+  const [one, other] = ["[2] to [7]", "[3] to [6]"];
+  const projections = [one, other].map((id) => ({
+    id,
+    label: id,
+    pre: "circuit",
+    post: "circuit",
+    excites: true,
+  }));
+  const [circuit] = populationsOf({ populations, projections: projections as Projection[] });
+  expect(circuit?.parts?.map(({ name }) => name)).toEqual([`→ ${one}`, `→ ${other}`]);
+});
+
 it("lists the groups of cells with their sizes, over all populations", () => {
   const cells = {
     eyes: [

@@ -1,6 +1,6 @@
 import { sizeOf } from "../brain/grouping";
 import type { Selection } from "../state/selection";
-import type { Experiment } from "../state/types";
+import type { Experiment, Projection } from "../state/types";
 
 /** A line of the outline, and those below it. */
 export interface Branch {
@@ -29,21 +29,23 @@ export const groupsOf = ({ groups }: Pick<Experiment, "groups">): Branch[] =>
     to: { kind: "group", name: group.name },
   }));
 
-/** The populations, each with the projections that leave it. */
+/** The populations, each with the projections that leave it; several to the same cells have their own names. */
 export function populationsOf({
   populations,
   projections,
 }: Pick<Experiment, "populations" | "projections">): Branch[] {
+  const isOnly = ({ pre, post, excites }: Projection) =>
+    projections.filter((one) => one.pre === pre && one.post === post && one.excites === excites).length === 1;
   return populations.map(({ label, size }) => ({
     name: label,
     note: `${size}`,
     to: { kind: "population", label },
     parts: projections
       .filter(({ pre }) => pre === label)
-      .map(({ id, post, excites }) => ({
-        name: `${excites ? "→" : "⊣"} ${post}`,
-        note: excites ? "excites" : "inhibits",
-        to: { kind: "projection", id },
+      .map((projection) => ({
+        name: `${projection.excites ? "→" : "⊣"} ${isOnly(projection) ? projection.post : projection.label}`,
+        note: projection.excites ? "excites" : "inhibits",
+        to: { kind: "projection", id: projection.id },
       })),
   }));
 }

@@ -166,7 +166,7 @@ export class Player implements Source {
 
   private statusNow() {
     const { state, now_ns, pace } = this.time;
-    return { state, pace, t_s: now_ns / 1e9, real_time_factor: pace ?? 0 };
+    return { state, pace, t_s: now_ns / 1e9, real_time_factor: null };
   }
 
   private status(): void {

@@ -19,7 +19,9 @@ export function AddTrace({ panel }: { panel: string }) {
       textOf={keyOf}
       show={(trace) => (
         <>
-          <span className="cut mut">{trace.topic}</span>
+          <span className="cut cut-front mut">
+            <bdi>{trace.topic}</bdi>
+          </span>
           <b className="mono">{trace.path}</b>
         </>
       )}

@@ -156,10 +156,10 @@ function countText(populations: readonly Population[]): string {
   const from_s = Math.max(0, clock.now_s - 1);
   const isHeard = ({ label }: Population) =>
     heardOf(label).has(clock.now_s) && heardOf(label).gaps(from_s, clock.now_s).length === 0;
-  if (!populations.every(isHeard)) return "– in the last second";
+  if (clock.now_s <= 0 || !populations.every(isHeard)) return "– in 1 s";
   const count = populations.reduce((sum, { label }) => {
     const spikes = spikesOf(label);
     return sum + spikes.length - spikes.indexAt(clock.now_s - 1);
   }, 0);
-  return `${count} in the last second`;
+  return `${count} in ${Number((clock.now_s - from_s).toFixed(2))} s`;
 }

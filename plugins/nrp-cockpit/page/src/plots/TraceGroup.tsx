@@ -1,5 +1,5 @@
 import { useRef } from "react";
-import { useRun } from "../state/run";
+import { type Run, useRun } from "../state/run";
 import { removeTrace } from "../state/traces";
 import { Icon } from "../ui/Icon";
 import { READABLE_MS } from "../ui/rarely";
@@ -28,7 +28,8 @@ export function TraceGroup({ group: { title, curves }, last }: GroupProps) {
   const events = useRun((run) => run.timeline?.events);
   const scale = useRef<TimeScale>({ from_s: 0, to_s: 1, left: 0, right: 1 });
   const values = useRef(new Map<string, HTMLElement>());
-  const saying = useRarely(READABLE_MS, () => sayValues(scale.current, curves, values.current));
+  const off = useRun(offDevices).split(" ");
+  const saying = useRarely(READABLE_MS, () => sayValues(scale.current, curves, values.current, off));
   const { ref, redraw } = useCanvas((sheet) => {
     const bottom = sheet.height - (last ? MARGIN.bottom : TOP);
     scale.current = scaleNow(MARGIN.left, sheet.width - MARGIN.right);
@@ -74,7 +75,9 @@ function Entry({ shown, value }: { shown: Shown; value: (element: HTMLElement | 
   return (
     <li className="key trace-key">
       <i style={{ "--c": `var(${CURVE_COLOURS[colour]})` } as React.CSSProperties} />
-      {label}
+      <span className="cut" title={label}>
+        {label}
+      </span>
       <b ref={value} />
       <button type="button" aria-label={`Remove ${label}`} onClick={() => removeTrace(trace)}>
         <Icon name="close" small />
@@ -83,14 +86,30 @@ function Entry({ shown, value }: { shown: Shown; value: (element: HTMLElement | 
   );
 }
 
-function sayValues(scale: TimeScale, curves: readonly Shown[], values: Map<string, HTMLElement>): void {
+/** The topics of the devices of functions that do not run: their values stand for nothing. */
+function offDevices({ experiment, functions }: Run): string {
+  const idle = functions?.functions.filter(({ active }) => !active).map(({ name }) => `${name}/`) ?? [];
+  const devices = idle.length > 0 ? (experiment?.devices ?? []) : [];
+  return devices
+    .filter(({ name }) => idle.some((one) => name.startsWith(one)))
+    .map(({ topic }) => topic)
+    .join(" ");
+}
+
+function sayValues(
+  scale: TimeScale,
+  curves: readonly Shown[],
+  values: Map<string, HTMLElement>,
+  off: readonly string[],
+): void {
   const pointed_s =
     crosshair.share === null
       ? Math.min(scale.to_s, clock.now_s)
       : timeAt(scale, scale.left + crosshair.share * (scale.right - scale.left));
   for (const { trace } of curves) {
     const value = heardOf(trace).has(pointed_s) ? valueAt(valuesOf(trace), pointed_s) : undefined;
-    const text = valueText(value);
+    const isOff = crosshair.share === null && off.includes(trace.topic);
+    const text = isOff ? "off" : valueText(value);
     const element = values.get(keyOf(trace));
     if (element && element.textContent !== text) element.textContent = text;
   }

@@ -62,13 +62,14 @@ test("all numbers are offered, devices first, but none of pictures", () => {
     schema,
     encoding,
   });
+  const LIST = "Layout layout\nfloat64[] data\n===\nMSG: std_msgs/Layout\nuint32 data_offset";
   const traces = offeredTraces(
     [
       channel("/husky/camera", "sensor_msgs/msg/Image", "uint32 width"),
       channel("/cockpit/status", "cockpit/status", "", "json"),
       channel("/a", "std_msgs/msg/Float64", "float64 data"),
       channel("/brain/devices/eye/left/rate", "std_msgs/msg/Float64MultiArray", "float64[] data"),
-      channel("/arm/muscles/cmd", "std_msgs/msg/Float64MultiArray", "float64[] data"),
+      channel("/arm/muscles/cmd", "std_msgs/msg/Float64MultiArray", LIST),
     ],
     devices,
     muscles,

@@ -6,6 +6,8 @@ import { numericPaths } from "./messagePath";
 /** Types whose numbers are pictures, scenes or events: no curve shows them well. */
 const NO_CURVES = /\/(Image|CompressedImage|PointCloud2|SceneUpdate|TFMessage|Spikes)$/;
 
+const isList = (schemaName: string) => schemaName.endsWith("MultiArray");
+
 /** All curves that a run offers: devices first, then topics by name. */
 export function offeredTraces(
   channels: readonly Channel[],
@@ -23,9 +25,9 @@ export function offeredTraces(
   return channels
     .filter(({ encoding, schemaName }) => encoding === "cdr" && !NO_CURVES.test(schemaName))
     .toSorted((a, b) => rank(a) - rank(b) || a.topic.localeCompare(b.topic))
-    .flatMap(({ topic, schema }) =>
+    .flatMap(({ topic, schema, schemaName }) =>
       numericPaths(schema, (path) => (path.includes(".") ? 1 : (lengths.get(topic) ?? 1)))
-        .filter((path) => !read.has(topic) || !path.includes(".")) // the layout of a list is no number of it
+        .filter((path) => !(isList(schemaName) && path.includes("."))) // the layout of a list is no number of it
         .map((path) => ({ topic, path })),
     );
 }

@@ -1,7 +1,8 @@
 import { FirstVisit } from "../hints/FirstVisit";
 import { halt } from "../state/commands";
 import { useRun } from "../state/run";
-import type { Status } from "../state/types";
+import type { Status, TransferFunction } from "../state/types";
+import { counted } from "../ui/counts";
 import { Icon } from "../ui/Icon";
 
 /** The bottom line: the link, what needs attention, and what a step costs. */
@@ -48,38 +49,60 @@ export function LinkState() {
   );
 }
 
+const hasFailed = ({ failure }: TransferFunction) => failure !== null;
+const isOff = ({ active, failure }: TransferFunction) => !active && failure === null;
+
 function Attention() {
-  const quarantined = useRun((run) => run.functions?.functions.filter((one) => one.failure).length ?? 0);
+  const failed = useRun((run) => run.functions?.functions.filter(hasFailed).length ?? 0);
+  const stopped = useRun((run) => run.status?.state === "failed");
+  const off = useRun((run) => run.functions?.functions.filter(isOff).length ?? 0);
   const notes = useRun((run) => run.findings.length);
   return (
     <>
-      {quarantined > 0 && (
+      {failed > 0 && (
         <a className="bad-t" href="#/functions">
           <Icon name="error" small />
-          {quarantined} {quarantined === 1 ? "function" : "functions"} in quarantine
+          {counted(failed, "function")} {stopped ? "failed" : "in quarantine"}
+        </a>
+      )}
+      {off > 0 && (
+        <a className="warn-t" href="#/functions">
+          <Icon name="note" small />
+          {counted(off, "function")} switched off
         </a>
       )}
       {notes > 0 && (
         <a className="mut" href="#/functions">
           <Icon name="note" small />
-          {notes} {notes === 1 ? "finding" : "findings"}
+          {counted(notes, "finding")}
         </a>
       )}
     </>
   );
 }
 
+const DROPPED =
+  "Messages that a page was too slow to take: newer images and poses replaced them, and plots show gaps where others are missing";
+
 const percent = (share: number) => `${Math.round(share * 100)} %`;
 
 function Costs({ status: { share, server_ms_per_step, dropped } }: { status: Status }) {
   return (
     <>
-      <span className="num">
-        brain {percent(share.brain)} · world {percent(share.world)} · functions {percent(share.functions)} ·
-        loop {percent(share.loop)}
-      </span>
-      <span className="num wide">page {server_ms_per_step.toFixed(1)} ms a step</span>
-      <span className="num">{dropped} dropped</span>
+      {share && (
+        <span className="num">
+          brain {percent(share.brain)} · world {percent(share.world)} · functions {percent(share.functions)} ·
+          loop {percent(share.loop)}
+        </span>
+      )}
+      {server_ms_per_step !== null && (
+        <span className="num wide">page {server_ms_per_step.toFixed(1)} ms a step</span>
+      )}
+      {dropped > 0 && (
+        <span className="num" title={DROPPED}>
+          {dropped} dropped
+        </span>
+      )}
     </>
   );
 }

@@ -9,7 +9,7 @@ interface LogLine {
   text: string;
 }
 
-interface Run {
+export interface Run {
   link: Link;
   experiment: Experiment | null;
   status: Status | null;

@@ -128,7 +128,8 @@ export interface Status {
   doing: string | null;
   t_s: number;
   wall_s: number;
-  real_time_factor: number;
+  /** null: time does not go on, or nobody measured how fast. */
+  real_time_factor: number | null;
   /** Simulated seconds a wall second at most; null: as fast as it can. */
   pace: number | null;
   recording: { path: string; bytes: number } | null;
@@ -138,8 +139,9 @@ export interface Status {
   viewers: number;
   controllers: number;
   dropped: number;
-  server_ms_per_step: number;
-  share: { brain: number; world: number; functions: number; loop: number };
+  /** null, as the shares: there was no step yet. */
+  server_ms_per_step: number | null;
+  share: { brain: number; world: number; functions: number; loop: number } | null;
   error: { message: string; file: string | null; line: number | null } | null;
   passed: boolean | null;
   complete: boolean;

@@ -5,6 +5,7 @@ export function Clock() {
   const status = useRun((run) => run.status);
   const duration = useRun((run) => run.experiment?.duration_s ?? null);
   if (!status) return null;
+  const factor = status.real_time_factor;
   return (
     <>
       <div className="bar-clock num" role="timer" aria-label="Simulated and wall time">
@@ -14,7 +15,7 @@ export function Clock() {
         <p className="dim f11">wall {status.wall_s.toFixed(1)} s</p>
       </div>
       <div className="bar-factor num">
-        <p className="bar-value">{status.real_time_factor.toFixed(2)}×</p>
+        <p className="bar-value">{factor === null ? "–" : `${factor.toFixed(2)}×`}</p>
         <p className="dim f11">real time</p>
       </div>
     </>

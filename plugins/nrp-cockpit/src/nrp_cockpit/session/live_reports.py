@@ -10,7 +10,7 @@ from nrp_cockpit.session.described import run_data
 from nrp_cockpit.session.findings import finding_data, timeline_data
 from nrp_cockpit.session.functions import Functions
 from nrp_cockpit.session.past import Past
-from nrp_cockpit.session.reports import Reported, Reports
+from nrp_cockpit.session.reports import Reported, Reports, shares_data
 from nrp_cockpit.streaming.live import LiveStream
 from nrp_core.experiment.running.run import Run
 
@@ -75,16 +75,12 @@ class LiveReports(Reports):
 
     def _status_data(self) -> dict[str, Any]:
         session, result = self._session, self._result
-        share = session.run.loop.account.shares()
         return {
             "wall_s": session.wall_s,
             "recording": self._recording(),
             "recorded": None if session.recorded_path is None else str(session.recorded_path),
             "server_ms_per_step": session.stream.ms_per_step,
-            "share": {
-                "brain": share["brain"], "world": share["world"],
-                "functions": share["transfer_functions"], "loop": share["engine"],
-            },
+            "share": shares_data(session.run.loop.account.shares()),
             "error": self._error(),
             "passed": result.passed,
             "complete": result.complete,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nrp_cockpit.session.groups import connections
+from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Population
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, did_you_mean
@@ -81,7 +82,15 @@ class Looks:
             CapabilityError: they change, and the brain cannot read them.
         """
         weights = self._run.brain.read_synapses(projection).weight
-        counts, borders = np.histogram(weights, BINS) if len(weights) else (np.zeros(0), np.zeros(0))
         summary = [float(f(weights)) for f in (np.min, np.mean, np.max)] if len(weights) else None
+        counts, borders = _histogram(weights) if len(weights) else (np.zeros(0), np.zeros(0))
         t_s = seconds(self._run.brain.now_ns)
         return {"t_s": t_s, "counts": counts.tolist(), "borders": borders.tolist(), "summary": summary}
+
+
+def _histogram(weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the number of weights in each bin and the borders; the axis of equal weights has their size."""
+    least, most = float(weights.min()), float(weights.max())
+    margin = (abs(least) / 2 or 0.5) if least == most else 0.0
+    counts, borders = np.histogram(weights, BINS, (least - margin, most + margin))
+    return counts, borders

@@ -10,6 +10,7 @@ from nrp_cockpit.session.described import role_of
 from nrp_cockpit.session.findings import finding_data, timeline_data
 from nrp_cockpit.session.groups import groups_data
 from nrp_cockpit.session.recorded_functions import recorded_functions
+from nrp_cockpit.session.reports import shares_data
 from nrp_cockpit.streaming.recorded import SCENE_TYPE
 from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.errors import ExperimentError, NrpError
@@ -27,7 +28,6 @@ FIXED = "a recording cannot be changed; branch a run from it with nrp replay --f
 """Why requests that change a run are refused."""
 _TIMESTEP_NS = 20 * NS_PER_MS
 """The timestep of a recording that does not state its own."""
-_SHARES = {"brain": "brain", "world": "world", "functions": "transfer_functions", "loop": "engine"}
 
 
 class RecordedRun:
@@ -128,13 +128,13 @@ class RecordedRun:
 
     def status_data(self) -> dict[str, Any]:
         """Return its state and result."""
-        result, share = self.result, self.result.get("time_share") or {}
+        result = self.result
         error = result.get("error")
         return {
             "wall_s": result.get("wall_time_s", 0.0),
             "recording": None,
             "recorded": str(self._folder),
-            "share": {name: share.get(key, 0.0) for name, key in _SHARES.items()},
+            "share": shares_data(result.get("time_share") or {}),
             "error": None if error is None else {"message": str(error), "file": None, "line": None},
             "passed": None if self._judgement is None else self._judgement.passed,
             "complete": self._judgement is not None and self._judgement.complete,

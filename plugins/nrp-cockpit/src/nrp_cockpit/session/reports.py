@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 from nrp_cockpit.wire.channels import Kind
@@ -14,6 +15,12 @@ from nrp_core.clock import seconds
 STATUS_S, SLOW_S = 0.1, 0.5
 """Wall time between two reports of the state, and of all else."""
 _WINDOW_S = 2.0
+_SHARES = {"brain": "brain", "world": "world", "functions": "transfer_functions", "loop": "engine"}
+
+
+def shares_data(shares: Mapping[str, float]) -> dict[str, float] | None:
+    """Return the shares of the parts of a step in the time of a run; None before its first step."""
+    return {name: shares.get(key, 0.0) for name, key in _SHARES.items()} if any(shares.values()) else None
 
 
 class Reported(Protocol):
@@ -45,7 +52,7 @@ class Reports(ABC):
         self._said: dict[str, Any] = {}
         self._status_at = self._slow_at = 0.0
         self._began: tuple[float, int] | None = None
-        self._factor = 0.0
+        self._factor: float | None = None
         for name in ("experiment", "status", "functions", "timeline", "findings"):
             session.hub.offer_json(f"/cockpit/{name}")
         session.hub.offer_json("/cockpit/log", Kind.EVERY)
@@ -136,11 +143,11 @@ class Reports(ABC):
             self._said[name] = value
             self._reported.hub.send_json(f"/cockpit/{name}", value, self._reported.now_ns)
 
-    def _measured(self, now: float, t_ns: int) -> float:
-        """Return the speed of time relative to the wall clock over the last seconds."""
+    def _measured(self, now: float, t_ns: int) -> float | None:
+        """Return the speed of time relative to the wall clock over the last seconds; None while it stands."""
         if self._reported.state != "running":
-            self._began = None
-            return self._factor
+            self._began = self._factor = None
+            return None
         if self._began is None or t_ns < self._began[1]:
             self._began = now, t_ns
             return self._factor

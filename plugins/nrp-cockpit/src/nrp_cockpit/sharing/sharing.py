@@ -86,7 +86,7 @@ def _about(folder: Path, session: RecordedSession, tracks: Iterable[Track]) -> b
     for topic in experiment["topics"]:
         topic["type"] = types.get(topic["name"], topic["type"])
     status = {
-        "doing": None, "viewers": 1, "controllers": 1, "dropped": 0, "server_ms_per_step": 0.0,
+        "doing": None, "viewers": 1, "controllers": 1, "dropped": 0, "server_ms_per_step": None,
         **run.status_data(), "recorded": None,
     }  # fmt: skip
     about = {

@@ -148,9 +148,9 @@ class LiveStream:
         self.offer_all()
 
     @property
-    def ms_per_step(self) -> float:
-        """Mean additional wall time of a step with subscribers, ms."""
-        return self._spent_ns / max(1, self._steps) / 1e6
+    def ms_per_step(self) -> float | None:
+        """Mean additional wall time of a step with subscribers, ms; None before the first."""
+        return self._spent_ns / self._steps / 1e6 if self._steps else None
 
     @property
     def is_active(self) -> bool:
@@ -184,12 +184,13 @@ class LiveStream:
             elif now_ns != self._now_ns and began - self._watched_ns > ALONE_NS:
                 self.close()
                 return
-            self._steps += now_ns != self._now_ns
-            self._now_ns = now_ns
+            is_step, self._now_ns = now_ns != self._now_ns, now_ns
             for signal in tuple(self._open.values()):
                 signal.take(now_ns, self._send)
             hub.flush()
-            self._spent_ns += time.perf_counter_ns() - began
+            if is_step and now_ns > 0:
+                self._steps += 1
+                self._spent_ns += time.perf_counter_ns() - began
 
     def reset(self, *, is_elsewhere: bool = False) -> None:
         """Forget all that is later than now, because the time of the run has jumped.

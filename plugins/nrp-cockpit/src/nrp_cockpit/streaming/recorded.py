@@ -121,9 +121,9 @@ class RecordedStream:
             hub.offer(topic.name, topic.type_name, topic.definition, lost)
 
     @property
-    def ms_per_step(self) -> float:
-        """Mean processor time of this thread for a step, ms."""
-        return self._spent_ns / max(1, self._taken) / 1e6
+    def ms_per_step(self) -> float | None:
+        """Mean processor time of this thread for a step, ms; None before the first."""
+        return self._spent_ns / self._taken / 1e6 if self._taken else None
 
     def show(self, t_ns: int) -> None:
         """Send the state at a time, whatever was sent before."""
