@@ -33,7 +33,7 @@ def pixels_of(data: str) -> np.ndarray:
 
 def test_a_scene_is_drawn_once_for_all_experiments_that_look_the_same(
     folder: Path, monkeypatch: pytest.MonkeyPatch
-):
+) -> None:
     name = str(folder / "short.yaml")
     key, pictures = picture_key(load_experiment(name)), Pictures()
     assert key == picture_key(load_experiment("reaching_arm"))
@@ -46,7 +46,7 @@ def test_a_scene_is_drawn_once_for_all_experiments_that_look_the_same(
     assert Pictures().data("reaching_arm", key) == drawn
 
 
-def test_an_experiment_shows_the_picture_in_its_folder(folder: Path):
+def test_an_experiment_shows_the_picture_in_its_folder(folder: Path) -> None:
     own = cv2.imencode(".png", np.full((4, 6, 3), 128, np.uint8))[1].tobytes()
     (folder / "any.png").write_bytes(own)
     name = str(folder / "short.yaml")
@@ -58,7 +58,7 @@ def test_an_experiment_shows_the_picture_in_its_folder(folder: Path):
     assert picture_key(load_experiment(name)) != picture_key(load_experiment("reaching_arm"))
 
 
-def test_a_scene_that_cannot_be_drawn_is_refused_and_nothing_is_kept(folder: Path):
+def test_a_scene_that_cannot_be_drawn_is_refused_and_nothing_is_kept(folder: Path) -> None:
     pictures = Pictures()
     with pytest.raises(ExperimentError, match="cannot be drawn"):
         pictures._draw(str(folder / "none.yaml"), folder)
@@ -68,7 +68,7 @@ def test_a_scene_that_cannot_be_drawn_is_refused_and_nothing_is_kept(folder: Pat
     assert not (folder / "cache/nrp-core/pictures" / ("0" * 32)).exists()
 
 
-def test_the_page_knows_which_entries_have_a_picture(folder: Path):
+def test_the_page_knows_which_entries_have_a_picture(folder: Path) -> None:
     found = {entry.name: entry for entry in gallery(folder)}
     assert found["./short.yaml"].picture == found["reaching_arm"].picture != ""
     assert replace(found["./short.yaml"], picture="").error == ""

@@ -39,7 +39,7 @@ def leave(page: Page) -> None:
 
 def test_experiments_recordings_and_sweeps_are_opened_one_after_another(
     folder: Path, cockpits: Cockpits, watched: Watched
-):
+) -> None:
     page = watched.open(cockpits.open(), ready=("region", "Installed experiments"))
     address = page.url.partition("#")[0]
     cards = page.get_by_role("region", name="Installed experiments").get_by_role("button")
@@ -68,7 +68,9 @@ def test_experiments_recordings_and_sweeps_are_opened_one_after_another(
     )
 
 
-def test_what_is_not_shown_or_fails_to_open_is_refused_and_the_page_stays(folder: Path, cockpits: Cockpits):
+def test_what_is_not_shown_or_fails_to_open_is_refused_and_the_page_stays(
+    folder: Path, cockpits: Cockpits
+) -> None:
     with visit(cockpits.open("--brain", "evnt")) as visitor:
         for name, words in {"../other.yaml": "does not show", "short.yaml": "did you mean './short.yaml'",
                             "./short.yaml": "did you mean 'event'"}.items():  # fmt: skip
@@ -78,7 +80,7 @@ def test_what_is_not_shown_or_fails_to_open_is_refused_and_the_page_stays(folder
         assert visitor.until(lambda: visitor.last("start"))["entries"]
 
 
-def test_each_experiment_shows_its_scene(folder: Path, cockpits: Cockpits, watched: Watched):
+def test_each_experiment_shows_its_scene(folder: Path, cockpits: Cockpits, watched: Watched) -> None:
     page = watched.open(cockpits.open(), ready=("region", "Installed experiments"))
     card = page.get_by_role("button", name="Open braitenberg_husky", exact=True)
     scene = card.locator("img[alt='The scene of braitenberg_husky']")

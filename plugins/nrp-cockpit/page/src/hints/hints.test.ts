@@ -4,6 +4,7 @@ import { followed, hints, nextHint, type Seen } from "./hints";
 const screen = {
   name: "right_vr_screen",
   static: true,
+  pose: null,
   topics: [],
   colorable: "/screens/right/color",
   colored_part: "right_vr_screen/body/screen_glass",

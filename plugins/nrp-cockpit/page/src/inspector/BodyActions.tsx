@@ -1,11 +1,11 @@
 import { type FormEvent, useState } from "react";
-import { place, push } from "../state/commands";
+import { isStatic, poseOf, put } from "../scene/editing";
+import { push } from "../state/commands";
 import { useBlocked, useMissing } from "../state/run";
 import type { Vector } from "../state/types";
 import { Button } from "../ui/Button";
 import { Field } from "../ui/Field";
-import { fromRollPitchYaw, yawOf } from "../world/pose";
-import { world } from "../world/world";
+import { fromRollPitchYaw, IDENTITY, rollPitchYaw, yawOf } from "../world/pose";
 import { Section } from "./Facts";
 import { degrees, fixed, isZero, parseNumbers, radians } from "./numbers";
 
@@ -56,11 +56,11 @@ function NumbersForm<K extends string>(props: NumbersFormProps<K>) {
   );
 }
 
-/** Puts a body elsewhere: upright, at rest, at the height that it has. */
+/** Puts a body elsewhere, at rest, at the height that it has; one that moves stands upright there. */
 export function PlaceBody({ body }: { body: string }) {
   const refused = useRefused("place");
   const [initial] = useState(() => {
-    const pose = world.models.get(body);
+    const pose = poseOf(body);
     const [x, y] = pose?.position ?? [0, 0];
     return { x: fixed(x, 2), y: fixed(y, 2), yaw: fixed(degrees(pose ? yawOf(pose.orientation) : 0), 0) };
   });
@@ -73,8 +73,12 @@ export function PlaceBody({ body }: { body: string }) {
         icon="move"
         refused={refused}
         onSubmit={({ x, y, yaw }) => {
-          const height = world.models.get(body)?.position[2] ?? 0;
-          void place(body, [x, y, height], fromRollPitchYaw(0, 0, radians(yaw)));
+          const pose = poseOf(body) ?? IDENTITY;
+          const [roll, pitch] = isStatic(body) ? rollPitchYaw(pose.orientation) : [0, 0];
+          void put(body, {
+            position: [x, y, pose.position[2]],
+            orientation: fromRollPitchYaw(roll, pitch, radians(yaw)),
+          });
         }}
       />
     </Section>

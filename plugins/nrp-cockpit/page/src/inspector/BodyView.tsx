@@ -26,13 +26,11 @@ export function BodyView({ name }: { name: string }) {
       <BodyColor key={name} body={body} />
       {body.static ? <StaticPlace body={name} /> : <LivePose body={name} />}
       <BodyTopics names={body.topics} />
+      <PlaceBody key={`place ${name}`} body={name} />
       {body.static ? (
-        <p className="panel-section dim f12">A static body cannot be pushed or moved.</p>
+        <p className="panel-section dim f12">A static body cannot be pushed.</p>
       ) : (
-        <>
-          <PlaceBody key={`place ${name}`} body={name} />
-          <PushBody key={`push ${name}`} body={name} />
-        </>
+        <PushBody key={`push ${name}`} body={name} />
       )}
     </>
   );

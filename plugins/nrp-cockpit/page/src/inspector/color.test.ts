@@ -22,6 +22,7 @@ it("the four colours of one click are those of their names", () => {
 const husky: Body = {
   name: "husky",
   static: false,
+  pose: null,
   topics: ["/husky/camera", "/husky/base/deck/color", "/husky/base/plate/color"],
   colorable: null,
   colored_part: null,

@@ -55,6 +55,8 @@ export const keymap: readonly KeyEntry[] = [
   entry("Scene", [], "← → ↑ ↓", "Orbit"),
   entry("Scene", [], "Shift ← → ↑ ↓", "Pan"),
   entry("Scene", [], "+ −", "Zoom"),
+  entry("Scene", [], "← → ↑ ↓ in Edit", "Move the selected body"),
+  entry("Scene", [], "Shift ← → in Edit", "Turn the selected body"),
   entry("Functions", [], "Ctrl Enter", "Apply the changes"),
   entry("Functions", [], "Ctrl Space", "Complete the word"),
   entry("Functions", [], "F8", "Next finding"),

@@ -4,6 +4,7 @@ import { useRun } from "../state/run";
 import { Empty, Panel } from "../ui/Panel";
 import { Axes } from "./Axes";
 import type { Mode } from "./choices";
+import { EditBar } from "./EditBar";
 import { Labels } from "./Labels";
 import { SceneTools } from "./SceneTools";
 import { type Steering, steer } from "./steering";
@@ -13,7 +14,7 @@ import { useViewer } from "./useViewer";
 import { Viewer } from "./viewer";
 import "./scene.css";
 
-type Pushed = Parameters<Steering["onPush"]>[0];
+type Dragged = Parameters<Steering["onDrag"]>[0];
 
 /** The world in three dimensions. */
 export default function ScenePanel() {
@@ -24,7 +25,7 @@ export default function ScenePanel() {
   const experiment = useRun((run) => run.experiment);
   useMode(viewer, mode, experiment?.robots[0]);
   useLayers(viewer);
-  const pushed = useSteering(canvas, viewer, mode);
+  const dragged = useSteering(canvas, viewer, mode);
   return (
     <Panel
       title="Scene"
@@ -38,16 +39,17 @@ export default function ScenePanel() {
         className="panel-canvas"
         tabIndex={0}
         role="application"
-        aria-label="The scene in three dimensions: arrows orbit, Shift and arrows pan, plus and minus zoom"
+        aria-label="The scene in three dimensions: arrows orbit, Shift and arrows pan, plus and minus zoom; while bodies are edited, arrows move the selected one"
       />
       {typeof made === "string" && <Empty>{made}</Empty>}
       {viewer && <Labels viewer={viewer} />}
       {viewer && <Axes viewer={viewer} />}
-      {pushed && (
-        <div className="scene-push num" style={{ left: pushed.x, top: pushed.y }}>
-          {pushed.text}
+      {dragged && (
+        <div className="scene-drag num" style={{ left: dragged.x, top: dragged.y }}>
+          {dragged.text}
         </div>
       )}
+      <EditBar />
       <p className="scene-hint tall" aria-hidden="true">
         drag to orbit · <kbd>Shift</kbd> drag to pan · <kbd>Alt</kbd> drag a body to push it
       </p>
@@ -55,16 +57,16 @@ export default function ScenePanel() {
   );
 }
 
-/** Steers the view while it is there; returns the push that is being dragged. */
+/** Steers the view while it is there; returns what is being dragged. */
 function useSteering(
   canvas: { current: HTMLCanvasElement | null },
   viewer: Viewer | null,
   mode: Mode,
-): Pushed {
-  const [pushed, setPushed] = useState<Pushed>(null);
+): Dragged {
+  const [dragged, setDragged] = useState<Dragged>(null);
   useEffect(() => {
     if (!canvas.current || !viewer) return;
-    return steer(canvas.current, { viewer, turns: () => mode !== "above", onPush: setPushed });
+    return steer(canvas.current, { viewer, turns: () => mode !== "above", onDrag: setDragged });
   }, [canvas, viewer, mode]);
-  return pushed;
+  return dragged;
 }

@@ -1,6 +1,8 @@
+import { barredBy, useMissing, useRun } from "../state/run";
 import { IconButton } from "../ui/Button";
 import { Segmented, Toggles } from "../ui/Segmented";
 import { type Layer, type Mode, toggleLayer, useChoices } from "./choices";
+import { toggleEditing, useEditing } from "./editing";
 import { useOfferedLayers } from "./useSights";
 
 const MODES: { value: Mode; label: string }[] = [
@@ -31,7 +33,26 @@ export function SceneTools({ mode, onMode, onFit }: ToolsProps) {
     <>
       <Segmented label="View" choices={MODES} value={mode} onChange={onMode} />
       <Toggles label="Shown" choices={choices} on={layers} onToggle={toggleLayer} />
+      <EditSwitch />
       <IconButton icon="fit" label="Fit" shortcut="F" kind="ghost" small data-key="fit" onClick={onFit} />
     </>
+  );
+}
+
+/** Whether bodies are moved and added; a run that is only watched is not. */
+function EditSwitch() {
+  const isOn = useEditing((editing) => editing.isOn);
+  const blocked = useRun(barredBy);
+  const missing = useMissing("place");
+  return (
+    <IconButton
+      icon="move"
+      label="Edit the room"
+      kind="ghost"
+      small
+      aria-pressed={isOn}
+      disabled={isOn ? undefined : (blocked ?? missing)}
+      onClick={toggleEditing}
+    />
   );
 }

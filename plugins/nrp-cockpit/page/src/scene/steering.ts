@@ -1,7 +1,20 @@
 import { push } from "../state/commands";
 import { notify } from "../state/notices";
-import { useRun } from "../state/run";
-import { select } from "../state/selection";
+import { blockedBy, missingOf, useRun } from "../state/run";
+import { select, useSelection } from "../state/selection";
+import { Carry } from "./carry";
+import {
+  addAt,
+  beginToAdd,
+  isStatic,
+  nudge,
+  poseOf,
+  poseText,
+  put,
+  say,
+  shiftOf,
+  useEditing,
+} from "./editing";
 import { orbited, panned, zoomed } from "./orbit";
 import { newtons, PUSH_S, PushDrag } from "./push";
 import type { Viewer } from "./viewer";
@@ -16,8 +29,8 @@ export interface Steering {
   viewer: Viewer;
   /** Whether a drag turns the view; seen from above, it only moves it. */
   turns: () => boolean;
-  /** Says what a push would be, at a place on the canvas; null: nothing is pushed now. */
-  onPush: (push: { text: string; x: number; y: number } | null) => void;
+  /** Says what a drag would do to a body, at a place on the canvas; null: none is dragged now. */
+  onDrag: (drag: { text: string; x: number; y: number } | null) => void;
 }
 
 /** Lets pointer, wheel and keys move the view, select bodies and push them, until the returned function is called. */
@@ -50,6 +63,7 @@ class Pointer {
   private at: { x: number; y: number } | null = null;
   private dragged_px = 0;
   private pushed: PushDrag | null = null;
+  private carried: Carry | null = null;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -61,7 +75,9 @@ class Pointer {
     this.canvas.setPointerCapture(event.pointerId);
     this.at = { x: event.offsetX, y: event.offsetY };
     this.dragged_px = 0;
-    if (event.altKey && event.button === 0) this.take();
+    if (event.button !== 0) return;
+    if (event.altKey) this.take();
+    else if (useEditing.getState().isOn) this.carry(event.shiftKey);
   }
 
   move(event: PointerEvent): void {
@@ -70,39 +86,74 @@ class Pointer {
     const dy = event.offsetY - this.at.y;
     this.at = { x: event.offsetX, y: event.offsetY };
     this.dragged_px += Math.hypot(dx, dy);
-    const { viewer, turns, onPush } = this.steering;
+    const { viewer, turns, onDrag } = this.steering;
     if (this.pushed) {
       const amount_n = this.pushed.move(event.offsetX, event.offsetY);
-      onPush({ text: `${newtons(amount_n)} for ${PUSH_S} s`, ...this.at });
+      onDrag({ text: `${newtons(amount_n)} for ${PUSH_S} s`, ...this.at });
+    } else if (this.carried) {
+      this.carried.move(event.offsetX, event.offsetY);
+      onDrag({ text: poseText(this.carried.pose), ...this.at });
     } else if (turns() && event.buttons === 1 && !event.shiftKey) {
       viewer.view = orbited(viewer.view, -dx * RAD_PER_PX, dy * RAD_PER_PX);
     } else viewer.view = panned(viewer.view, -dx / this.canvas.clientHeight, dy / this.canvas.clientHeight);
   }
 
   up(event: PointerEvent): void {
-    const { pushed } = this;
-    if (pushed && this.dragged_px > CLICK_PX) void push(pushed.hit.body, pushed.force_n, PUSH_S);
-    else if (this.at && this.dragged_px <= CLICK_PX && event.button === 0) this.click(event);
+    const { pushed, carried } = this;
+    const isDragged = this.dragged_px > CLICK_PX;
+    if (pushed && isDragged) void push(pushed.hit.body, pushed.force_n, PUSH_S);
+    else if (carried && isDragged) this.drop(carried);
+    else if (this.at && !isDragged && event.button === 0) this.click(event);
     this.cancel();
   }
 
-  /** Escape ends a push that has begun. */
+  /** Escape gives up what has begun; Enter adds what is chosen in the middle of the view. */
   key({ key }: KeyboardEvent): boolean {
-    if (key !== "Escape" || !this.pushed) return false;
+    if (key === "Enter") return this.add(this.canvas.clientWidth / 2, this.canvas.clientHeight / 2);
+    if (key !== "Escape" || !(this.pushed || this.carried || useEditing.getState().adding)) return false;
     this.cancel();
+    beginToAdd(null);
     return true;
   }
 
   cancel(): void {
     this.at = null;
     this.pushed?.end();
-    this.pushed = null;
-    this.steering.onPush(null);
+    this.carried?.end();
+    this.pushed = this.carried = null;
+    this.steering.onDrag(null);
   }
 
   private click(event: PointerEvent): void {
+    if (this.add(event.offsetX, event.offsetY)) return;
     const hit = this.steering.viewer.hit(event.offsetX, event.offsetY);
     select(hit && { kind: "body", name: hit.body });
+  }
+
+  /** Adds what is chosen at a place on the canvas. */
+  private add(atX: number, atY: number): boolean {
+    const { adding } = useEditing.getState();
+    if (adding === null) return false;
+    const { x, y, z } = this.steering.viewer.groundAt(atX, atY);
+    void addAt(adding, [x, y, z]);
+    return true;
+  }
+
+  /** Takes the body under the pointer to carry it; one that never moves must be selected, as walls are everywhere. */
+  private carry(turns: boolean): void {
+    const { viewer } = this.steering;
+    const hit = this.at && useEditing.getState().adding === null && viewer.hit(this.at.x, this.at.y);
+    if (!hit || (isStatic(hit.body) && hit.body !== selectedBody())) return;
+    const pose = poseOf(hit.body);
+    const refused = whyNotMoved();
+    if (refused) notify(refused);
+    else if (pose && this.at) this.carried = new Carry(viewer, hit, pose, turns, this.at.x);
+  }
+
+  private drop({ hit, pose }: Carry): void {
+    select({ kind: "body", name: hit.body });
+    say(hit.body, pose);
+    void put(hit.body, pose);
   }
 
   private take(): void {
@@ -113,6 +164,17 @@ class Pointer {
     else this.pushed = new PushDrag(this.steering.viewer, hit);
   }
 }
+
+/** Why bodies cannot be moved now, or undefined. */
+export function whyNotMoved(): string | undefined {
+  const run = useRun.getState();
+  return blockedBy(run) ?? missingOf(run, "place");
+}
+
+const selectedBody = (): string | null => {
+  const { selected } = useSelection.getState();
+  return selected?.kind === "body" ? selected.name : null;
+};
 
 /** Why a body cannot be pushed now, or undefined. */
 export function whyNotPushed(body: string): string | undefined {
@@ -143,11 +205,23 @@ function byKey(event: KeyboardEvent, { viewer, turns }: Steering): boolean {
   const { view } = viewer;
   const arrow = arrows[event.key];
   if (event.ctrlKey || event.metaKey || event.altKey) return false;
+  if (arrow && moveByKey(event, view.azimuth)) return true;
   if (arrow && (event.shiftKey || !turns()))
     viewer.view = panned(view, arrow[0] * KEY_PAN, arrow[1] * KEY_PAN);
   else if (arrow) viewer.view = orbited(view, arrow[0] * KEY_RAD, arrow[1] * KEY_RAD);
   else if (event.key === "+" || event.key === "=") viewer.view = zoomed(view, 1 / KEY_ZOOM);
   else if (event.key === "-") viewer.view = zoomed(view, KEY_ZOOM);
   else return false;
+  return true;
+}
+
+/** While bodies are edited, arrows move the selected one instead of the view. */
+function moveByKey({ key, shiftKey }: KeyboardEvent, azimuth: number): boolean {
+  const body = selectedBody();
+  if (!useEditing.getState().isOn || body === null) return false;
+  const shift = shiftOf(key, shiftKey, azimuth);
+  const refused = whyNotMoved();
+  if (refused) notify(refused);
+  else if (shift) nudge(body, shift);
   return true;
 }

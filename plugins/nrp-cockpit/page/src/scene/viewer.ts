@@ -3,6 +3,7 @@ import {
   Color,
   PCFShadowMap,
   PerspectiveCamera,
+  Plane,
   Raycaster,
   Scene,
   Vector2,
@@ -157,6 +158,13 @@ export class Viewer {
     return new Vector3(...this.orbit.target)
       .addScaledVector(new Vector3(...right), toRight)
       .addScaledVector(new Vector3(...up), toTop);
+  }
+
+  /** What stands at a place on the canvas, or the point there at height 0. */
+  groundAt(x: number, y: number): Vector3 {
+    const hit = this.hit(x, y);
+    const flat = () => this.ray(x, y).ray.intersectPlane(new Plane(new Vector3(0, 0, 1)), new Vector3());
+    return hit?.point ?? flat() ?? new Vector3(...this.orbit.target);
   }
 
   select(body: string | null): void {

@@ -62,6 +62,8 @@ export interface Device {
 export interface Body {
   name: string;
   static: boolean;
+  /** Where it is, if it never moves by itself; null otherwise, and in recordings. */
+  pose: { position: Vector; orientation: [number, number, number, number] } | null;
   topics: string[];
   /** The topic that colours it, if one does. */
   colorable: string | null;

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ConfigDict, ValidationError, validate_call
 
+from nrp_cockpit.session.adding import Adding
 from nrp_cockpit.session.layout import SUFFIX, Layout
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.session.looks import Looks
@@ -29,7 +30,7 @@ def services_of(session: LiveSession) -> Services:
     lead = getattr(session, "lead", session)
     commands = commands_of(session.run)
     functions, bodies, looks = session.functions, session.bodies, Looks(session.run)
-    parameters = Parameters(session)
+    parameters, adding = Parameters(session), Adding(session.run)
     layout = layout_of(session)
 
     def steered(method: Callable[..., Any]) -> Service:
@@ -62,6 +63,8 @@ def services_of(session: LiveSession) -> Services:
         "publish": validated(commands["publish"]),
         "push": steered(bodies.push),
         "place": steered(bodies.place),
+        "bodies/add": steered(adding.add),
+        "bodies/remove": steered(adding.remove),
         "functions/apply": steered(apply),
         "functions/revert": steered(functions.revert),
         "functions/save": validated(functions.save),
@@ -73,6 +76,7 @@ def services_of(session: LiveSession) -> Services:
     watching: dict[str, Service] = {
         "functions/check": validated(functions.check),
         "functions/complete": asked(session, functions.complete),
+        "bodies/models": asked(session, adding.models),
         "connections": asked(session, looks.connections),
         "parameters": asked(session, parameters.read),
         "membrane": asked(session, looks.membrane),
@@ -102,7 +106,7 @@ def layout_of_recording(session: RecordedSession) -> Layout:
 
 _REFUSED = (
     "snapshot", "restore", "forget", "halt", "record", "branch", "compare", "part",
-    "publish", "push", "place",
+    "publish", "push", "place", "bodies/add", "bodies/remove",
     "functions/apply", "functions/revert", "functions/save", "functions/activate",
     "parameters/cells", "parameters/function", "reseed",
 )  # fmt: skip
@@ -121,6 +125,7 @@ def services_of_recording(session: RecordedSession) -> Services:
     watching: dict[str, Service] = {
         "functions/check": _refuse,
         "functions/complete": _refuse,
+        "bodies/models": _refuse,
         "connections": _refuse,
         "parameters": _refuse,
         "membrane": _refuse,

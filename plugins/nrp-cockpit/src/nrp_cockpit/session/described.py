@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -112,13 +113,14 @@ def devices_data(brain: Brain) -> Iterator[dict[str, Any]]:
 
 
 def bodies_data(world: World, aliases: Mapping[str, str]) -> Iterator[dict[str, Any]]:
-    """Yield the models of the scene with their topics."""
+    """Yield the models of the scene with their topics; those that never move also with their pose."""
     for model in world.scene.models:
         topics = [name for name in world.topics if name.startswith(f"/{model.name}/")]
         colour, part = _colour_topic(world, topics, aliases)
         yield {
             "name": model.name,
             "static": model.static,
+            "pose": asdict(model.pose) if model.static else None,
             "topics": topics,
             "colorable": colour,
             "colored_part": part,

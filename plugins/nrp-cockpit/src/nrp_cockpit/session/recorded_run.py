@@ -209,5 +209,5 @@ def _bodies(entities: list[SceneEntity], topics: list[str]) -> Iterator[dict[str
         moves[model] = moves.get(model, False) or entity.frame_id != WORLD_FRAME
     for model, is_moving in moves.items():
         own = [name for name in topics if name.startswith(f"/{model}/")]
-        fixed = {"colorable": None, "colored_part": None}
+        fixed = {"pose": None, "colorable": None, "colored_part": None}
         yield {"name": model, "static": not is_moving, "topics": own} | fixed

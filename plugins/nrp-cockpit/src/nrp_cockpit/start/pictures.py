@@ -39,7 +39,8 @@ def own_picture(experiment: Experiment) -> Path | None:
     found = [path for path in sorted(file.parent.iterdir()) if path.suffix.lower() in _TYPES]
     found = [path for path in found if path.stat().st_size <= _LARGEST]
     named = [path for stem in (file.stem, "thumbnail") for path in found if path.stem == stem]
-    return (named or (found if len(found) == 1 else [None]))[0]
+    best = named or (found if len(found) == 1 else [])
+    return best[0] if best else None
 
 
 def picture_key(experiment: Experiment) -> str:
