@@ -29,7 +29,6 @@ from nrp_core.brain.pynn.equation_models import (
     nestml_cell,
 )
 from nrp_core.brain.pynn.export import network_of
-from nrp_core.brain.pynn.rng import checked_space
 from nrp_core.brain.pynn.simulator import Recorder, Simulator
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.parameters import GivenParameters
@@ -98,7 +97,10 @@ _BOUND = (
     electrodes.DCSource, electrodes.ACSource, electrodes.StepCurrentSource, electrodes.NoisyCurrentSource,
     rng.NumpyRNG, rng.NativeRNG, rng.RandomDistribution,
 )  # fmt: skip
-_UNBOUND = (Components, StandardCellType, random.GSLRNG)
+_UNBOUND = (
+    Components, StandardCellType, random.GSLRNG, space.Space, space.Line, space.Grid2D, space.Grid3D,
+    space.RandomStructure, space.Cuboid, space.Sphere,
+)  # fmt: skip
 
 
 def programming_interface(
@@ -130,7 +132,6 @@ def programming_interface(
         "EquationSynapse": equation_synapse,
         "nestml_cell": nestml_cell,
         **models.unavailable_models(),
-        **checked_space(),
         **{unbound.__name__: unbound for unbound in _UNBOUND},
         **{base.__name__: simulator.bind(base) for base in bound},
         **_control(simulator),

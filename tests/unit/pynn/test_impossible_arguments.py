@@ -29,29 +29,6 @@ def normal(**named: Any) -> Any:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda _: sim.Line(dx="50 um"), "Line: dx is '50 um'; it must be a finite number"),
-        (lambda _: sim.Line(dz=1.0), "Line: got an unexpected keyword argument 'dz'"),
-        (lambda _: sim.Grid2D(aspect_ratio=0), "Grid2D: aspect_ratio is 0; it must be a number above 0"),
-        (
-            lambda _: sim.Grid3D(fill_order="rows"),
-            "fill_order is 'rows'; it must be 'sequential' or 'random'",
-        ),
-        (
-            lambda _: sim.Grid2D(rng=42),
-            "Grid2D: rng is 42; it must be a generator such as sim.NumpyRNG(seed=1)",
-        ),
-        (lambda _: sim.Sphere(-100.0), "Sphere: radius is -100.0; it must be a number above 0"),
-        (lambda _: sim.Cuboid(100, 100, -1), "Cuboid: depth is -1; it must be a number of 0 or more"),
-        (
-            lambda _: sim.RandomStructure("sphere"),
-            "boundary is 'sphere'; it must be one such as sim.Sphere(100.0)",
-        ),
-        (lambda _: sim.RandomStructure(sim.Sphere(1), origin=0), "origin is 0; it must be three numbers"),
-        (lambda _: sim.Space(scale_factor=0), "Space: scale_factor is 0; it must be a number other than 0"),
-        (
-            lambda _: sim.Space(periodic_boundaries=(0, 100)),
-            "the borders of three axes, such as ((0, 100), None",
-        ),
         (
             lambda _: sim.IF_curr_exp(tau_m=True),
             "IF_curr_exp: tau_m is True; it must be a number",
@@ -131,15 +108,6 @@ def test_an_impossible_argument_is_named(call: Callable[[Cells], object], words:
 
 
 def test_what_is_possible_is_taken(cells: Cells, tmp_path: Path) -> None:
-    for structure in (
-        sim.Line(dx=-5.0, y=np.float64(2.0)),
-        sim.Grid2D(2.0, 10, fill_order="random", rng=sim.NumpyRNG(seed=np.int64(1))),
-        sim.Grid3D(dx=20),
-        sim.RandomStructure(sim.Cuboid(100.0, 100.0, 0.0), origin=np.zeros(3)),
-        sim.RandomStructure(boundary=sim.Sphere(50)),
-    ):
-        assert sim.Population(8, sim.IF_curr_exp(), structure=structure).positions.shape == (3, 8)
-    sim.Space("xy", scale_factor=0.5, offset=(1, 2, 3), periodic_boundaries=((0, 100), None, None))
     cells.set(i_offset=normal(rng=sim.NumpyRNG(seed=1)), tau_m=sim.RandomDistribution("uniform", (10, 20)))
     assert cells.nearest(np.array([2.2, 0.0, 0.0])) == cells[2]
     cells.record("v", sampling_interval=np.float64(0.5))
