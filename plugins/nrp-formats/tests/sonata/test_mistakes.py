@@ -229,10 +229,6 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
             "'Delta_T' of the nodes 'v1' is not used: their models have no such parameter",
         ),
         (
-            _text("models/exc.json", "{", '{"params": {"V_reset": -60.0}, '),
-            "'params' of the nodes 'v1' holds 'V_reset', which is only read outside of it",
-        ),
-        (
             _text(
                 "edge_types.csv",
                 "delay\n1 static_synapse 100.0 1.5",
@@ -270,15 +266,6 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
             ),
             "the report 'soma' has no effect: recordings of runs hold the brain's activity",
         ),
-        (
-            _data("nodes.h5", "nodes/v1/node_group_index", [3, 2, 2, 0, 0, 1]),
-            "the nodes 1 and 2 of 'v1' have the same place 2 in their group (node_group_index), and so the "
-            "same attributes",
-        ),
-        (
-            _text("all_types.csv", "exc.json Exc e", "exc.json lgn e"),
-            "the pop_name 'lgn' of nodes 'v1' names none of them: other nodes have this name",
-        ),
         (_text("all_types.csv", "exc.json Exc e", "exc.json v1 e"), ""),
         (_text("edge_types.csv", "-250.0 2.0", "-250.0 2.0 "), ""),
         (
@@ -304,8 +291,7 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
         (_sets({"all": {"population": "v1"}}), ""),
         (
             _text("models/exc.json", "{", '{"adaptation": [1, 2], "V_m": -60.0, '),
-            "'adaptation' ([1, 2]) in 'exc.json', the parameters of the nodes 'v1', is not used: their "
-            "models have no such parameter",
+            "'adaptation' of the nodes 'v1' is not used: their models have no such parameter",
         ),
         (
             _data("nodes.h5", "nodes/v1/0/dynamics_params/I_e", [1, np.nan, 3, 400]),

@@ -30,8 +30,10 @@ _NOTES: Final = frozenset(
 _RUN: Final = {"tstop": "the experiment's duration", "dt": "the brain's timestep"}
 
 
-def misspelt(items: SonataItems, known: Collection[str]) -> Iterator[str]:
-    """Yield a sentence for each attribute that is unknown and nearly the name of a known one that is missing.
+def not_used(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each attribute without effect: one that is misspelt, or of other models.
+
+    Attributes that no model has are anything that a file says besides.
 
     Args:
         items: nodes or edges.
@@ -39,41 +41,15 @@ def misspelt(items: SonataItems, known: Collection[str]) -> Iterator[str]:
     """
     given = items.names()
     missing = {name.lower(): name for name in (*known, *_COLUMNS) if name not in given}
+    parameters = {name for one in items.used_types() for name in one.parameters if _is_meant(one[name])}
     for name in sorted(given - set(known) - _OWN):
         if near := get_close_matches(name.lower(), missing, 1, _ALIKE):
-            meant = f"did you mean '{missing[near[0]]}'?"
-            yield f"'{name}' of the {items.kind}s '{items.name}' is not used; {meant}"
-
-
-def parameters_of_other_models(items: SonataItems, known: Collection[str]) -> Iterator[str]:
-    """Yield a sentence for each parameter that only other cells have, or that is not where it is read."""
-    for name in sorted((items.names() & _EVERY) - set(known) - _OWN):
-        yield f"'{name}' of the {items.kind}s '{items.name}' is not used: their models have no such parameter"
-    given = (pair for one in items.types.values() for pair in one.items())
-    nested = {name: value.keys() & set(known) for name, value in given if isinstance(value, Mapping)}
-    for name, inside in nested.items():
-        if inside:
-            held = ", ".join(f"'{one}'" for one in sorted(inside))
-            owner = f"the {items.kind}s '{items.name}'"
-            yield f"'{name}' of {owner} holds {held}, which is only read outside of it"
-
-
-def not_parameters(items: SonataItems, known: Collection[str]) -> Iterator[str]:
-    """Yield a sentence for each value in a file of parameters that the model does not have."""
-    reported = set(known) | _OWN
-    for attributes in items.used_types():
-        for name in sorted(attributes.parameters - reported):
-            near = get_close_matches(name.lower(), [one.lower() for one in known], 1, _ALIKE)
-            if near or name in _EVERY or name.strip("_").lower() in _NOTES:  # others say so
-                continue
-            if not _is_meant(attributes[name]):
-                continue
-            reported.add(name)
-            shown = f"{attributes[name]!r:.40}"
-            yield (
-                f"'{name}' ({shown}) in '{attributes[DYNAMICS]}', the parameters of the {items.kind}s "
-                f"'{items.name}', is not used: their models have no such parameter"
-            )
+            reason = f"; did you mean '{missing[near[0]]}'?"
+        elif name in _EVERY or (name in parameters and name.strip("_").lower() not in _NOTES):
+            reason = ": their models have no such parameter"
+        else:
+            continue
+        yield f"'{name}' of the {items.kind}s '{items.name}' is not used{reason}"
 
 
 def _is_meant(value: object) -> bool:
@@ -104,18 +80,6 @@ def not_read(items: SonataItems, known: Collection[str]) -> Iterator[str]:
     for *_, own in items.groups:
         if _AXES[2] in own and (lost := [axis for axis in _AXES if axis not in own]):
             yield f"{owner.removeprefix('of ')} have no position: their places lack {' and '.join(lost)}"
-
-
-def shared_places(items: SonataItems) -> Iterator[str]:
-    """Yield a sentence for each group in which two items have one place, and so the same attributes."""
-    for chosen, places, own in items.groups:
-        if own and ((count := np.bincount(places)) > 1).any():
-            place = int(np.argmax(count > 1))
-            one, other = chosen[places == place][:2]
-            yield (
-                f"the {items.kind}s {one} and {other} of '{items.name}' have the same place {place} in their "
-                f"group ({items.kind}_group_index), and so the same attributes"
-            )
 
 
 def require_places(items: SonataItems, node_ids: IntArray) -> None:

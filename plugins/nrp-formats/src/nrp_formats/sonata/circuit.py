@@ -15,14 +15,7 @@ from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.paths import path_of
 from nrp_core.utilities import checks_arguments
-from nrp_formats.sonata.attribute_checks import (
-    misspelt,
-    not_numbers,
-    not_parameters,
-    not_read,
-    parameters_of_other_models,
-    shared_places,
-)
+from nrp_formats.sonata.attribute_checks import not_numbers, not_read, not_used
 from nrp_formats.sonata.clamps import ALL, read_clamps
 from nrp_formats.sonata.config import Config, Files, read_config
 from nrp_formats.sonata.edges import DELAY_MS, EDGE_NAMES, read_edges
@@ -68,13 +61,11 @@ def read_sonata(
         remarks = list(config.unused)
         for part in nodes.values():
             used = {name for model, _ in part.models for name in model.names}
-            for check in (misspelt, not_numbers, not_read, parameters_of_other_models, not_parameters):
+            for check in (not_used, not_numbers, not_read):
                 remarks += check(part.items, used)
-            remarks += shared_places(part.items)
         remarks += _unused_spikes(spikes, nodes)
         network = Network(cells, tuple(_projections(config, nodes, remarks)))
         views = _views(network, nodes)
-        remarks += _hidden_names(nodes)
         ids = {name: views[name] for name in nodes}
         for path_of_sets in config.node_sets:
             sets = read_node_sets(path_of_sets, nodes, ids)
@@ -130,11 +121,9 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
             remarks.append(
                 f"{undelayed} edges '{items.name}' have no delay, and get that of NEST, {DELAY_MS:g} ms"
             )
-        for check in (misspelt, not_numbers, not_read):
-            remarks.extend(check(items, EDGE_NAMES))
-        remarks.extend(not_parameters(items, EDGE_NAMES | MODEL_NAMES))
+        for check in (not_used, not_numbers, not_read):
+            remarks.extend(check(items, EDGE_NAMES | MODEL_NAMES))
         remarks.extend(unused_of_synapses(items))
-        remarks.extend(shared_places(items))
         if functions := {name for name in items.texts("weight_function").values() if name}:
             shown = ", ".join(f"'{name}'" for name in sorted(functions))
             remarks.append(
@@ -183,13 +172,6 @@ def _missing_targets(config: Config, known: set[str]) -> Iterator[str]:
         if target not in known and target != ALL:
             missing = f"which does not exist{did_you_mean(target, known)}"
             yield f"the input '{name}' is for the node set '{target}', {missing}"
-
-
-def _hidden_names(nodes: Mapping[str, Nodes]) -> Iterator[str]:
-    """Yield a sentence for each name of a type of nodes that is that of a population of nodes."""
-    for name, part in nodes.items():
-        for label in sorted({*part.items.texts("pop_name").values()} & nodes.keys() - {name}):
-            yield f"the pop_name '{label}' of nodes '{name}' names none of them: other nodes have this name"
 
 
 def _views(network: Network, nodes: Mapping[str, Nodes]) -> dict[str, IntArray]:
