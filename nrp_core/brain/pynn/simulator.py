@@ -249,11 +249,6 @@ class State(BaseState):
         return float(min(delays, default=self.dt))
 
     @property
-    def least_delay_ms(self) -> float:
-        """The smallest delay from ``setup``, ms; 0 if it gives none."""
-        return self._min_delay or 0.0
-
-    @property
     def n_cells(self) -> int:
         """Number of cells so far, which is the global id of the next."""
         return sum(population.size for population in self.populations)

@@ -61,12 +61,6 @@ def plot(
             autocompletion=lambda incomplete: _with_next(incomplete),
         ),
     ] = None,
-    style: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SHEET", envvar="NRP_STYLE", help="A style sheet of Matplotlib: a name or a file."
-        ),
-    ] = None,
     json: Json = False,
 ) -> None:
     """Draw a figure of a recorded run: all of it, or one part."""
@@ -84,7 +78,7 @@ def plot(
         complain(f"--panels has no effect on '{kind}', which is one part", label="note")
     if dpi != _DPI and target.suffix.lower() != ".png":
         complain("--dpi has no effect on a figure that is not a PNG file", label="note")
-    options = _options(size, dpi, begin, until, panels, style)
+    options = _options(size, dpi, begin, until, panels)
     if options.crowded and kind == figure.What.RUN:
         advice = "at least 150x100mm, choose --panels, or draw one part, such as 'raster'"
         complain(f"the texts of all panels overlap on {size}: use {advice}", label="note", color="yellow")
@@ -101,12 +95,10 @@ def _with_next(incomplete: str) -> list[str]:
     return [",".join((*chosen, name)) for name in PANELS if name.startswith(last)]
 
 
-def _options(
-    size: str | None, dpi: int, begin: str, until: str | None, panels: str | None, style: str | None
-) -> PlotOptions:
+def _options(size: str | None, dpi: int, begin: str, until: str | None, panels: str | None) -> PlotOptions:
     from nrp_core.recording.figures.style import PlotOptions, panels_of, size_inches
 
-    given: dict[str, Any] = {"dpi": dpi, "style": style}
+    given: dict[str, Any] = {"dpi": dpi}
     with usage_errors("--size"):
         given["size_inches"] = None if size is None else size_inches(size)
     given["begin_s"] = time_s(begin, "--from")

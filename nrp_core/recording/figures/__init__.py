@@ -71,8 +71,7 @@ def draw(recording: RecordingReader, what: What = What.RUN, options: PlotOptions
         options: its size, the time that it shows, ...
 
     Raises:
-        ExperimentError: the recording has no data to show, a style sheet does not exist, or Matplotlib is not
-            installed.
+        ExperimentError: the recording has no data to show, or Matplotlib is not installed.
     """
     require_matplotlib()
     from nrp_core.recording.figures.film import camera_images, image_times
@@ -84,7 +83,7 @@ def draw(recording: RecordingReader, what: What = What.RUN, options: PlotOptions
         raise ExperimentError("nothing was recorded, or no part of it is intact", path=recording.file)
     options = options or PlotOptions()
     story = Story.of(recording, options.begin_s, options.end_s)
-    with style(options.style, options.size_inches and options.size_inches[0]):
+    with style(options.size_inches and options.size_inches[0]):
         if what is not What.RUN:
             return draw_part(what.value, story, recording, options)
         shown = Panel.CAMERA in options.panels
@@ -112,7 +111,7 @@ def plot(
 
     options = options or PlotOptions()
     figure = draw(recording, what, options)
-    with style(options.style, options.size_inches and options.size_inches[0]):
+    with style(options.size_inches and options.size_inches[0]):
         save(figure, path)
 
 

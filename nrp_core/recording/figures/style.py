@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import logging
-import re
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 from io import BytesIO
 from math import inf
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-import matplotlib.style
 from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.errors import did_you_mean
 from nrp_core.quantities import parse
 
 DPI = 150
@@ -48,7 +44,6 @@ class PlotOptions:
         dpi: dots per inch of a PNG file.
         begin_s, end_s: the period that is shown, s.
         panels: the parts of the page.
-        style: a style sheet of Matplotlib: its name, or a file. It comes after our own.
     """
 
     size_inches: tuple[float, float] | None = None
@@ -56,7 +51,6 @@ class PlotOptions:
     begin_s: float = 0.0
     end_s: float = inf
     panels: Collection[Panel] = tuple(Panel)
-    style: str | None = None
 
     @property
     def crowded(self) -> bool:
@@ -174,56 +168,16 @@ def points(size: float) -> float:
 
 
 @contextmanager
-def style(sheet: str | None = None, width_inches: float | None = None) -> Iterator[None]:
+def style(width_inches: float | None = None) -> Iterator[None]:
     """Draw in the figure's style.
 
     Args:
-        sheet: a style sheet of Matplotlib, applied after ours except for its text sizes.
         width_inches: width of the figure; None: the usual width.
-
-    Raises:
-        ExperimentError: the sheet does not exist, or cannot be read.
     """
     with mpl.rc_context(_RC):
-        if sheet is not None:
-            _use(sheet)
         sizes: dict[Any, Any] = {key: _RC[key] * text_scale(width_inches) for key in _SIZES}
         mpl.rcParams.update(sizes)
         yield
-
-
-def _use(sheet: str) -> None:
-    """Use a style sheet; Matplotlib itself only logs the lines that it cannot read.
-
-    Raises:
-        ExperimentError: the sheet does not exist, or a line of it is wrong.
-    """
-    logged: list[logging.LogRecord] = []
-    log = logging.getLogger("matplotlib")
-
-    def keep(record: logging.LogRecord) -> bool:
-        logged.append(record)
-        return False
-
-    log.addFilter(keep)
-    try:
-        mpl.style.use(sheet)
-    except OSError as error:
-        hint = did_you_mean(sheet, mpl.style.available)
-        raise ExperimentError(f"'{sheet}' is not a style sheet of Matplotlib{hint}") from error
-    finally:
-        log.removeFilter(keep)
-    for record in logged:
-        raise _wrong_line(record.getMessage(), sheet)
-
-
-def _wrong_line(message: str, sheet: str) -> ExperimentError:
-    """Return the error for a line, in the words of Matplotlib: 'Bad key KEY in file FILE, line N (TEXT)'."""
-    first = message.strip().splitlines()[0]
-    line, key = re.search(r"line (\d+)", first), re.match(r"Bad key (\S+)", first)
-    known = f"'{key[1]}' is not a setting{did_you_mean(key[1], map(str, mpl.rcParams))}" if key else first
-    number = int(line[1]) if line else None
-    return ExperimentError(f"the style sheet cannot be used: {known}", path=Path(sheet), line=number)
 
 
 def time_colours() -> Colormap:

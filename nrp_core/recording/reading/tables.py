@@ -80,11 +80,6 @@ def number_values(message: Any, elements: Sequence[str] = ()) -> Iterator[Value]
             yield Value(one.path, float(one.value), one.unit)
 
 
-def units_in(message: Any) -> dict[str, str]:
-    """Return the units of the numbers from :func:`numbers_in`, as far as its type gives them."""
-    return {one.path: one.unit for one in number_values(message) if one.unit}
-
-
 def values_in(message: Any, elements: Sequence[str] = ()) -> Iterator[Value]:
     """Return the values in a message, its arrays and its lists of messages; headers are left out.
 

@@ -58,25 +58,6 @@ def test_options_of_figures_without_effect_are_told(
 
 
 @pytest.mark.parametrize(
-    ("sheet", "words"),
-    [
-        ("axes.tittlesize: 12\n", ":1: the style sheet cannot be used: 'axes.tittlesize' is not a setting;"),
-        ("# mine\naxes.titlesize: huge\n", ":2: the style sheet cannot be used: Bad value"),
-        ("axes.titlesize 12\n", ":1: the style sheet cannot be used: Missing colon"),
-        ("axes.titlesize: 12\n", ""),
-    ],
-)
-def test_a_line_of_a_style_sheet_that_cannot_be_read_is_named(
-    nrp: Nrp, recorded: Path, tmp_path: Path, sheet: str, words: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("sheet.mplstyle").write_text(sheet)
-    done = nrp("plot", recorded, "raster", "--style", "sheet.mplstyle")
-    assert done.code == (3 if words else 0)
-    assert words in done.err
-
-
-@pytest.mark.parametrize(
     ("options", "words"),
     [
         (("--eye", "1,2,3"), "has no effect with --view follow"),

@@ -464,7 +464,7 @@ def test_a_figure_has_the_size_the_resolution_and_the_panels_that_are_wanted(
     options = PlotOptions(size_inches=size, dpi=100, panels=(Panel.SPIKES,))
     plot(recording, tmp_path / "small.png", options=options)
     assert cv2.imread(str(tmp_path / "small.png")).shape == (300, 500, 3)
-    with style(None, size[0]):
+    with style(size[0]):
         shown = texts(draw_page(Story.of(recording), [], options))
     assert "Spikes" in shown
     assert not {"Room from above", "Devices (mV)", "Commands (m/s)"} & shown
@@ -489,11 +489,6 @@ def test_a_figure_shows_a_window_of_time_and_values_from_before_it_hold(recordin
     assert Story.of(recording, 0.11, 0.3).coloured()[0].since_s == pytest.approx(0.11)
     with pytest.raises(ExperimentError, match="it has no messages from 3 s on"):
         Story.of(recording, 3.0, 4.0)
-
-
-def test_a_style_sheet_that_does_not_exist_is_refused(recording: Recording, tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match=r"'gplot' is not a style sheet .* did you mean 'ggplot'"):
-        plot(recording, tmp_path / "figure.png", options=PlotOptions(style="gplot"))
 
 
 @pytest.mark.parametrize("text", ["180", "180x", "x5cm", "180x120", "180x120ly", "0x5cm", "1x1km", "-5x5cm"])
