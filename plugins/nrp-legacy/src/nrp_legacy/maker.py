@@ -27,7 +27,6 @@ from nrp_legacy.code import ignore_note
 from nrp_legacy.documents import Bibi
 from nrp_legacy.files import EMPTY_ROOM, Library
 from nrp_legacy.functions import code_of, load, sources_of
-from nrp_legacy.image_failures import explain_image_failures
 from nrp_legacy.live.built import to_built_brain
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.python2_builtins import quotient
@@ -195,7 +194,6 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
         to_built_brain(run.brain.network).begin(run)
         inject_currents(getattr(run.brain.network, "injections", ()), run.brain)
         RobotWatch(run)
-        explain_image_failures(run)
         self.playing = StateMachines(self.machines, self.names, run)
 
     def _note(self, code: Code, message: str, *, subject: str | None = None) -> None:

@@ -1,16 +1,13 @@
 """State machines beside the loop: after every step each runs until it waits.
 
 SMACH compares the states of a machine when it begins, and does not start one whose transitions lead nowhere
-(``check_consistency``). Such machines are found in the text of a file, and in the objects that it makes.
+(``check_consistency``). Such machines are reported at the same moment.
 """
 
 from __future__ import annotations
 
-import ast
 import re
-from collections import Counter
 from collections.abc import Iterator
-from copy import deepcopy
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -21,7 +18,6 @@ from nrp_core.dsl import line_in
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Run, RunObserver
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.scripts import last_name
 from nrp_legacy.code import Source, ignore_note
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.smach import GOES_ON, CBState, Container, State, StateMachine
@@ -95,56 +91,7 @@ def _check_state(label: str, state: State, machine: StateMachine) -> Iterator[tu
             )
 
 
-_IS_IMPORT: Final = (ast.Import, ast.ImportFrom)
-
-
-def with_constants(tree: ast.Module) -> ast.Module:
-    """Return a copy of a tree with texts and numbers in the place of the names that are given them once."""
-    given = Counter(_names(tree))
-    known: dict[str, ast.Constant] = {}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Assign):
-            for target in node.targets:
-                known |= {name: value for name, value in _pairs(target, node.value) if given[name] == 1}
-    copied: ast.Module = _Constants(known).visit(deepcopy(tree))
-    return copied
-
-
-def _names(tree: ast.Module) -> list[str]:
-    """Return each name as often as something gives it a value."""
-    nodes = list(ast.walk(tree))
-    return [
-        *(node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)),
-        *(node.arg for node in nodes if isinstance(node, ast.arg)),
-        *(
-            alias.asname or alias.name
-            for node in nodes
-            if isinstance(node, _IS_IMPORT)
-            for alias in node.names
-        ),
-    ]
-
-
-def _pairs(target: ast.expr, value: ast.expr) -> list[tuple[str, ast.Constant]]:
-    match target, value:
-        case ast.Tuple(names), ast.Tuple(values):
-            return [pair for one, its in zip(names, values, strict=False) for pair in _pairs(one, its)]
-        case ast.Name(name), ast.Constant(str() | int() | float()):
-            return [(name, value)]
-    return []
-
-
-class _Constants(ast.NodeTransformer):
-    def __init__(self, known: dict[str, ast.Constant]) -> None:
-        self._known = known
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        known = self._known.get(node.id) if isinstance(node.ctx, ast.Load) else None
-        return node if known is None else ast.copy_location(ast.Constant(known.value), node)
-
-
 _BEGINNING: Final = 4096  # bytes to search for the first element
-_CONTAINERS: Final = ("StateMachine", "Sequence", "Concurrence", "Iterator")
 
 
 def is_scxml(path: Path) -> bool:
@@ -162,76 +109,15 @@ def scxml_message(path: Path) -> str:
 
 
 def check_machine_file(path: Path) -> Iterator[Finding]:
-    """Yield a finding for each transition that leads nowhere, and for each state that is added twice."""
+    """Yield a finding if a file holds no state machine that can be executed."""
     if is_scxml(path):
         yield Finding(Code.NRP272, scxml_message(path), Level.WARNING, path, subject=path.name)
         return
     try:
-        tree = Source.of_file(path).tree(ignore_note)
+        Source.of_file(path).tree(ignore_note)
     except ExperimentError as error:
         message = f"state machine left out: {error.message}"
         yield Finding(Code.NRP272, message, Level.WARNING, error.path, error.line)
-        return
-    tree = with_constants(tree)
-    yield from _repeated_states(tree, path)
-    adds = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and _adds(node)]
-    labels = [_text(call.args[0]) if call.args else None for call in adds]
-    outcomes = _outcomes(tree)
-    if outcomes is None or None in labels:
-        return  # some are computed
-    known = {*outcomes, *(label for label in labels if label)}
-    for call, label in zip(adds, labels, strict=True):
-        for target in _targets(call):
-            name = _text(target)
-            if name is not None and name not in known:
-                hint = did_you_mean(name, known)
-                message = (
-                    f"the state '{label}' goes to '{name}', which is neither a state nor an outcome{hint}"
-                )
-                yield Finding(Code.NRP272, message, Level.WARNING, path, target.lineno, subject=name)
-
-
-def _repeated_states(tree: ast.Module, path: Path) -> Iterator[Finding]:
-    """Yield the states that one block adds again: the later one replaces the first."""
-    for block in (node for node in ast.walk(tree) if isinstance(node, ast.With)):
-        first: dict[str, int] = {}
-        for statement in block.body:
-            call = statement.value if isinstance(statement, ast.Expr) else None
-            label = _text(call.args[0]) if isinstance(call, ast.Call) and _adds(call) and call.args else None
-            if label is not None and first.setdefault(label, statement.lineno) != statement.lineno:
-                message = f"the state '{label}' already exists, at line {first[label]}; rename one"
-                yield Finding(Code.NRP272, message, Level.WARNING, path, statement.lineno, subject=label)
-
-
-def _adds(call: ast.Call) -> bool:
-    match call.func:
-        case ast.Attribute(ast.Name(owner) | ast.Attribute(attr=owner), "add"):
-            return owner in _CONTAINERS
-    return False
-
-
-def _outcomes(tree: ast.Module) -> set[str] | None:
-    """Return the outcomes of all machines of a file; None if some are computed."""
-    found: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and last_name(node.func) in _CONTAINERS:
-            given = [*node.args[:1], *(one.value for one in node.keywords if "outcome" in str(one.arg))]
-            for value in given:
-                items = getattr(value, "elts", [value])
-                texts = [_text(item) for item in items]
-                if None in texts:
-                    return None
-                found |= {text for text in texts if text is not None}
-    return found
-
-
-def _targets(call: ast.Call) -> list[ast.expr]:
-    given = [*call.args[2:3], *(one.value for one in call.keywords if one.arg == "transitions")]
-    return [value for one in given if isinstance(one, ast.Dict) for value in one.values]
-
-
-def _text(node: ast.expr) -> str | None:
-    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
 
 
 _VARIABLES = ("sm", "state_machine")
@@ -286,9 +172,8 @@ class StateMachines(RunObserver[Run]):
     def _play(self, path: Path) -> None:
         """Run a file, and its machine unless the file has done that."""
         machine = self._machine(path)
-        if next(check_machine_file(path), None) is None:  # those were reported before
-            for code, problem in check_machine(machine):
-                self._names.graph.warn(code, f"state machine {path.name}: {problem}")
+        for code, problem in check_machine(machine):
+            self._names.graph.warn(code, f"state machine {path.name}: {problem}")
         if machine is not None and not getattr(machine, "has_run", False):
             machine.execute(getattr(machine, "userdata", None))
 

@@ -22,7 +22,7 @@ class InvalidTransitionError(Exception):
 
 
 class InvalidStateError(Exception):
-    """A state that is added where there is no container."""
+    """A state that is added where there is no container, or a second time."""
 
 
 class UserData:
@@ -219,8 +219,13 @@ class StateMachine(Container):
             state: the state.
             transitions: the next state, or an outcome of the machine, for each outcome.
             remapping: names of data in the machine by those in the state.
+
+        Raises:
+            InvalidStateError: the machine has a state of this label.
         """
         machine = opened()
+        if label in machine._states:
+            raise InvalidStateError(f"the state '{label}' already exists; rename one")
         machine._remappings[label] = dict(remapping or {})
         machine._states[label] = state
         machine._transitions[label] = dict(transitions or {})

@@ -86,11 +86,6 @@ class MonitorState(PollingState):
         )
         graph.want(self._topic, msg_type)
 
-    @property
-    def is_limited(self) -> bool:
-        """Whether it stops waiting after a number of messages."""
-        return self._checks > 0
-
     def execute(self, userdata: Any) -> str:
         came: list[Any] = []
         listener = self._graph.listen(self._topic, self._type, came.append)
