@@ -11,7 +11,7 @@ A tension is positive where the muscle pulls; a velocity is positive where it le
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import dist
@@ -20,7 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.errors import SceneError, TopicError
+from nrp_core.errors import TopicError
 from nrp_core.findings import Code
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine
@@ -402,17 +402,3 @@ class MuscleGroupPart(Part):
         length, velocity, tension, activation = states
         share = tension / self._force
         return MuscleStates(header, names, length, velocity, tension, activation, normalised, share)
-
-
-def with_group(model: Model, name: str, muscles: Iterable[str]) -> Model:
-    """Return a model with a further group of muscles, on ``/<model>/<name>/cmd`` and ``.../state``.
-
-    Raises:
-        SceneError: the model does not have one of the muscles, or has the group already.
-    """
-    command, state = (resolve_name(f"{name}/{each}", model.name) for each in ("cmd", "state"))
-    group = MuscleGroup(name, command, tuple(muscles), state)
-    if any(drive.name == name for drive in model.drives):
-        raise SceneError(f"'{model.name}' has a muscle, group or drive of the name '{name}' already")
-    group.check(model)
-    return replace(model, drives=(*model.drives, group))

@@ -174,46 +174,6 @@ def width_m(scene: Scene) -> float:
     return width if len(shapes) == len(solids) else max(_ENDLESS_M, _TIMES * width)
 
 
-def size_m(model: Model) -> float | None:
-    """Return the horizontal size of a model, m; None without shapes that can be read."""
-    try:
-        corners = [corner[:2] for solid in solids_of(model) for corner in solid.box]
-    except SceneError:
-        return None
-    return float(hypot(*np.ptp(np.array(corners), axis=0))) if corners else None
-
-
-def outside_m(scene: Scene, point: tuple[float, float]) -> float:
-    """Return how far a point on the ground is outside the rectangle around a scene, m.
-
-    It is 0 inside, and where the scene has no end or a shape cannot be read.
-    """
-    solids = [solid for model in scene.models for solid in solids_of(model)]
-    if not solids or any(isinstance(solid.geometry, Plane) for solid in solids):
-        return 0.0
-    try:
-        corners = np.array([corner[:2] for solid in solids for corner in solid.box])
-    except SceneError:
-        return 0.0
-    beyond = np.maximum(corners.min(0) - point, point - corners.max(0))
-    return float(np.linalg.norm(np.maximum(beyond, 0.0)))
-
-
-def inside_m(scene: Scene, point: tuple[float, float], height_m: float) -> tuple[str, float] | None:
-    """Return the part of the room in which a point on the ground is deepest, and how deep; None if in none.
-
-    Only parts that reach from below a height to above it count, so no floor; a mesh counts as hollow.
-    """
-    depths = {
-        solid.name: solid.depth_of(np.array([(*point, (solid.lowest_m + solid.highest_m) / 2)]))
-        for solid in room_of(scene)
-        if not isinstance(solid.geometry, Plane | Heightmap | Mesh)
-        if solid.lowest_m < height_m < solid.highest_m
-    }
-    deepest = max(depths, key=depths.__getitem__, default=None)
-    return None if deepest is None else (deepest, depths[deepest])
-
-
 def _across(shapes: list[Solid], origins: list[tuple[float, ...]]) -> float:
     """Return the diagonal of the rectangle around shapes and origins of models, m."""
     try:

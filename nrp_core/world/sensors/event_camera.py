@@ -9,7 +9,7 @@ Event Camera Simulator", with a threshold of its own for each pixel.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp, log
+from math import exp
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -32,8 +32,6 @@ LUMA = np.array([0.299, 0.587, 0.114]) / 255
 """Weights of red, green and blue in the intensity (ITU-R BT.601), which is 1 for white."""
 DARK = 0.001
 """Added to the intensity, so that black has a logarithm."""
-BLACK_TO_WHITE = log(1 + 1 / DARK)
-"""The largest change of the logarithm."""
 
 
 def log_intensity(image: ImageArray) -> FloatArray:

@@ -13,7 +13,7 @@ import pytest
 from nrp_core import World, worlds
 from nrp_core.errors import CapabilityError, SceneError, TopicError
 from nrp_core.findings import Code
-from nrp_core.world.drives.muscles import moment_arms, muscles_of, with_group
+from nrp_core.world.drives.muscles import moment_arms, muscles_of
 from nrp_core.world.engine_kit.muscles import (
     activation_rate,
     force_length,
@@ -271,11 +271,6 @@ def test_groups_take_as_many_finite_numbers_as_they_have_muscles(tmp_path):
             cmd.publish(Float64MultiArray(data=[float("nan")]))
         cmd.publish(Float64MultiArray(data=[1.5]))
         assert [each.code for each in world.warnings] == [Code.NRP299]
-    model = written(tmp_path).models[0]
-    with pytest.raises(SceneError, match="'x'"):
-        with_group(model, "new", ["x"])
-    with pytest.raises(SceneError, match="already"):
-        with_group(model, "g", ["m"])
 
 
 def test_a_muscle_around_a_shape_is_refused_where_it_cannot_be_simulated(tmp_path):
