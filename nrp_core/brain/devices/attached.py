@@ -113,15 +113,17 @@ class AttachedDevices:
         self._sort()
 
     def reset(self, seeds: Seeds) -> None:
-        """Return all to time 0.
+        """Return all to time 0, and activate all.
 
         Args:
             seeds: the random streams of the brain.
         """
         self.reset_trains(seeds)
         for source in self.sources:
+            source.active = True
             source.reset(seeds.child("device"))
         for sink in self.sinks:
+            sink.active = True
             sink.reset()
 
     def reset_trains(self, seeds: Seeds) -> None:

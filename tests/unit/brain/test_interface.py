@@ -147,6 +147,18 @@ def test_a_reset_brain_runs_as_it_did_at_first_and_with_another_seed_otherwise(b
     assert recorded(brain, 40.0) != first
 
 
+def test_a_reset_activates_devices(brain: EchoBrain) -> None:
+    source = brain.add_source(PoissonSource(rate=500.0), [0], name="noise")
+    integrator = brain.add_sink(LeakyIntegratorAlpha(), [0], name="integrator")
+    first = recorded(brain, 40.0)
+    assert first
+    source.active = integrator.active = False
+    brain.reset()
+    assert source.active
+    assert integrator.active
+    assert recorded(brain, 40.0) == first
+
+
 def test_a_snapshot_holds_devices_and_spikes_in_transit(brain: EchoBrain) -> None:
     source = brain.add_source(PoissonSource(rate=500.0, delay=15.0), [0, 1], name="noise")
     integrator = brain.add_sink(LeakyIntegratorAlpha(), [0, 1], name="integrator")
