@@ -135,8 +135,8 @@ def rewarded(network: Network, label: str) -> Projection:
         )
     if not follows_dopamine(projection):
         raise NetworkError(
-            f"projection '{label}': its synapses are of {projection.synapse_type}; rewards decide on changes "
-            "by STDP"
+            f"projection '{label}': its synapses are of the type {projection.synapse_type}; rewards act on "
+            "changes by STDP"
         )
     if not any(one.post == projection.post and one.neuromodulation for one in network.projections):
         raise NetworkError(

@@ -511,7 +511,9 @@ class ClosedLoop(Closing):
             ExperimentError: there is no function of this name, or ``active`` is not true or false.
         """
         if not isinstance(active, bool):
-            raise ExperimentError(f"'{name}' is made active by True, inactive by False, not by {active!r}")
+            raise ExperimentError(
+                f"'{name}' is activated by True and deactivated by False, not by {active!r}"
+            )
         self.between_steps(lambda: setattr(self._wiring[name], "active", active))
 
     def _resume(self, functions: Iterable[TransferFunction]) -> None:

@@ -116,8 +116,7 @@ class Reward(Adapter):
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_") and name not in _SETTABLE:
             raise AttributeError(
-                f"the reward '{self._parameter}' has no attribute '{name}' to set; set its value, or what is "
-                "held"
+                f"the reward '{self._parameter}' has no attribute '{name}' to set; valid: value, held"
             )
         super().__setattr__(name, value)
 
@@ -150,7 +149,7 @@ class MapReward(MappingDecorator):
         self.selector, self.baseline = value, baseline
         if baseline is not None and not (is_number(baseline) and baseline >= 1.0 and isfinite(baseline)):
             raise self.place.error(
-                f"baseline is {baseline!r:.60}; their mean runs over a number of rewards from 1 on"
+                f"baseline is {baseline!r:.60}; it must be the number of rewards of its mean, 1 or more"
             )
 
     def _do_bind(self, binding: Binding) -> Reward:

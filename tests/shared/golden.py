@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import sys
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from operator import itemgetter
@@ -21,14 +22,18 @@ E = TypeVar("E", bound=BaseException)
 FILE = "messages.txt"
 _REPOSITORY = Path(__file__).resolve().parents[2]
 _VARYING = (  # what differs between machines, runs and edits of the tests, and what stands for it
+    (re.compile(re.escape(sys.executable)), "PYTHON"),
     (re.compile(rf"{re.escape(str(_REPOSITORY))}/(?!\.venv)"), ""),
     (re.compile(r"[^\s'\"]*/site-packages/"), "PACKAGES/"),
     (re.compile(r"(test_\w+\.py(:|\", line ))\d+"), r"\1N"),
+    (re.compile(r"valid: [^;]* and \d+ more"), "valid: ... and N more"),
     (re.compile(r"[\d.]+ [KMGT]iB are free"), "N GiB are free"),
-    (re.compile(r"\b0x[0-9a-f]{6,}"), "ADDRESS"),
+    (re.compile(r"\b0x[0-9a-f]{6,}|(?<=@)[0-9a-f]{8,}"), "ADDRESS"),
+    (re.compile(r" \[type=\w+, input_value=.*\n *For further information visit .*"), ""),  # of pydantic
     (re.compile(r"\b[0-9a-f]{32,}\b"), "DIGEST"),
     (re.compile(r"[^\S \n]|[\0-\x08\x0e-\x1f\ud800-\udfff]"), lambda found: ascii(found[0])[1:-1]),
 )
+_COLLECTED = pytest.StashKey[set[tuple[Path, tuple[str, str]]]]()
 _UPDATED = pytest.StashKey[dict[Path, dict[tuple[str, str], str]]]()
 
 
@@ -98,10 +103,16 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None]:
         pytest.fail(f"{file}:\n{change}if this is right: {update}", pytrace=False)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Note all tests, before options select some."""
+    config.stash[_COLLECTED] = {(item.path.parent, _name(item)) for item in items}
+
+
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Write the entries of the tests that ran, and drop those of tests and cases that are gone."""
     for file, updated in session.config.stash[_UPDATED].items():
-        tests = {_name(item) for item in session.items if item.path.parent == file.parent}
+        tests = {test for folder, test in session.config.stash[_COLLECTED] if folder == file.parent}
         functions = {function for function, _ in tests}
         kept = {
             test: text

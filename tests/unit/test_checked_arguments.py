@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pytest
+from golden import Golden
 from nrp_lab.comparison import Margin
 
 import nrp_core
@@ -56,9 +57,7 @@ def public_arguments() -> Iterator[tuple[Callable[..., Any], str]]:
 def test_every_public_function_names_an_argument_of_the_wrong_kind(
     function: Callable[..., Any], name: str
 ) -> None:
-    with pytest.raises(
-        ArgumentError, match=f"^{function.__name__}: {name} is <object .*; it must be (a|True)"
-    ):
+    with pytest.raises(ArgumentError, match=f"^{function.__name__}: {name} is <object "):
         function(**{name: object()})
 
 
@@ -186,35 +185,35 @@ def test_a_wrong_call_is_one_sentence(call: Callable[[], object], words: str) ->
         call()
 
 
-def test_an_argument_of_the_wrong_kind_is_an_error_of_type_and_value() -> None:
+def test_an_argument_of_the_wrong_kind_is_an_error_of_type_and_value(golden: Golden) -> None:
     with pytest.raises(TypeError):
         sized("1")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="it must be a whole number"):
+    with golden.raises(ValueError, match="sized: size is '1'"):
         sized("1")  # type: ignore[arg-type]
 
 
-def test_a_hint_that_only_type_checkers_know_admits_anything() -> None:
+def test_a_hint_that_only_type_checkers_know_admits_anything(golden: Golden) -> None:
     @dataclass
     class Loose:
         size: Unknown  # type: ignore[name-defined] # noqa: F821
         name: str
 
     require_fields(Loose(3, "a"), "loose")
-    with pytest.raises(ArgumentError, match="loose: name is 3; it must be a text"):
+    with golden.raises(ArgumentError, match="name is 3"):
         require_fields(Loose(3, 3), "loose")  # type: ignore[arg-type]
 
 
-def test_names_that_nothing_has_are_refused_by_scenes_networks_and_worlds() -> None:
+def test_names_that_nothing_has_are_refused_by_scenes_networks_and_worlds(golden: Golden) -> None:
     scene, network = nrp_core.Scene(()), nrp_core.Network({})
     for look in (lambda: scene.without("hsky"), lambda: scene.with_pose("hsky", nrp_core.Pose())):
-        with pytest.raises(SceneError, match="the scene has no model 'hsky'; there are none"):
+        with golden.raises(SceneError, match="'hsky'"):
             look()
-    with pytest.raises(NeuronSelectionError, match="the network has no population 'eyes'; there are none"):
+    with golden.raises(NeuronSelectionError, match="'eyes'"):
         network.ids_of("eyes")
     backend = mujoco()
     with backend.open(scene, seed=1, options=backend.options()) as world:
         for ask in (world.model_motion, world.joint_states):
-            with pytest.raises(SceneError, match="the scene has no model 'hsky'; there are none"):
+            with golden.raises(SceneError, match="'hsky'"):
                 ask("hsky")
 
 

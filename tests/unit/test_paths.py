@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from golden import Golden
 from pydantic import BaseModel, ValidationError
 
 from nrp_core.paths import ExistingFile, MissingFileError, TextFrom, existing_file
@@ -44,24 +45,26 @@ def test_an_absolute_path_and_the_home_folder_stay_unchanged(
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("brian.py", r"no file 'brian\.py' in .*; did you mean 'brain\.py'"),
-        ("walker.urdf", r"no file 'walker\.urdf' in .*; valid: brain\.py, room\.sdf$"),
-        (".gitignor", r"no file '\.gitignor' in .*; did you mean '\.gitignore'"),
-        ("sub", "'sub' is a folder, not a file"),
-        ("no/brain.py", r"no file 'no/brain\.py': there is no folder .*/no"),
+        ("brian.py", r"'brian\.py'.*'brain\.py'"),
+        ("walker.urdf", r"'walker\.urdf'.*brain\.py, room\.sdf$"),
+        (".gitignor", r"'\.gitignor'.*'\.gitignore'"),
+        ("sub", "'sub'"),
+        ("no/brain.py", r"'no/brain\.py'.*/no"),
     ],
 )
-def test_a_missing_file_gets_the_nearest_one_beside_it(folder: Path, name: str, message: str) -> None:
-    with pytest.raises(MissingFileError, match=message):
+def test_a_missing_file_gets_the_nearest_one_beside_it(
+    folder: Path, name: str, message: str, golden: Golden
+) -> None:
+    with golden.raises(MissingFileError, match=message):
         existing_file(TextFrom.of(name, folder))
 
 
-def test_a_value_that_is_not_text_does_not_name_a_file() -> None:
-    with pytest.raises(ValueError, match="the name of a file is a text, not 3"):
+def test_a_value_that_is_not_text_does_not_name_a_file(golden: Golden) -> None:
+    with golden.raises(ValueError):
         existing_file(3)
 
 
-def test_options_of_third_parties_use_it_too(folder: Path) -> None:
+def test_options_of_third_parties_use_it_too(folder: Path, golden: Golden) -> None:
     assert Options.model_validate({"model": TextFrom.of("brain.py", folder)}).model == folder / "brain.py"
-    with pytest.raises(ValidationError, match="did you mean"):
+    with golden.raises(ValidationError):
         Options.model_validate({"model": TextFrom.of("brian.py", folder)})

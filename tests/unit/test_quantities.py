@@ -3,6 +3,7 @@
 from math import pi
 
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
@@ -42,21 +43,23 @@ def test_a_quantity_is_read_in_its_base_unit(field: str, text: object, value: fl
 
 
 @pytest.mark.parametrize(
-    ("field", "text", "says"),
+    ("field", "text"),
     [
-        ("duration", 20, "needs a unit"),
-        ("duration", "20 msec", "did you mean 'ms'"),
-        ("duration", "fast", "cannot read 'fast'"),
-        ("duration", "0 ms", "more than 0"),
-        ("time", "-1 s", "0 or more"),
-        ("duration", "0.5 ns", "whole number of nanoseconds"),
-        ("rate", "3 m", "valid: Hz, MHz, kHz"),
-        ("length", True, "a length is a number with a unit"),
-        ("angle", [1], "an angle is a number with a unit"),
+        ("duration", 20),
+        ("duration", "20 msec"),
+        ("duration", "fast"),
+        ("duration", "0 ms"),
+        ("time", "-1 s"),
+        ("duration", "0.5 ns"),
+        ("rate", "3 m"),
+        ("length", True),
+        ("angle", [1]),
     ],
 )
-def test_an_unreadable_value_is_refused_with_a_valid_example(field: str, text: object, says: str) -> None:
-    with pytest.raises(ValidationError, match=says):
+def test_an_unreadable_value_is_refused_with_a_valid_example(
+    field: str, text: object, golden: Golden
+) -> None:
+    with golden.raises(ValidationError):
         Everything(**{field: text})
 
 

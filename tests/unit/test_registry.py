@@ -7,6 +7,7 @@ from pathlib import Path
 from shutil import copytree
 
 import pytest
+from golden import Golden
 
 import nrp_core
 from nrp_core.brain import backends
@@ -69,13 +70,13 @@ def test_leftovers_of_an_interrupted_pip_do_no_harm(install: Install, tmp_path: 
     assert isinstance(brains().load("acme"), BrainBackend)
 
 
-def test_a_typo_gets_the_nearest_name() -> None:
-    with pytest.raises(UnknownBackendError, match="no brain backend is called 'evnt'; did you mean 'event'"):
+def test_a_typo_gets_the_nearest_name(golden: Golden) -> None:
+    with golden.raises(UnknownBackendError, match="'evnt'.*'event'"):
         brains().load("evnt")
 
 
-def test_an_empty_group_names_the_package_to_install() -> None:
-    with pytest.raises(UnknownBackendError, match=r"none is installed: .*pip install"):
+def test_an_empty_group_names_the_package_to_install(golden: Golden) -> None:
+    with golden.raises(UnknownBackendError):
         Registry("nobody.has.this", "brain backend").load("event")
 
 
@@ -108,13 +109,12 @@ def test_a_mistake_in_a_plugin_is_named_with_its_line_and_not_with_a_command(
 
 def test_two_distributions_with_one_name_are_both_named_and_only_that_name_is_refused(
     install: Install,
+    golden: Golden,
 ) -> None:
     install("twin", distribution="first-brain")
     install("twin", distribution="second-brain")
     install("single")
-    with pytest.raises(
-        DuplicateBackendError, match=r"first-brain 2\.0 .* and second-brain 2\.0 .*pip uninstall"
-    ):
+    with golden.raises(DuplicateBackendError, match=r"2\.0.*2\.0"):
         brains().load("twin")
     assert brains().load("single")
 
@@ -129,24 +129,24 @@ def test_another_interface_version_says_which_side_to_upgrade(
 
 
 def test_a_backend_that_does_not_say_was_written_for_the_first_version_of_the_interface(
-    install: Install, monkeypatch: pytest.MonkeyPatch
+    install: Install, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     install("old")
     assert brains().load("old").interface_version == 1
     monkeypatch.setattr(backends, "BRAIN_INTERFACE_VERSION", 2)
-    with pytest.raises(IncompatibleBackendError, match=r"version 1; .* version 2; .*--upgrade acme-brain"):
+    with golden.raises(IncompatibleBackendError, match="--upgrade"):
         brains().load("old")
 
 
-def test_an_object_that_is_not_a_backend_is_refused(install: Install) -> None:
+def test_an_object_that_is_not_a_backend_is_refused(install: Install, golden: Golden) -> None:
     install("odd", "Backend = 42")
-    with pytest.raises(BackendLoadError, match="not a subclass of BrainBackend"):
+    with golden.raises(BackendLoadError, match="BrainBackend"):
         brains().load("odd")
 
 
-def test_a_class_of_a_group_with_several_bases_names_them_all(install: Install) -> None:
+def test_a_class_of_a_group_with_several_bases_names_them_all(install: Install, golden: Golden) -> None:
     install("odd", "class Backend: pass")
-    with pytest.raises(BackendLoadError, match="not a subclass of int or str"):
+    with golden.raises(BackendLoadError):
         Registry[object](BRAIN_GROUP, "thing", [int, str]).load("odd")
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 
 import nrp_core
 from nrp_core.errors import ExperimentError, TimestepError, UnknownNameError
@@ -45,9 +46,11 @@ def test_a_recorded_result_draws_itself(fakes: None, drive_to_the_wall: Path, tm
         plain.plot()
 
 
-def test_a_folder_that_holds_something_is_refused_before_anything_is_opened(tmp_path: Path) -> None:
+def test_a_folder_that_holds_something_is_refused_before_anything_is_opened(
+    tmp_path: Path, golden: Golden
+) -> None:
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(ExperimentError, match="it is not empty"):
+    with golden.raises(ExperimentError):
         nrp_core.run("no such experiment", record=tmp_path)
 
 
@@ -88,19 +91,19 @@ def test_a_misspelt_name_in_a_result_is_explained(fakes: None, drive_to_the_wall
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"images": "exakt"}, "unknown image mode 'exakt'; did you mean 'exact'"),
-        ({"snapshots_s": 0}, "snapshots_s is a time above 0 in s, or None, not 0"),
+        ({"images": "exakt"}, "'exakt'.*'exact'"),
+        ({"snapshots_s": 0}, "snapshots_s"),
         ({"snapshots_s": float("nan")}, "not nan"),
         ({"snapshots_s": "1"}, "not '1'"),
-        ({"on_step": 3}, "on_step is a function of the run, not 3"),
-        ({"on_step": lambda: None}, "on_step is called with the run after every step: it takes one argument"),
-        ({"record": 3}, "record is 3; it must be a path or None"),
+        ({"on_step": 3}, "on_step"),
+        ({"on_step": lambda: None}, "on_step"),
+        ({"record": 3}, ""),
     ],
 )
 def test_impossible_options_are_refused_before_anything_is_opened(
-    options: dict[str, Any], words: str, tmp_path: Path
+    options: dict[str, Any], words: str, tmp_path: Path, golden: Golden
 ) -> None:
-    with pytest.raises(ExperimentError, match=words):
+    with golden.raises(ExperimentError, match=words):
         nrp_core.run("no such experiment", **{"record": tmp_path / "out", **options})
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import CapabilityError, NetworkError, NrpError
 from nrp_core.scripts import Scope
@@ -45,7 +46,7 @@ def test_names_come_from_the_substitute(tmp_path: Path) -> None:
     assert run(tmp_path, "from robots.greeter import *").hello == "hello"
 
 
-def test_submodules_of_a_substitute_are_imported_by_name(tmp_path: Path) -> None:
+def test_submodules_of_a_substitute_are_imported_by_name(tmp_path: Path, golden: Golden) -> None:
     arm = ModuleType("robots.greeter.arm")
     parts = {"robots.greeter": GREETER, "robots.greeter.arm": arm}
     path = tmp_path / "script.py"
@@ -53,7 +54,7 @@ def test_submodules_of_a_substitute_are_imported_by_name(tmp_path: Path) -> None
     module = Scope(["robots"], parts.get).run(path)
     assert (module.arm, module.hello) == (arm, "hello")
     path.write_text("from robots.greeter import leg")
-    with pytest.raises(ImportError, match="cannot import name 'leg'"):
+    with golden.raises(ImportError, match="'leg'"):
         Scope(["robots"], parts.get).run(path)
 
 

@@ -1,6 +1,7 @@
 """The life cycle that brains and worlds share."""
 
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -47,21 +48,21 @@ def test_how_a_run_is_split_does_not_matter(cuts: list[int]) -> None:
         assert simulation.now_ns == t_ns == simulation.count
 
 
-def test_time_never_runs_back() -> None:
+def test_time_never_runs_back(golden: Golden) -> None:
     simulation = Counter()
     simulation.run_until(5)
-    with pytest.raises(LifecycleError, match="cannot run back"):
+    with golden.raises(LifecycleError):
         simulation.run_until(4)
     assert simulation.state is State.READY
 
 
-def test_an_engine_that_fails_is_reported_with_its_cause_and_time_and_can_only_be_reset_or_closed() -> None:
+def test_an_engine_that_fails_is_reported_with_its_cause_and_time_and_can_only_be_reset_or_closed(
+    golden: Golden,
+) -> None:
     simulation = Counter()
     simulation.fails_at = 10
     simulation.run_until(5)
-    with pytest.raises(
-        SimulationError, match="Counter failed to advance at 5e-09 s: ZeroDivisionError"
-    ) as failure:
+    with golden.raises(SimulationError, match="5e-09.*ZeroDivisionError") as failure:
         simulation.run_until(10)
     assert isinstance(failure.value.__cause__, ZeroDivisionError)
     assert failure.value.t_ns == 5
@@ -105,8 +106,8 @@ def test_a_snapshot_leads_back() -> None:
     assert (simulation.now_ns, simulation.count) == (7, 7)
 
 
-def test_a_snapshot_of_something_else_is_refused() -> None:
-    with pytest.raises(SnapshotError, match="taken with two; here it is one"):
+def test_a_snapshot_of_something_else_is_refused(golden: Golden) -> None:
+    with golden.raises(SnapshotError):
         Counter("one").restore(Counter("two").snapshot())
 
 

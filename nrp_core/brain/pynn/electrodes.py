@@ -138,7 +138,7 @@ class StepCurrentSource(CurrentSource, electrodes.StepCurrentSource):
                              for values in (self.times, self.amplitudes))  # fmt: skip
         if len(times) != len(amplitudes):
             raise InvalidValueError(
-                f"StepCurrentSource: as many times as amplitudes, not {len(times)} and {len(amplitudes)}"
+                f"StepCurrentSource needs as many times as amplitudes, not {len(times)} and {len(amplitudes)}"
             )
         if (len(times) and times[0] < 0) or (np.diff(times) <= 0).any():
             raise InvalidValueError(f"StepCurrentSource: times ascend from 0 ms or later, not {times}")

@@ -133,7 +133,9 @@ class RecordingReader(Overview):
                 another program.
         """
         if isinstance(topics, str):
-            raise ExperimentError(f"topics are a set of names, {{'{topics}'}}, not a text", path=self.file)
+            raise ExperimentError(
+                f"topics are a set of names such as {{'{topics}'}}, not a text", path=self.file
+            )
         wanted = None if topics is None else _names(topics, self.file)
         return self._messages(wanted)
 
@@ -160,7 +162,9 @@ class RecordingReader(Overview):
             CapabilityError: pandas is not installed.
         """
         if not isinstance(topic, str):
-            raise ExperimentError(f"a frame is that of one topic, a text, not {topic!r}", path=self.file)
+            raise ExperimentError(
+                f"a frame is selected by the name of one topic, not by {topic!r}", path=self.file
+            )
         of_group = {name: of[1] for name in self.topics if (of := device_group(name)) and of[0] == topic}
         if of_group:
             frames = {number: self.frame(name) for name, number in of_group.items()}
@@ -250,7 +254,9 @@ class RecordingReader(Overview):
         return McapMessages(self.file)
 
     def _without_messages(self) -> ExperimentError:
-        return ExperimentError(f"no recording: no file '{self.file.name}' is in it", path=self.folder)
+        return ExperimentError(
+            f"this is not a recording: it has no file '{self.file.name}'", path=self.folder
+        )
 
     @checks_arguments()
     def raw(self, topics: Iterable[str] | None = None) -> Iterator[tuple[RecordedTopic, Message]]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -125,8 +126,8 @@ def test_a_change_that_cannot_be_changes_nothing(
     assert said(loop) == [1, 2]
 
 
-def test_an_unknown_function_to_remove_gets_the_nearest_name_as_a_suggestion() -> None:
-    with pytest.raises(ExperimentError, match="no transfer function 'cuont'; did you mean 'count'"):
+def test_an_unknown_function_to_remove_gets_the_nearest_name_as_a_suggestion(golden: Golden) -> None:
+    with golden.raises(ExperimentError, match="'cuont'.*'count'"):
         loop_of(counting(1)).change(remove=["cuont"])
 
 
@@ -144,10 +145,10 @@ def test_a_function_in_quarantine_runs_again_once_it_is_replaced() -> None:
     assert len(loop.failures) == 1
 
 
-def test_one_that_was_switched_off_stays_off_when_it_is_replaced() -> None:
+def test_one_that_was_switched_off_stays_off_when_it_is_replaced(golden: Golden) -> None:
     loop = loop_of(counting(1))
     loop.activate("count", False)
-    with pytest.raises(ExperimentError, match="made active by True, inactive by False, not by 'no'"):
+    with golden.raises(ExperimentError, match="'no'"):
         loop.activate("count", "no")  # type: ignore[arg-type]
     loop.change([counting(2)])
     loop.run_until(2 * PERIOD)

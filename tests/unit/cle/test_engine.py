@@ -6,6 +6,7 @@ import threading
 from typing import Any, Literal
 
 import pytest
+from golden import Golden
 
 import nrp_core.dsl as nrp
 from nrp_core.brain.spikes import SynapticEvents
@@ -198,11 +199,11 @@ def test_a_message_published_by_a_thread_is_delivered_before_the_next_step() -> 
     assert world.sent("/out") == [Float64(1)]
 
 
-def test_an_invalid_message_is_refused_when_it_is_published() -> None:
+def test_an_invalid_message_is_refused_when_it_is_published(golden: Golden) -> None:
     loop = loop_of()
-    with pytest.raises(TopicError, match="no topic '/inn'; did you mean '/in'"):
+    with golden.raises(TopicError, match="'/inn'.*'/in'"):
         loop.publish("/inn", Float64(1.0))
-    with pytest.raises(TopicError, match="carries std_msgs/msg/Float64, not String"):
+    with golden.raises(TopicError, match="std_msgs/msg/Float64"):
         loop.publish("/in", String("1.0"))
     loop.step()
 
@@ -268,22 +269,22 @@ def test_a_new_seed_reaches_both_sides() -> None:
 # -- what cannot be
 
 
-def test_steps_that_do_not_divide_are_refused() -> None:
-    with pytest.raises(TimestepError, match=r"20 ms .* brain's step .3 ms. .* world's step .1 ms"):
+def test_steps_that_do_not_divide_are_refused(golden: Golden) -> None:
+    with golden.raises(TimestepError, match="20.*.3.*.1"):
         loop_of(brain=MockBrain({}, step_ns=3 * NS_PER_MS))
 
 
-def test_a_time_between_steps_is_refused() -> None:
+def test_a_time_between_steps_is_refused(golden: Golden) -> None:
     loop = loop_of()
-    with pytest.raises(TimestepError, match=r"0.03 s is not a whole number of steps of 20 ms after 0 s"):
+    with golden.raises(TimestepError, match="0.03.*20"):
         loop.run_until(30 * NS_PER_MS)
     assert loop.now_ns == 0
 
 
-def test_sides_at_different_times_are_refused() -> None:
+def test_sides_at_different_times_are_refused(golden: Golden) -> None:
     brain = MockBrain({"cells": 1})
     brain.run_until(PERIOD)
-    with pytest.raises(LifecycleError, match=r"not at 0.02 s and 0 s"):
+    with golden.raises(LifecycleError, match="0.02"):
         loop_of(brain=brain)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 
 import nrp_core.dsl as nrp
 from nrp_core.cle import ClosedLoop
@@ -140,7 +141,9 @@ def test_a_wrong_return_value_is_reported_at_the_function_with_topic_and_type() 
 
 
 @pytest.mark.parametrize("on_error", ["stop", "quarantine"])
-def test_an_engine_that_fails_under_a_function_is_not_blamed_on_the_function(on_error: Any) -> None:
+def test_an_engine_that_fails_under_a_function_is_not_blamed_on_the_function(
+    on_error: Any, golden: Golden
+) -> None:
     class Broken(Part):
         topics = (TopicInfo("/out", Float64, Direction.IN),)
 
@@ -157,7 +160,7 @@ def test_an_engine_that_fails_under_a_function_is_not_blamed_on_the_function(on_
 
     world = MockWorld(engine=BrokenEngine())
     loop = ClosedLoop(MockBrain({}), world, [drive], period_ns=PERIOD, on_error=on_error)
-    with pytest.raises(SimulationError, match="the engine broke") as caught:
+    with golden.raises(SimulationError) as caught:
         loop.step()
     assert not isinstance(caught.value, TransferFunctionRaisedError)
     assert loop.failures == []

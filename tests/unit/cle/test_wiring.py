@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from golden import Golden
 
 import nrp_core.dsl as nrp
 from nrp_core.cle.wiring import Wiring
@@ -42,13 +43,13 @@ def test_a_topic_that_one_function_publishes_and_one_reads_is_declared() -> None
     assert world.topics["/speed"].type is Float64
 
 
-def test_a_topic_that_is_only_read_is_misspelt() -> None:
-    with pytest.raises(TopicError, match="no topic '/husky/cmd_vell'; did you mean '/husky/cmd_vel'"):
+def test_a_topic_that_is_only_read_is_misspelt(golden: Golden) -> None:
+    with golden.raises(TopicError, match="'/husky/cmd_vell'.*'/husky/cmd_vel'"):
         connect([reads(nrp.Topic("/husky/cmd_vell", Twist))], *sides())
 
 
-def test_a_topic_that_is_only_published_is_misspelt() -> None:
-    with pytest.raises(TopicError, match=r"'publishes'.*no topic '/husky/cmd_vell'; did you mean"):
+def test_a_topic_that_is_only_published_is_misspelt(golden: Golden) -> None:
+    with golden.raises(TopicError, match="'publishes'.*'/husky/cmd_vell'"):
         connect([publishes(nrp.Topic("/husky/cmd_vell", Twist))], *sides())
 
 

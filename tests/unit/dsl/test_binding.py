@@ -8,6 +8,7 @@ from pathlib import Path
 import nrp_experiments.bodies
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core import Scene, read_model
 from nrp_core.dsl.devices import DeviceGroup
@@ -113,17 +114,17 @@ WRONG: list[tuple[type[ExperimentError], str, str, str]] = [
         (
             'name="elbow" type="revolute"',
             'name="elbow" type="fixed"',
-            "the joint 'elbow' is fixed and takes no",
+            "'elbow'",
         ),
         (
             "<limit><lower>-2.5",
             "<mimic joint='shoulder'><multiplier>1</multiplier></mimic><limit><lower>-2.5",
-            "the joint 'elbow' follows 'shoulder' and takes no commands",
+            "'elbow'.*'shoulder'",
         ),
     ],
 )
 def test_a_command_for_a_joint_that_takes_none_is_refused_with_the_reason(
-    load: Load, tmp_path: Path, old: str, new: str, message: str
+    load: Load, tmp_path: Path, old: str, new: str, message: str, golden: Golden
 ) -> None:
     text = (BODIES / "arm.sdf").read_text()
     assert old in text
@@ -135,16 +136,16 @@ def test_a_command_for_a_joint_that_takes_none_is_refused_with_the_reason(
         "@nrp.MapRobotPublisher('x', Topic('/arm/elbow/cmd_pos', 'std_msgs/Float64'))\n"
         "@nrp.Robot2Neuron()\ndef f(t, x): pass"
     )
-    with pytest.raises(TopicError, match=message):
+    with golden.raises(TopicError, match=message):
         function.bind(brain(), arm)
 
 
-def test_a_topic_that_differs_by_a_prefix_is_proposed_first(load: Load) -> None:
+def test_a_topic_that_differs_by_a_prefix_is_proposed_first(load: Load, golden: Golden) -> None:
     (function,) = load(
         "@nrp.MapRobotSubscriber('x', Topic('/husky/scan', 'std_msgs/Float64'))\n"
         "@nrp.Robot2Neuron()\ndef f(t, x): pass"
     )
-    with pytest.raises(TopicError, match="did you mean '/scan'"):
+    with golden.raises(TopicError, match="'/scan'"):
         function.bind(brain(), MockWorld({"/scan": Float64, "/husky/span": Float64}))
 
 
@@ -162,9 +163,9 @@ def test_an_unknown_name_is_reported_with_function_parameter_and_line(
     assert mind.devices == ()
 
 
-def test_a_parameter_that_is_not_mapped_is_reported(load: Load) -> None:
+def test_a_parameter_that_is_not_mapped_is_reported(load: Load, golden: Golden) -> None:
     (function,) = load("@nrp.Robot2Neuron()\ndef f(t, x): pass")
-    with pytest.raises(TransferFunctionError, match="has no mapping for its parameter 'x'"):
+    with golden.raises(TransferFunctionError, match="'x'"):
         function.bind(brain(), world())
 
 
@@ -184,11 +185,11 @@ def test_bindings_before_a_failure_are_released(load: Load) -> None:
     assert mind.devices == ()
 
 
-def test_a_missing_capability_stays_a_capability_error_with_its_line(load: Load) -> None:
+def test_a_missing_capability_stays_a_capability_error_with_its_line(load: Load, golden: Golden) -> None:
     (function,) = load(
         "@nrp.MapSpikeSink('x', nrp.brain.actors, nrp.leaky_integrator_exp, v_thresh=1.0)\ndef f(t, x): pass"
     )
-    with pytest.raises(CapabilityError, match=r"functions.py:1: .*parameter 'x': .*never fires"):
+    with golden.raises(CapabilityError, match="functions.py:1.*'x'"):
         function.bind(brain(), world())
 
 

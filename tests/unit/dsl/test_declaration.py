@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from golden import Golden
 
 from nrp_core.dsl.functions import Flow, TransferFunction
 from nrp_core.errors import ExperimentError, TransferFunctionError
@@ -15,71 +16,73 @@ Load = Callable[[str], list[TransferFunction]]
 @pytest.mark.parametrize(
     ("line", "text", "message"),
     [
-        (1, "@nrp.Robot2Neuron()\ndef f(x): pass", "'f' must have the time, t, as its first parameter"),
-        (1, "@nrp.Robot2Neuron()\ndef f(): pass", "the time, t"),
+        (1, "@nrp.Robot2Neuron()\ndef f(x): pass", "'f'"),
+        (1, "@nrp.Robot2Neuron()\ndef f(): pass", ""),
         (1, "@nrp.Robot2Neuron()\ndef f(t, *x): pass", r"no \*, \*\* or /"),
         (1, "@nrp.Robot2Neuron()\ndef f(t, *, x): pass", "plain parameters"),
-        (1, "@nrp.Robot2Neuron()\ndef f(t): yield t", "a plain function, not a generator"),
+        (1, "@nrp.Robot2Neuron()\ndef f(t): yield t", ""),
         (1, "@nrp.Robot2Neuron()\nasync def f(t): pass", "not async"),
-        (1, "@nrp.MapVariable('t')\n@nrp.Robot2Neuron()\ndef f(t): pass", "'t' is the simulation time"),
+        (1, "@nrp.MapVariable('t')\n@nrp.Robot2Neuron()\ndef f(t): pass", "'t'"),
         (
             1,
             "@nrp.MapVariable('cam')\n@nrp.Robot2Neuron()\ndef f(t, camera): pass",
-            "no parameter 'cam' to map; did you mean 'camera'",
+            "'cam'.*'camera'",
         ),
         (
             1,
             "@nrp.MapVariable('x')\n@nrp.MapVariable('x')\n@nrp.Robot2Neuron()\ndef f(t, x): pass",
-            "'x' is mapped twice, first at .*:2",
+            "'x'.*:2",
         ),
         (
             1,
             "@nrp.MapSpikeSource('x', nrp.brain.a,\n  nrp.leaky_integrator_alpha)\ndef f(t, x): pass",
-            "leaky_integrator_alpha does not drive neurons.*valid: poisson, fixed_frequency, dc_source",
+            "leaky_integrator_alpha.*fixed_frequency, dc_source",
         ),
         (
             2,
             "x = 1\n@nrp.MapSpikeSink('x', nrp.brain.a, nrp.poisson)\ndef f(t, x): pass",
-            "poisson does not read neurons, as MapSpikeSink needs",
+            "MapSpikeSink",
         ),
-        (1, "@nrp.MapSpikeSink('x', nrp.brain.a, 'poisson')\ndef f(t, x): pass", "'poisson' does not read"),
+        (1, "@nrp.MapSpikeSink('x', nrp.brain.a, 'poisson')\ndef f(t, x): pass", "'poisson'"),
         (
             1,
             "@nrp.MapSpikeSource('x', nrp.brain.a, nrp.poisson, wieght=3)\ndef f(t, x): pass",
-            "poisson has no setting 'wieght'; did you mean 'weight'",
+            "'wieght'.*'weight'",
         ),
         (1, "@nrp.MapVariable('x', scope='world')\ndef f(t, x): pass", "unknown scope 'world'"),
-        (1, "@nrp.MapVariable(3)\ndef f(t, x): pass", "name of a parameter, not 3"),
-        (1, "@nrp.MapRobotSubscriber('x', 5)\ndef f(t, x): pass", "expected a Topic .*, not 5"),
-        (1, "@nrp.Neuron2Robot(Topic('', None))\ndef f(t): pass", "the name of a topic is"),
-        (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msgs/Flaot64'))\ndef f(t): pass", "did you mean 'Float64'"),
-        (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msg/Float64'))\ndef f(t): pass", "did you mean 'std_msgs'"),
-        (1, "@nrp.Neuron2Robot(Topic('/a', 3))\ndef f(t): pass", "3 is not a message type"),
+        (1, "@nrp.MapVariable(3)\ndef f(t, x): pass", ""),
+        (1, "@nrp.MapRobotSubscriber('x', 5)\ndef f(t, x): pass", ""),
+        (1, "@nrp.Neuron2Robot(Topic('', None))\ndef f(t): pass", ""),
+        (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msgs/Flaot64'))\ndef f(t): pass", "'Float64'"),
+        (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msg/Float64'))\ndef f(t): pass", "'std_msgs'"),
+        (1, "@nrp.Neuron2Robot(Topic('/a', 3))\ndef f(t): pass", ""),
         (
             1,
             "@nrp.Robot2Neuron(triggers='x')\ndef f(t): pass",
-            "triggered by 'x', which is not one of its parameters",
+            "'x'",
         ),
-        (1, "@nrp.Robot2Neuron(triggers=5)\ndef f(t): pass", "triggers are names of parameters, not 5"),
-        (1, "@nrp.Robot2Neuron(throttling_rate=0)\ndef f(t): pass", "positive rate in Hz, not 0"),
+        (1, "@nrp.Robot2Neuron(triggers=5)\ndef f(t): pass", ""),
+        (1, "@nrp.Robot2Neuron(throttling_rate=0)\ndef f(t): pass", ""),
         (1, "@nrp.Robot2Neuron(throttling_rate=True)\ndef f(t): pass", "not True"),
         (1, "@nrp.Robot2Neuron(throttling_rate='30 Hz')\ndef f(t): pass", "not '30 Hz'"),
         (1, "@nrp.Robot2Neuron(priority='high')\ndef f(t): pass", "integer, not 'high'"),
-        (1, "@nrp.Robot2Neuron()\nclass F: pass", "decorates a function"),
+        (1, "@nrp.Robot2Neuron()\nclass F: pass", ""),
         (
             1,
             "@nrp.Robot2Neuron()\n@nrp.MapVariable('x')\ndef f(t, x): pass",
-            "'f' is already a transfer function; @Robot2Neuron must be the last decorator",
+            "'f'.*@Robot2Neuron",
         ),
         (
             4,
             "@nrp.Robot2Neuron()\ndef f(t): pass\n\n@nrp.Robot2Neuron()\ndef f(t): pass",
-            "the transfer function 'f' already exists, at .*functions.py:1",
+            "'f'.*functions.py:1",
         ),
     ],
 )
-def test_a_wrong_declaration_is_refused_with_its_line(load: Load, line: int, text: str, message: str) -> None:
-    with pytest.raises(ExperimentError, match=message) as caught:
+def test_a_wrong_declaration_is_refused_with_its_line(
+    load: Load, line: int, text: str, message: str, golden: Golden
+) -> None:
+    with golden.raises(ExperimentError, match=message) as caught:
         load(text)
     assert caught.value.path is not None
     assert (caught.value.path.name, caught.value.line) == ("functions.py", line)
@@ -128,15 +131,15 @@ def test_a_transfer_function_prints_what_it_maps(load: Load) -> None:
     )
 
 
-def test_a_mapped_parameter_is_an_attribute_only_once_it_is_bound(load: Load) -> None:
+def test_a_mapped_parameter_is_an_attribute_only_once_it_is_bound(load: Load, golden: Golden) -> None:
     (function,) = load("@nrp.MapVariable('count')\n@nrp.Robot2Neuron()\ndef f(t, count): pass")
-    with pytest.raises(AttributeError, match=r"'f' is not bound; bind\(brain, world\) creates 'count'"):
+    with golden.raises(AttributeError, match=r"'f'.*bind\(brain.*'count'"):
         _ = function.count
     with pytest.raises(AttributeError, match="no attribute 'counts'"):
         _ = function.counts
 
 
-def test_the_error_is_also_a_value_error(load: Load) -> None:
-    with pytest.raises(ValueError, match="the time, t"):
+def test_the_error_is_also_a_value_error(load: Load, golden: Golden) -> None:
+    with golden.raises(ValueError):
         load("@nrp.Robot2Neuron()\ndef f(): pass")
     assert issubclass(TransferFunctionError, ValueError)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.brain.pynn import builder
 from nrp_core.dsl import device_kinds as kinds
@@ -64,13 +65,11 @@ def test_a_read_only_attribute_cannot_be_set() -> None:
         opened(kinds.leaky_integrator_alpha).voltage = 1.0
 
 
-def test_a_misspelt_attribute_is_neither_read_nor_set() -> None:
+def test_a_misspelt_attribute_is_neither_read_nor_set(golden: Golden) -> None:
     device = opened(kinds.poisson)
-    with pytest.raises(
-        AttributeError, match=r"the device 'wheel' has no attribute 'rat'; did you mean 'rate'"
-    ):
+    with golden.raises(AttributeError, match="'wheel'.*'rat'.*'rate'"):
         _ = device.rat
-    with pytest.raises(AttributeError, match="did you mean 'rate'"):
+    with golden.raises(AttributeError, match="'rate'"):
         device.rats = 5.0
 
 
@@ -134,7 +133,7 @@ def test_a_reset_recorder_has_no_spikes_and_starts_at_time_0() -> None:
     assert recorder.times.tolist() == [[0, 2.0]]
 
 
-def test_an_injector_sends_spikes_to_places_among_its_neurons() -> None:
+def test_an_injector_sends_spikes_to_places_among_its_neurons(golden: Golden) -> None:
     brain = MockBrain({"cells": 4})
     device = opened(kinds.injector, brain, neurons=(0, 2, 3), weight=0.5, delay=2.0)
     device.inject_spikes([1])
@@ -142,9 +141,9 @@ def test_an_injector_sends_spikes_to_places_among_its_neurons() -> None:
     events = [device.port.events(0.0, 5.0), device.port.events(5.0, 10.0)]
     assert [part.neurons.tolist() for part in events] == [[2], [0, 2, 3]]
     assert [part.times_ms.tolist() for part in events] == [[2.0], [9.0, 9.0, 9.0]]
-    with pytest.raises(ValueError, match=r"wheel: .* drives neurons 0\.\.2, not \[3\]"):
+    with golden.raises(ValueError, match=r"0\.\.2.*\[3\]"):
         device.inject_spikes(3)
-    with pytest.raises(ValueError, match=r"wheel: .* cannot send a spike at 4 ms: it is 10 ms"):
+    with golden.raises(ValueError, match="10"):
         device.inject_spikes(0, 4.0)
 
 
@@ -210,11 +209,13 @@ def test_synapses_of_an_integrator_tire() -> None:
         ({"type": "STP"}, "TsodyksMarkram, not 'STP'"),
         ({"type": "TsodyksMarkram", "U": 0.5}, "needs 'tau_rec'"),
         ({**TIRING, "tau_fac": 1.0}, "has no 'tau_fac'"),
-        ({**TIRING, "U": 1.5}, r"U of cell 0 is 1\.5; it must be between 0 and 1"),
+        ({**TIRING, "U": 1.5}, r"1\.5"),
     ],
 )
-def test_a_synapse_type_that_cannot_be_is_refused(synapse_type: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+def test_a_synapse_type_that_cannot_be_is_refused(
+    synapse_type: dict[str, Any], message: str, golden: Golden
+) -> None:
+    with golden.raises(ValueError, match=message):
         opened(kinds.poisson, synapse_type=synapse_type)
 
 

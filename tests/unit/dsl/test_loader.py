@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from golden import Golden
 
 import nrp_core.dsl as nrp
 from nrp_core.dsl.functions import TransferFunction, collecting
@@ -21,35 +22,35 @@ Load = Callable[[str], list[TransferFunction]]
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "message"),
+    ("text", "line"),
     [
-        ("x = 1\ndef f(t:\n    pass\n", 2, "this is not Python: "),
-        ("def f(t):\n\tpass\n        pass\n", 3, "this is not Python: "),
-        ("x = 1\n\ny = 1 / 0\n", 3, "ZeroDivisionError: division by zero"),
-        ("def g():\n    return undefined\n\ng()\n", 2, "NameError: name 'undefined' is not defined"),
-        ("import geometry_msgs.srv\n", 1, "No module named 'geometry_msgs"),
-        ("from geometry_msgs.msg import Twits\n", 1, "cannot import name 'Twits'"),
-        ("import no_such_module\n", 1, "No module named 'no_such_module'"),
-        ("raise SystemExit(3)\n", 1, "SystemExit: 3"),
-        ("nrp.brain.sensors[0]\n", None, "declares no transfer function"),
-        ("x = '\0'\n", None, "null bytes"),
+        ("x = 1\ndef f(t:\n    pass\n", 2),
+        ("def f(t):\n\tpass\n        pass\n", 3),
+        ("x = 1\n\ny = 1 / 0\n", 3),
+        ("def g():\n    return undefined\n\ng()\n", 2),
+        ("import geometry_msgs.srv\n", 1),
+        ("from geometry_msgs.msg import Twits\n", 1),
+        ("import no_such_module\n", 1),
+        ("raise SystemExit(3)\n", 1),
+        ("nrp.brain.sensors[0]\n", None),
+        ("x = '\0'\n", None),
     ],
 )
 def test_a_mistake_in_a_file_is_reported_with_its_line(
-    load: Load, text: str, line: int | None, message: str
+    load: Load, text: str, line: int | None, golden: Golden
 ) -> None:
-    with pytest.raises(TransferFunctionError, match=message) as caught:
+    with golden.raises(TransferFunctionError) as caught:
         load(text)
     assert Path(str(caught.value.path)).name == "functions.py"
     assert caught.value.line == line
 
 
-def test_a_missing_file_is_reported_with_similar_names(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported_with_similar_names(tmp_path: Path, golden: Golden) -> None:
     with pytest.raises(TransferFunctionError) as caught:
         load_transfer_functions(tmp_path / "listing.py")
     assert caught.value.message == "there is no such file"
     (tmp_path / "listing1.py").write_text("")
-    with pytest.raises(TransferFunctionError, match=r"did you mean 'listing1\.py'"):
+    with golden.raises(TransferFunctionError, match=r"'listing1\.py'"):
         load_transfer_functions(tmp_path / "listing.py")
 
 
@@ -127,12 +128,12 @@ def test_a_file_may_import_its_neighbour(load: Load, tmp_path: Path) -> None:
     assert "gains" not in sys.modules
 
 
-def test_files_do_not_see_each_other_unless_they_share_a_module(tmp_path: Path) -> None:
+def test_files_do_not_see_each_other_unless_they_share_a_module(tmp_path: Path, golden: Golden) -> None:
     first, second = tmp_path / "first.py", tmp_path / "second.py"
     first.write_text("shared = 5\n@nrp.Robot2Neuron()\ndef f(t): return 1\n")
     second.write_text("x = shared\n@nrp.Robot2Neuron()\ndef g(t): return f(t) + x\n")
     load_transfer_functions(first)
-    with pytest.raises(TransferFunctionError, match="'shared' is not defined"):
+    with golden.raises(TransferFunctionError, match="'shared'"):
         load_transfer_functions(second)
     module = ModuleType("experiment")
     load_transfer_functions(first, module=module)
@@ -224,18 +225,24 @@ def test_the_loader_is_found_by_the_suffix_of_the_file() -> None:
             "x = 1\ny = 'caf\u00e9'\n".encode("latin-1"),
             2,
             9,
-            "not UTF-8: the byte 0xe9, '\u00e9' in Latin-1; save",
+            "UTF-8.*0xe9, 'é'.*Latin-1",
         ),
-        ("x = 1\n".encode("utf-16"), 1, 1, "not UTF-8: the byte 0xff"),
-        (b"# coding: no-such\nx = 1\n", 1, 1, "unknown encoding: no-such; declare one that Python knows"),
-        (b"# coding: ascii\n\ny = '\xc3\xa9'\n", 3, 6, "not ascii: the byte 0xc3"),
+        ("x = 1\n".encode("utf-16"), 1, 1, "UTF-8.*0xff"),
+        (b"# coding: no-such\nx = 1\n", 1, 1, ""),
+        (b"# coding: ascii\n\ny = '\xc3\xa9'\n", 3, 6, "0xc3"),
     ],
 )
 def test_a_file_in_another_encoding_is_reported_with_the_place_of_the_first_wrong_byte(
-    tmp_path: Path, read: Callable[[Path], object], data: bytes, line: int, column: int, message: str
+    tmp_path: Path,
+    read: Callable[[Path], object],
+    data: bytes,
+    line: int,
+    column: int,
+    message: str,
+    golden: Golden,
 ) -> None:
     path = tmp_path / "functions.py"
     path.write_bytes(data)
-    with pytest.raises(TransferFunctionError, match=message) as caught:
+    with golden.raises(TransferFunctionError, match=message) as caught:
         read(path)
     assert (caught.value.line, caught.value.column) == (line, column)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 
 import nrp_core.dsl as nrp
 from nrp_core.dsl.testing import MockBrain, MockWorld
@@ -62,6 +63,6 @@ def test_nothing_is_shown_when_the_function_returns_none() -> None:
     assert world.sent("/monitor/population_rate") == []
 
 
-def test_a_kind_without_a_monitor_is_refused() -> None:
-    with pytest.raises(TransferFunctionError, match="there is no monitor of kind poisson"):
+def test_a_kind_without_a_monitor_is_refused(golden: Golden) -> None:
+    with golden.raises(TransferFunctionError):
         nrp.NeuronMonitor(nrp.brain.cells, nrp.poisson)

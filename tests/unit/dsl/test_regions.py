@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -106,38 +107,38 @@ def test_a_selector_shows_what_it_means() -> None:
 
 
 @pytest.mark.parametrize(
-    ("choose", "message"),
+    "choose",
     [
-        (lambda: nrp.Box((0, 0), (1,)), "two or three numbers in um"),
-        (lambda: nrp.Box((0, 0), (1, 1, 1)), "its corners must be alike, not of 2 and 3 numbers"),
-        (lambda: nrp.Box((0, 5), (1, 1)), r"Box\(\(0, 5\), \(1, 1\)\) is empty"),
-        (lambda: nrp.Box((0, math.nan), (1, 1)), "two or three numbers"),
-        (lambda: nrp.Box("corner", (1, 1)), "not 'corner'"),
-        (lambda: nrp.Sphere((0, math.inf), 1), "the center of a sphere is two or three numbers"),
-        (lambda: nrp.Sphere((0, 0), -1), "the radius of a sphere is 0 um or more, not -1"),
-        (lambda: nrp.Sphere((0, 0), math.nan), "0 um or more, not nan"),
+        lambda: nrp.Box((0, 0), (1,)),
+        lambda: nrp.Box((0, 0), (1, 1, 1)),
+        lambda: nrp.Box((0, 5), (1, 1)),
+        lambda: nrp.Box((0, math.nan), (1, 1)),
+        lambda: nrp.Box("corner", (1, 1)),
+        lambda: nrp.Sphere((0, math.inf), 1),
+        lambda: nrp.Sphere((0, 0), -1),
+        lambda: nrp.Sphere((0, 0), math.nan),
     ],
 )
-def test_a_region_that_is_none_is_refused_where_it_is_written(choose: Any, message: str) -> None:
-    with pytest.raises(NeuronSelectionError, match=message):
+def test_a_region_that_is_none_is_refused_where_it_is_written(choose: Any, golden: Golden) -> None:
+    with golden.raises(NeuronSelectionError):
         choose()
 
 
 @pytest.mark.parametrize(
     ("selector", "message"),
     [
-        (nrp.brain.cells.within(nrp.Box((5, 5), (6, 6))), r"brain\.cells\.within\(Box.*selects no neuron"),
-        (nrp.brain.cells.within((0, 0)), r"a region is a Box or a Sphere, not \(0, 0\)"),
-        (nrp.brain.cells.nearest((0, 0), 9), "'cells' has 2 neurons; cannot select the nearest 9"),
-        (nrp.brain.cells.nearest((0, 0), 0), "cannot select the nearest 0"),
-        (nrp.brain.cells.nearest(3, 1), "the center of a search is two or three numbers"),
-        (nrp.brain.cells.size.nearest((0, 0)), r"brain\.cells\.size are not neurons with a location"),
-        (nrp.brain.other.nearest((0, 0)), "population 'other' has no positions; give it a structure"),
-        ((nrp.brain.cells + nrp.brain.other).within(nrp.Box((0, 0), (1, 1))), "population 'other' has no"),
+        (nrp.brain.cells.within(nrp.Box((5, 5), (6, 6))), r"brain\.cells\.within\(Box"),
+        (nrp.brain.cells.within((0, 0)), r"\(0, 0\)"),
+        (nrp.brain.cells.nearest((0, 0), 9), "'cells'"),
+        (nrp.brain.cells.nearest((0, 0), 0), ""),
+        (nrp.brain.cells.nearest(3, 1), ""),
+        (nrp.brain.cells.size.nearest((0, 0)), r"brain\.cells\.size"),
+        (nrp.brain.other.nearest((0, 0)), "'other'"),
+        ((nrp.brain.cells + nrp.brain.other).within(nrp.Box((0, 0), (1, 1))), "'other'"),
     ],
 )  # fmt: skip
-def test_an_invalid_selector_is_refused_with_the_reason(selector: Any, message: str) -> None:
-    with pytest.raises(NeuronSelectionError, match=message):
+def test_an_invalid_selector_is_refused_with_the_reason(selector: Any, message: str, golden: Golden) -> None:
+    with golden.raises(NeuronSelectionError, match=message):
         select(selector, root([(0, 0, 0), (1, 1, 1)]))
 
 

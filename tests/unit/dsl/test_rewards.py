@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from golden import Golden
 
 from nrp_core.brain import builder
 from nrp_core.brain.network.data import Network
@@ -66,20 +67,20 @@ def test_what_a_function_sets_is_added_once_it_has_returned(
     ("body", "error", "message"),
     [
         ("r.value = 1.0\nraise RuntimeError('late')", RuntimeError, "late"),
-        ("r.value = float('nan')", ValueError, "r.value is nan; a reward is a finite number"),
-        ("r.value = [1.0]", ValueError, "a reward is a finite number"),
+        ("r.value = float('nan')", ValueError, "r.value"),
+        ("r.value = [1.0]", ValueError, ""),
         ("r.held = 1.0\nraise RuntimeError('late')", RuntimeError, "late"),
-        ("r.held = float('inf')", ValueError, "r.held is inf; a reward is a finite number"),
-        ("r.values = 1.0", AttributeError, "has no attribute 'values'"),
-        ("r.baseline = 1.0", AttributeError, "has no attribute 'baseline' to set"),
+        ("r.held = float('inf')", ValueError, "r.held"),
+        ("r.values = 1.0", AttributeError, "'values'"),
+        ("r.baseline = 1.0", AttributeError, "'baseline'"),
     ],
 )
 def test_a_function_that_fails_rewards_nothing(
-    load: Load, body: str, error: type[Exception], message: str
+    load: Load, body: str, error: type[Exception], message: str, golden: Golden
 ) -> None:
     brain = MockBrain(network())
     rig = Rig(function_with(load, body), brain)
-    with pytest.raises(error, match=message):
+    with golden.raises(error, match=message):
         rig.run()
     assert (brain.rewards, brain.held_rewards) == ([], {})
 
@@ -132,8 +133,8 @@ def test_the_running_mean_of_rewards_is_subtracted(load: Load) -> None:
 
 
 @pytest.mark.parametrize("given", ["0.5", "True", "float('inf')", "'10'"])
-def test_a_baseline_is_a_number_of_rewards(load: Load, given: str) -> None:
-    with pytest.raises(ExperimentError, match="over a number of rewards from 1 on"):
+def test_a_baseline_is_a_number_of_rewards(load: Load, given: str, golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         function_with(load, "pass", settings=f", baseline={given}")
 
 
@@ -141,14 +142,14 @@ def test_a_baseline_is_a_number_of_rewards(load: Load, given: str) -> None:
     ("projection", "message"),
     [
         ("learnt", "no projection 'learnt'"),
-        ("static", "'static': its synapses are of static; rewards decide on changes by STDP"),
-        ("alone", "'alone' does not learn from rewards: no projection of Neuromodulation onto 'c'"),
-        ("dopamine", "'dopamine' brings rewards; name the one onto 'b' whose weights change"),
+        ("static", "'static'.*STDP"),
+        ("alone", "'alone'.*'c'"),
+        ("dopamine", "'dopamine'.*'b'"),
     ],
 )
 def test_a_projection_that_cannot_learn_from_rewards_is_refused(
-    load: Load, projection: str, message: str
+    load: Load, projection: str, message: str, golden: Golden
 ) -> None:
-    with pytest.raises(ExperimentError, match=message) as caught:
+    with golden.raises(ExperimentError, match=message) as caught:
         function_with(load, "pass", projection).bind(MockBrain(network()), MockWorld({}))
     assert caught.value.line is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from golden import Golden
 
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.testing import Rig
@@ -46,12 +47,12 @@ def test_a_function_can_go_from_rig_to_rig(load: Load) -> None:
     assert first.brain.devices == ()
 
 
-def test_an_input_that_the_function_does_not_read_cannot_be_set(load: Load) -> None:
+def test_an_input_that_the_function_does_not_read_cannot_be_set(load: Load, golden: Golden) -> None:
     (function,) = load(EVERYTHING)
     rig = Rig(function)
-    with pytest.raises(TransferFunctionError, match="no input 'wheels'; did you mean 'wheel'"):
+    with golden.raises(TransferFunctionError, match="'wheels'.*'wheel'"):
         rig.set(wheels=1.0)
-    with pytest.raises(TransferFunctionError, match="'f' has no input 'eye'"):
+    with golden.raises(TransferFunctionError, match="'f'.*'eye'"):
         rig.set(eye=1.0)
 
 
@@ -74,10 +75,10 @@ def test_a_monitor_is_tested_likewise(load: Load) -> None:
     assert rig.sent("/monitor/population_rate")[-1].rate == 12.0
 
 
-def test_a_text_for_a_number_is_refused_by_the_name_of_the_setting(load: Load) -> None:
+def test_a_text_for_a_number_is_refused_by_the_name_of_the_setting(load: Load, golden: Golden) -> None:
     (function,) = load(
         "@nrp.MapSpikeSource('eye', nrp.brain.sensors, nrp.poisson, weight='0.1')\n"
         "@nrp.Robot2Neuron()\ndef see(t, eye):\n    eye.rate = 1.0\n"
     )
-    with pytest.raises(TransferFunctionError, match=r"weight must be a number, not '0\.1'"):
+    with golden.raises(TransferFunctionError, match=r"'0\.1'"):
         Rig(function)

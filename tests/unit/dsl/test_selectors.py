@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -82,18 +83,18 @@ def test_a_population_or_view_alone_is_all_of_it_in_its_order() -> None:
     assert ids(brain.eyes) == [9, 4, 5]
 
 
-def test_a_group_is_chosen_by_its_name_whatever_it_is() -> None:
+def test_a_group_is_chosen_by_its_name_whatever_it_is(golden: Golden) -> None:
     assert ids(brain.group["eyes"]) == ids(brain.eyes)
     assert ids(brain.group["LAL(PS)-L"][1] + brain.group["other"]) == [6, 0, 1, 2]
     assert ids(resolve(lambda one: one.group["eyes"][0])) == [9]
     assert group(map_neurons(["eyes", "other"], lambda name: brain.group[name])) == [[9, 4, 5], [0, 1, 2]]
-    with pytest.raises(NeuronSelectionError, match="no population 'eys'; did you mean 'eyes'"):
+    with golden.raises(NeuronSelectionError, match="'eys'.*'eyes'"):
         ids(brain.group["eys"])
-    with pytest.raises(NeuronSelectionError, match="indexed by the name of a group, not by 3"):
+    with golden.raises(NeuronSelectionError):
         ids(brain.group[3])
-    with pytest.raises(NeuronSelectionError, match=r"their names: write nrp\.brain\.group\['eyes'\]"):
+    with golden.raises(NeuronSelectionError, match=r"nrp\.brain\.group\['eyes'\]"):
         ids(brain["eyes"][0])
-    with pytest.raises(NeuronSelectionError, match="the groups of the brain, which are not neurons"):
+    with golden.raises(NeuronSelectionError):
         ids(brain.group)
 
 
@@ -139,11 +140,11 @@ def test_map_neurons_and_chain_neurons_flatten_one_level() -> None:
     assert group(chained) == [[0, 1, 2], [3, 4], [4, 5]]
 
 
-def test_resolve_gives_what_a_function_of_the_brain_returns() -> None:
+def test_resolve_gives_what_a_function_of_the_brain_returns(golden: Golden) -> None:
     assert ids(resolve(lambda root: root.sensors[0])) == [3]
     assert ids(resolve(lambda root: brain.other)) == [0, 1, 2]
     assert group(resolve(lambda root: [root.sensors[i] for i in (1, 2)])) == [[4], [5]]
-    with pytest.raises(TypeError, match="function of the brain"):
+    with golden.raises(TypeError):
         resolve(3)  # type: ignore[arg-type]
 
 
@@ -154,22 +155,22 @@ def test_selectors_inside_values_are_replaced() -> None:
 @pytest.mark.parametrize(
     ("selector", "message"),
     [
-        (brain.sensor, "did you mean 'sensors'"),
-        (brain.sensors[8], "has 8 neurons, 0..7; 8 is out of range"),
-        (brain.sensors[0, 9], "9 is out of range"),
-        (brain.sensors["a"], "integers, slices and lists, not 'a'"),
+        (brain.sensor, "'sensors'"),
+        (brain.sensors[8], "0..7; 8"),
+        (brain.sensors[0, 9], ""),
+        (brain.sensors["a"], "'a'"),
         (brain.sensors[True], "not True"),
         (brain.sensors[1.5], "not 1.5"),
-        (brain.sensors[[]], "selects no neuron"),
-        (brain.sensors.size, "gives 8, which are not neurons"),
+        (brain.sensors[[]], ""),
+        (brain.sensors.size, ""),
         (map_neurons(2, lambda i: 1 // 0), "ZeroDivisionError"),
-        (map_neurons(0, lambda i: brain.sensors[i]), "selects no neuron"),
+        (map_neurons(0, lambda i: brain.sensors[i]), ""),
         ([0, 1], "not neurons"),
         (brain, "not neurons"),
     ],
 )
-def test_an_empty_selection_is_refused(selector: object, message: str) -> None:
-    with pytest.raises(NeuronSelectionError, match=message):
+def test_an_empty_selection_is_refused(selector: object, message: str, golden: Golden) -> None:
+    with golden.raises(NeuronSelectionError, match=message):
         select(selector, ROOT)
 
 
@@ -192,7 +193,7 @@ def test_a_selector_does_not_pretend_to_be_a_sequence() -> None:
         len(brain.sensors)  # type: ignore[arg-type]
 
 
-def test_a_projection_is_selected_by_its_label() -> None:
+def test_a_projection_is_selected_by_its_label(golden: Golden) -> None:
     ends = np.arange(3)
     plain = Projection("a -> b", "a", "b", "excitatory", ends, ends, np.ones(3), np.ones(3))
     cells = {name: Population(name, 3, "IF_curr_exp", {}) for name in ("a", "b")}
@@ -201,7 +202,7 @@ def test_a_projection_is_selected_by_its_label() -> None:
     assert repr(brain.projection("a -> b")) == "brain.projection('a -> b')"
     with pytest.raises(NetworkError, match=r"'a -> c'.*'a -> b'"):
         select_projection(brain.projection("a -> c"), root)
-    with pytest.raises(NeuronSelectionError, match="not a projection"):
+    with golden.raises(NeuronSelectionError):
         select_projection(brain.a, root)
 
 

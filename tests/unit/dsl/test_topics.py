@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.messages import message_packages, message_type
@@ -133,26 +134,24 @@ def test_a_throttled_trigger_waits_for_its_period(load: Load) -> None:
 
 @pytest.mark.parametrize("result", ["3.0", "'fast'", "geometry_msgs.msg.Vector3()"])
 def test_a_return_value_of_another_type_is_refused_by_function_topic_and_type(
-    load: Load, result: str
+    load: Load, result: str, golden: Golden
 ) -> None:
     (function,) = load(
         f"@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))\ndef drive(t): return {result}"
     )
     rig = Rig(function)
-    with pytest.raises(
-        TopicError, match="return value of 'drive': /husky/cmd_vel carries geometry_msgs"
-    ) as caught:
+    with golden.raises(TopicError, match="'drive': /husky/cmd_vel.*geometry_msgs") as caught:
         rig.run()
     assert str(caught.value).startswith(f"{function.place}: ")
     assert rig.sent("/husky/cmd_vel") == []
 
 
-def test_a_message_with_a_number_that_is_none_is_refused(load: Load) -> None:
+def test_a_message_with_a_number_that_is_none_is_refused(load: Load, golden: Golden) -> None:
     (function,) = load(
         "@nrp.Neuron2Robot(Topic('/cmd', 'geometry_msgs/Twist'))\n"
         "def drive(t): return geometry_msgs.msg.Twist(geometry_msgs.msg.Vector3(float('nan'), 0, 0))"
     )
-    with pytest.raises(TopicError, match=r"in geometry_msgs/msg/Twist, linear.x is nan"):
+    with golden.raises(TopicError, match="geometry_msgs/msg/Twist, linear.x"):
         Rig(function).run()
 
 
@@ -252,18 +251,18 @@ def test_a_preprocessed_topic_changes_what_is_sent() -> None:
     assert world.sent("/x") == [Float64(3.0)]
 
 
-def test_a_preprocessing_that_is_not_callable_is_refused() -> None:
-    with pytest.raises(TransferFunctionError, match="pre_processing must be a function, not 3"):
+def test_a_preprocessing_that_is_not_callable_is_refused(golden: Golden) -> None:
+    with golden.raises(TransferFunctionError, match="pre_processing"):
         PreprocessedTopic("/x", Float64, 3)  # type: ignore[arg-type]
 
 
-def test_a_part_of_the_message_that_is_taken_of_its_reader_is_found_in_value() -> None:
+def test_a_part_of_the_message_that_is_taken_of_its_reader_is_found_in_value(golden: Golden) -> None:
     world, topic = subscribed()
-    with pytest.raises(AttributeError, match=r"the topic '/x' has no attribute 'data'; its last message is"):
+    with golden.raises(AttributeError, match="'/x'.*'data'"):
         _ = topic.data
     world.put("/x", Float64(1.0))
     topic.refresh(0)
-    with pytest.raises(AttributeError, match=r"no attribute 'data'; its message has: '\.value\.data'$"):
+    with golden.raises(AttributeError, match=r"'data'.*'\.value\.data'$"):
         _ = topic.data
     assert topic.value.data == 1.0
     assert not hasattr(SubscribedTopic.__new__(SubscribedTopic), "value")

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.brain import builder
 from nrp_core.brain.network.data import Network
@@ -107,29 +108,29 @@ def test_learning_stops_and_continues(load: Load) -> None:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("w.values = [1.0, 2.0]", r"w.values: projection 'static' .* 6, .* not an array of shape \(2,\)"),
-        ("w.values = np.ones((2, 3))", r"not an array of shape \(2, 3\)"),
+        ("w.values = [1.0, 2.0]", r"w.values.*'static'.*\(2,\)"),
+        ("w.values = np.ones((2, 3))", r"\(2, 3\)"),
         ("w.values = 'high'", "'high'"),
-        ("w.plastic = False", r"projection 'static' \(static\) does not learn"),
-        ("w.values[2] = np.nan", r"parameter 'w' of 'f': projection 'static': .*nan"),
+        ("w.plastic = False", "'static'"),
+        ("w.values[2] = np.nan", "'w'.*'f'.*'static'"),
         ("w.value = 1.0", "no attribute 'value'"),
     ],
 )
-def test_an_impossible_change_is_one_clear_error(load: Load, body: str, message: str) -> None:
+def test_an_impossible_change_is_one_clear_error(load: Load, body: str, message: str, golden: Golden) -> None:
     brain = MockBrain(network())
-    with pytest.raises((ValueError, NetworkError, AttributeError), match=message):
+    with golden.raises((ValueError, NetworkError, AttributeError), match=message):
         Rig(function_with(load, body), brain).run()
     assert (brain.read_weights("static") == 0.5).all()
 
 
-def test_an_unknown_projection_is_an_error_at_the_line_of_the_mapping(load: Load) -> None:
+def test_an_unknown_projection_is_an_error_at_the_line_of_the_mapping(load: Load, golden: Golden) -> None:
     function = function_with(load, "pass", "learnt")
-    with pytest.raises(NetworkError, match=r"'learnt'; did you mean 'learned'") as caught:
+    with golden.raises(NetworkError, match="'learnt'.*'learned'") as caught:
         function.bind(MockBrain(network()), MockWorld())
     assert caught.value.line is not None
 
 
-def test_neurons_are_not_a_projection(load: Load) -> None:
+def test_neurons_are_not_a_projection(load: Load, golden: Golden) -> None:
     (function,) = load(
         """
         @nrp.MapWeights("w", nrp.brain.a)
@@ -138,18 +139,18 @@ def test_neurons_are_not_a_projection(load: Load) -> None:
             pass
         """
     )
-    with pytest.raises(ExperimentError, match=r"not a projection; .*nrp.brain.projection"):
+    with golden.raises(ExperimentError, match="nrp.brain.projection"):
         function.bind(MockBrain(network()), MockWorld())
 
 
-def test_a_rig_has_every_projection_that_a_function_names(load: Load) -> None:
+def test_a_rig_has_every_projection_that_a_function_names(load: Load, golden: Golden) -> None:
     rig = Rig(function_with(load, "w.values[w.values > 2] = 2.0\nw.plastic = False", "any → name"))
     rig.set(w=np.linspace(0.0, 4.0, 1000))
     rig.run()
     assert rig.function.w.values.max() == 2.0
     assert rig.function.w.values[100] == pytest.approx(400 / 999)
     assert not rig.function.w.plastic
-    with pytest.raises(TransferFunctionError, match="did you mean 'w'"):
+    with golden.raises(TransferFunctionError, match="'w'"):
         rig.set(ww=1.0)
 
 
@@ -176,15 +177,15 @@ def test_parameters_of_equations_change_once_the_function_has_returned(
 
 
 @pytest.mark.parametrize(
-    ("body", "projection", "message"),
+    ("body", "projection"),
     [
-        ("w.set_parameters(rates=0.0)", "own", "no parameter 'rates'"),
-        ("w.set_parameters(tau=0.0)", "own", "is not finite"),
-        ("w.set_parameters(A_plus=0.0)", "learned", "if their law is given as equations"),
+        ("w.set_parameters(rates=0.0)", "own"),
+        ("w.set_parameters(tau=0.0)", "own"),
+        ("w.set_parameters(A_plus=0.0)", "learned"),
     ],
 )
 def test_impossible_parameters_of_equations_are_refused(
-    load: Load, body: str, projection: str, message: str
+    load: Load, body: str, projection: str, golden: Golden
 ) -> None:
-    with pytest.raises(NetworkError, match=message):
+    with golden.raises(NetworkError):
         Rig(function_with(load, body, projection), MockBrain(network())).run()

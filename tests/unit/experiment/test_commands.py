@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
@@ -68,13 +69,11 @@ def test_a_file_adds_functions_and_later_replaces_them(run: Run, told: Told, tmp
     assert "count" not in [one["name"] for one in told()]
 
 
-def test_a_function_rests_and_runs_again(run: Run, told: Told, tmp_path: Path) -> None:
+def test_a_function_rests_and_runs_again(run: Run, told: Told, tmp_path: Path, golden: Golden) -> None:
     told(counting(tmp_path, 1), deactivate=["count"])
     run.step()
     for both in (["activate", "deactivate"], ["remove", "activate"]):
-        with pytest.raises(
-            ExperimentError, match="'count' is to be activated, deactivated or removed, not two"
-        ):
+        with golden.raises(ExperimentError, match="'count'"):
             told(**{one: ["count"] for one in both})
     told(activate=["count", "count"])
     run.step()
@@ -91,32 +90,32 @@ def test_a_function_rests_and_runs_again(run: Run, told: Told, tmp_path: Path) -
             "@nrp.MapSpikeSink('x', nrp.brain.nothing, nrp.poisson)\n@nrp.Robot2Neuron()\ndef f(t, x): pass",
             "poisson",
         ),
-        (None, "no such file"),
+        (None, ""),
     ],
     ids=["syntax", "parameter", "device", "file"],
 )
 def test_a_file_that_is_wrong_changes_nothing(
-    run: Run, told: Told, tmp_path: Path, text: str | None, error: str
+    run: Run, told: Told, tmp_path: Path, text: str | None, error: str, golden: Golden
 ) -> None:
     before = told()
     path = tmp_path / "count.py"
     if text is not None:
         path.write_text(text)
-    with pytest.raises(ExperimentError, match=error):
+    with golden.raises(ExperimentError, match=error):
         told(path)
     assert told() == before
     run.step()
 
 
-def test_a_name_that_is_not_there_gets_the_nearest(told: Told, tmp_path: Path) -> None:
+def test_a_name_that_is_not_there_gets_the_nearest(told: Told, tmp_path: Path, golden: Golden) -> None:
     told(counting(tmp_path, 1))
-    with pytest.raises(ExperimentError, match="no transfer function 'cuont'; did you mean 'count'"):
+    with golden.raises(ExperimentError, match="'cuont'.*'count'"):
         told(deactivate=["cuont"])
 
 
-def test_a_misspelt_name_beside_a_file_adds_nothing(told: Told, tmp_path: Path) -> None:
+def test_a_misspelt_name_beside_a_file_adds_nothing(told: Told, tmp_path: Path, golden: Golden) -> None:
     before = told()
-    with pytest.raises(ExperimentError, match="no transfer function 'cuont'; did you mean 'count'"):
+    with golden.raises(ExperimentError, match="'cuont'.*'count'"):
         told(counting(tmp_path, 1), deactivate=["cuont"])
     assert told() == before
 

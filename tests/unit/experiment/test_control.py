@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import ExperimentError, TopicError
 from nrp_core.experiment.running.control import ControlServer, send_command
@@ -97,34 +98,34 @@ def test_the_socket_of_a_dead_run_is_replaced(path: Path) -> None:
 
 
 def test_a_second_run_on_one_socket_is_refused_and_the_first_goes_on(
-    path: Path, published: list[Any]
+    path: Path, published: list[Any], golden: Golden
 ) -> None:
-    with pytest.raises(ExperimentError, match="another run listens here"):
+    with golden.raises(ExperimentError):
         ControlServer(path, {})
     send_command(path, "publish", topic="/a", value=1)
     assert published == [("/a", 1)]
 
 
-def test_a_file_that_is_not_a_socket_is_not_touched(path: Path) -> None:
+def test_a_file_that_is_not_a_socket_is_not_touched(path: Path, golden: Golden) -> None:
     path.write_text("precious")
-    with pytest.raises(ExperimentError, match="not a socket"):
+    with golden.raises(ExperimentError):
         ControlServer(path, {})
     assert path.read_text() == "precious"
 
 
 @pytest.mark.parametrize("name", ["missing/run.sock", "x" * 200])
-def test_a_socket_that_cannot_be_made_is_one_error(tmp_path: Path, name: str) -> None:
-    with pytest.raises(ExperimentError, match="cannot listen here"):
+def test_a_socket_that_cannot_be_made_is_one_error(tmp_path: Path, name: str, golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         ControlServer(tmp_path / name, {})
 
 
-def test_a_command_without_a_listening_run_is_reported(path: Path) -> None:
-    with pytest.raises(ExperimentError, match="no run listens here"):
+def test_a_command_without_a_listening_run_is_reported(path: Path, golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         send_command(path, "publish", topic="/a", value=1)
 
 
 @pytest.mark.parametrize("answer", [b"hello\n", b"[]\n", b"{}\n", b""])
-def test_a_listener_that_is_not_a_run_is_recognised(path: Path, answer: bytes) -> None:
+def test_a_listener_that_is_not_a_run_is_recognised(path: Path, answer: bytes, golden: Golden) -> None:
     with socket.socket(socket.AF_UNIX) as other:
         other.bind(str(path))
         other.listen()
@@ -137,16 +138,16 @@ def test_a_listener_that_is_not_a_run_is_recognised(path: Path, answer: bytes) -
 
         stranger = threading.Thread(target=reply)
         stranger.start()
-        with pytest.raises(ExperimentError, match="the program that listens here is not a run"):
+        with golden.raises(ExperimentError):
             send_command(path, "publish", topic="/a", value=1)
         stranger.join()
 
 
-def test_a_listener_that_never_answers_is_given_up_on(path: Path) -> None:
+def test_a_listener_that_never_answers_is_given_up_on(path: Path, golden: Golden) -> None:
     with socket.socket(socket.AF_UNIX) as other:
         other.bind(str(path))
         other.listen()
-        with pytest.raises(ExperimentError, match="no run listens here: timed out"):
+        with golden.raises(ExperimentError):
             send_command(path, "publish", topic="/a", value=1, timeout_s=0.05)
 
 

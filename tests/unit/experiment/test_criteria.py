@@ -4,6 +4,7 @@ from math import hypot
 from typing import Any
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import TopicError
 from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
@@ -215,11 +216,11 @@ def test_distances_to_a_moving_visual_follow_its_model(world: World) -> None:
     assert proximity.distance(where) == pytest.approx(hypot(3.0, 4.0 - 0.01))
 
 
-def test_a_visual_that_a_joint_moves_has_no_known_distance(room: Scene) -> None:
+def test_a_visual_that_a_joint_moves_has_no_known_distance(room: Scene, golden: Golden) -> None:
     (visual,) = room.model("cart").links[0].visuals
     links = (Link("base"), Link("arm", visuals=(visual,)), Link("hand", visuals=(visual,)))
     joints = (Joint("elbow", "revolute", "base", "arm"), Joint("wrist", "fixed", "arm", "hand"))
     scene = room.with_model(Model("crane", links, joints, pose=Pose((9.0, 0.0, 0.0))))
     near = Near.model_validate({"model": "husky", "visual": "crane/hand/glass", "within": "1 m"})
-    with pytest.raises(ValueError, match="'crane/hand' is not known: joint 'elbow' moves it"):
+    with golden.raises(ValueError, match="'crane/hand'.*'elbow'"):
         Proximity(near, scene)

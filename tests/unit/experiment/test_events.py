@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError, TopicError
 from nrp_core.experiment.events.events import Events, action_of, trigger
@@ -132,20 +133,20 @@ def test_a_topic_that_says_something_lets_an_event_happen(
 @pytest.mark.parametrize(
     ("kind", "condition", "message"),
     [
-        (Float64, {"equals": "fast"}, "'equals' is 'fast', and 'data' of /mood is a number"),
-        (Float64, {"equals": True}, "'equals' is True, and 'data' of /mood is a number"),
-        (Bool, {"equals": 1}, "'equals' is 1, and 'data' of /mood is true or false"),
-        (Bool, {"above": 0}, "'above' and 'below' are for numbers, and 'data' of /mood is true or false"),
-        (String, {"below": 1}, "'above' and 'below' are for numbers, and 'data' of /mood is a text"),
-        (Twist, {"field": "linear", "equals": 0}, "'equals' is 0, and 'linear' of /mood is a Vector3"),
-        (Float64MultiArray, {"equals": 0.5}, "'equals' is 0.5, and 'data' of /mood is a list"),
+        (Float64, {"equals": "fast"}, "'equals'.*'fast'.*'data'.*/mood"),
+        (Float64, {"equals": True}, "'equals'.*'data'.*/mood"),
+        (Bool, {"equals": 1}, "'equals'.*'data'.*/mood"),
+        (Bool, {"above": 0}, "'above'.*'below'.*'data'.*/mood"),
+        (String, {"below": 1}, "'above'.*'below'.*'data'.*/mood"),
+        (Twist, {"field": "linear", "equals": 0}, "'equals'.*'linear'.*/mood.*Vector3"),
+        (Float64MultiArray, {"equals": 0.5}, "'equals'.*0.5.*'data'.*/mood"),
     ],
 )
 def test_a_message_on_a_topic_is_compared_only_with_its_own_type(
-    add: Add, world: World, kind: type, condition: dict[str, Any], message: str
+    add: Add, world: World, kind: type, condition: dict[str, Any], message: str, golden: Golden
 ) -> None:
     world.declare("/mood", kind)
-    with pytest.raises(TopicError, match=message):
+    with golden.raises(TopicError, match=message):
         add("mood", when={"topic": {"name": "/mood", **condition}})
 
 
@@ -163,23 +164,23 @@ def test_a_topic_can_be_awaited_to_say_exactly_something(
     ("fields", "error", "message"),
     [
         ({"at": "0 s", "publish": {"topic": "/wall/body/glass/colour", "value": "red"}}, TopicError,
-         "no topic '/wall/body/glass/colour'; did you mean '/wall/body/glass/color'"),
+         "'/wall/body/glass/colour'.*'/wall/body/glass/color'"),
         ({"at": "0 s", "publish": {"topic": GLASS, "value": "rde"}}, TopicError, "no material 'rde'"),
         ({"at": "0 s", "publish": {"topic": "/gazebo/model_states", "value": {}}}, TopicError,
-         "only gives messages"),
-        ({"when": {"topic": {"name": GLASS, "above": 1}}}, TopicError, "has no field 'data'"),
+         ""),
+        ({"when": {"topic": {"name": GLASS, "above": 1}}}, TopicError, "'data'"),
         ({"when": {"topic": {"name": "/husky/cmd_vel", "field": "linear.x", "above": 1}}}, TopicError,
-         "only takes messages"),
+         ""),
         ({"when": {"near": {"model": "hsky", "point": [0, 0], "within": 1}}}, SceneError,
-         "no model 'hsky'; did you mean 'husky'"),
+         "'hsky'.*'husky'"),
         ({"when": {"near": {"model": "husky", "other": "crt", "within": 1}}}, SceneError,
-         "no model 'crt'; did you mean 'cart'"),
+         "'crt'.*'cart'"),
         ({"when": {"near": {"model": "husky", "visual": "wall/body/glas", "within": 1}}}, SceneError,
-         "the scene has no visual 'wall/body/glas'; did you mean 'wall/body/glass'"),
+         "'wall/body/glas'.*'wall/body/glass'"),
     ],
 )  # fmt: skip
 def test_an_event_that_refers_to_what_is_not_there_is_refused(
-    add: Add, fields: dict[str, Any], error: type[Exception], message: str
+    add: Add, fields: dict[str, Any], error: type[Exception], message: str, golden: Golden
 ) -> None:
-    with pytest.raises(error, match=message):
+    with golden.raises(error, match=message):
         add("wrong", **fields)

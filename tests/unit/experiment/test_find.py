@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 from nrp_lab.gym.env import NrpEnv
 from nrp_lab.gym.vector import NrpVectorEnv
 
@@ -52,8 +53,8 @@ def test_all_shipped_experiments_can_be_listed_though_one_is_broken() -> None:
     assert "braitenberg_husky" in names
 
 
-def test_a_broken_package_is_reported_to_each_caller() -> None:
-    with pytest.raises(BackendError, match=r"'broken' of walkers 1\.0 .* No module named 'no_such_module'"):
+def test_a_broken_package_is_reported_to_each_caller(golden: Golden) -> None:
+    with golden.raises(BackendError, match=r"'broken'.*1\.0.*'no_such_module'"):
         find_file("broken")
 
 
@@ -72,10 +73,10 @@ def test_a_folder_stands_for_its_experiment_yaml_or_its_only_experiment(folder: 
     assert find_file(str(folder)) == folder / "experiment.yml"
 
 
-def test_a_folder_with_several_lists_them(folder: Path) -> None:
+def test_a_folder_with_several_lists_them(folder: Path, golden: Golden) -> None:
     (folder / "one.yaml").write_text("extends: walkers\n")
     (folder / "two.walk").touch()
-    with pytest.raises(ExperimentError, match=r"several experiments; name one: one\.yaml, two\.walk"):
+    with golden.raises(ExperimentError, match=r"one\.yaml, two\.walk"):
         find_file(".")
 
 
@@ -93,30 +94,29 @@ def test_a_repository_stands_for_the_experiment_below_it_or_lists_several(folder
         find_file(".")
 
 
-def test_a_folder_without_an_experiment_says_so() -> None:
-    with pytest.raises(ExperimentError, match="does not contain an experiment"):
+def test_a_folder_without_an_experiment_says_so(golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         find_file(".")
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("walker", "there is no experiment or file 'walker'; did you mean 'walkers'"),
-        (
-            "walkers/slwo",
-            "there is no experiment or file 'walkers/slwo'; did you mean 'walkers/slow'",
-        ),
-        ("nothing.yaml", "there is no experiment or file 'nothing.yaml'"),
+        ("walker", "'walker'.*'walkers'"),
+        ("walkers/slwo", "'walkers/slwo'.*'walkers/slow'"),
+        ("nothing.yaml", "'nothing.yaml'"),
     ],
 )
-def test_an_unknown_name_gets_the_nearest_name_as_a_suggestion(text: str, message: str) -> None:
-    with pytest.raises(ExperimentError, match=message):
+def test_an_unknown_name_gets_the_nearest_name_as_a_suggestion(
+    text: str, message: str, golden: Golden
+) -> None:
+    with golden.raises(ExperimentError, match=message):
         find_file(text)
 
 
-def test_a_file_of_unknown_kind_is_refused(folder: Path) -> None:
+def test_a_file_of_unknown_kind_is_refused(folder: Path, golden: Golden) -> None:
     (folder / "notes.txt").touch()
-    with pytest.raises(ExperimentError, match=r"files end in (\.\w+, )*\.walk"):
+    with golden.raises(ExperimentError, match=r"\.walk"):
         find_file("notes.txt")
 
 
@@ -134,17 +134,19 @@ def test_a_path_that_is_not_text_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["loop", "loop.yaml", "folder"])
-def test_a_circle_of_symbolic_links_is_refused_with_its_name(tmp_path: Path, name: str) -> None:
+def test_a_circle_of_symbolic_links_is_refused_with_its_name(
+    tmp_path: Path, name: str, golden: Golden
+) -> None:
     for link, target in (("loop", "loop"), ("loop.yaml", "loop.yaml"), ("folder/experiment.yaml", "nowhere")):
         (tmp_path / link).parent.mkdir(exist_ok=True)
         (tmp_path / link).symlink_to(target)
-    with pytest.raises(ExperimentError, match=r"the symbolic link \S+ -> \S+ leads nowhere"):
+    with golden.raises(ExperimentError, match=" -> "):
         find_file(str(tmp_path / name))
 
 
 @pytest.mark.parametrize("overrides", ["seed=3", {"seed": 3}])
-def test_overrides_that_are_not_a_list_are_refused_as_a_whole(overrides: object) -> None:
-    with pytest.raises(ExperimentError, match="overrides are a list such as"):
+def test_overrides_that_are_not_a_list_are_refused_as_a_whole(overrides: object, golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         load_experiment("braitenberg_husky", overrides)  # type: ignore[arg-type]
 
 
@@ -152,8 +154,8 @@ def test_overrides_that_are_not_a_list_are_refused_as_a_whole(overrides: object)
     "begin",
     [nrp_core.run, partial(NrpEnv, observe=["/odom"]), partial(NrpVectorEnv, num_envs=2, observe=["/odom"])],
 )
-def test_overrides_of_one_key_that_are_given_together_are_refused(begin: Any) -> None:
-    with pytest.raises(ExperimentError, match="set 'seed' twice: 'seed=1' and 'seed = 2'; give one"):
+def test_overrides_of_one_key_that_are_given_together_are_refused(begin: Any, golden: Golden) -> None:
+    with golden.raises(ExperimentError, match="'seed'.*'seed=1'.*'seed = 2'"):
         begin("braitenberg_husky", ["seed=1", "pace=max", "seed = 2"])
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from golden import Golden
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 
@@ -121,23 +122,23 @@ def test_what_does_not_fit_is_refused(arm, keys, message):
 
 
 @pytest.mark.parametrize(
-    ("control", "message"),
+    "control",
     [
-        ({"d": 1}, "need 'p'"),
-        ({"mode": "effort", "p": 1}, "has no gains"),
-        ({"mode": "trajectory", "group": "g"}, "led together already"),
-        ({"group": "a b"}, "group"),
-        ({"mode": "positon"}, "'position', 'velocity', 'effort' or 'trajectory'"),
+        {"d": 1},
+        {"mode": "effort", "p": 1},
+        {"mode": "trajectory", "group": "g"},
+        {"group": "a b"},
+        {"mode": "positon"},
     ],
 )
-def test_control_that_makes_no_sense_is_refused(arm, control, message):
-    with pytest.raises(ValidationError, match=message):
+def test_control_that_makes_no_sense_is_refused(arm, control, golden: Golden):
+    with golden.raises(ValidationError):
         arm(control={".*": control})
 
 
-def test_a_file_without_arguments_gets_none(arm, tmp_path):
+def test_a_file_without_arguments_gets_none(arm, tmp_path, golden: Golden):
     (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{LINK.format("base", 1)}</robot>')
-    with pytest.raises(SceneError, match="not a xacro file"):
+    with golden.raises(SceneError):
         arm(model=tmp_path / "arm.urdf", args={"tool": 1})
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import (
     BackendLoadError,
@@ -201,8 +202,8 @@ def test_a_screen_can_be_turned_red_while_it_runs(open_run: Open, value: Any) ->
 
 
 @pytest.mark.parametrize("seed", [1.5, "3", True])
-def test_a_seed_that_is_not_an_integer_is_refused(open_run: Open, seed: Any) -> None:
-    with pytest.raises(ExperimentError, match=f"a seed is an integer, not {seed!r}"):
+def test_a_seed_that_is_not_an_integer_is_refused(open_run: Open, seed: Any, golden: Golden) -> None:
+    with golden.raises(ExperimentError, match=f"{seed!r}"):
         open_run("events=null", "criteria=null").reset(seed=seed)
 
 
@@ -216,22 +217,22 @@ def test_another_thread_may_publish(open_run: Open) -> None:
 
 
 @pytest.mark.parametrize(
-    ("topic", "value", "message"),
-    [("/glas", "red", "no topic '/glas'; did you mean '/glass'"), ("/glass", "rde", "no material 'rde'"),
-     ("/gazebo/model_states", {}, "only gives messages"), ("/speed", float("nan"), "data is nan")],
+    ("topic", "value"),
+    [("/glas", "red"), ("/glass", "rde"),
+     ("/gazebo/model_states", {}), ("/speed", float("nan"))],
 )  # fmt: skip
 def test_an_invalid_message_is_refused_when_it_is_published(
-    open_run: Open, topic: str, value: Any, message: str
+    open_run: Open, topic: str, value: Any, golden: Golden
 ) -> None:
-    with pytest.raises(TopicError, match=message):
+    with golden.raises(TopicError):
         open_run().publish(topic, value)
 
 
 # -- when something fails
 
 
-def test_a_time_between_two_steps_is_refused(open_run: Open) -> None:
-    with pytest.raises(TimestepError, match=r"0\.01 s is not a whole number of steps"):
+def test_a_time_between_two_steps_is_refused(open_run: Open, golden: Golden) -> None:
+    with golden.raises(TimestepError, match=r"0\.01"):
         open_run().run_until(0.01)
 
 
@@ -260,7 +261,7 @@ def test_with_quarantine_the_rest_runs_on(open_run: Open, raising: Raising) -> N
 
 
 def test_an_engine_that_fails_is_reported_and_what_was_reached_is_kept(
-    open_run: Open, monkeypatch: pytest.MonkeyPatch
+    open_run: Open, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     run = open_run()
     run.run_until(0.6)
@@ -269,7 +270,7 @@ def test_an_engine_that_fails_is_reported_and_what_was_reached_is_kept(
         raise ZeroDivisionError("deep inside")
 
     monkeypatch.setattr(run.world.engine, "_do_advance", fail)
-    with pytest.raises(SimulationError, match=r"DiscEngine failed to advance at 0\.6 s: ZeroDiv"):
+    with golden.raises(SimulationError, match=r"DiscEngine.*0\.6.*ZeroDiv"):
         run.run()
     assert run.result().passed is False
     assert run.result().events["red"] == 0.5
@@ -277,13 +278,13 @@ def test_an_engine_that_fails_is_reported_and_what_was_reached_is_kept(
 
 
 def test_a_robot_that_flies_apart_ends_the_run_where_it_was_last_seen(
-    open_run: Open, monkeypatch: pytest.MonkeyPatch
+    open_run: Open, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     run = open_run()
     run.run_until(0.6)
     nowhere = ModelMotion(Pose((math.nan, 0.0, 0.0)))
     monkeypatch.setattr(run.world.engine, "_do_model_motion", lambda model: nowhere)
-    with pytest.raises(DivergedError, match="model 'husky' has a position that is not finite"):
+    with golden.raises(DivergedError, match="'husky'"):
         run.run()
     json.dumps(run.result().to_dict(), allow_nan=False)
     assert run.result().final_pose["husky"]["x"] == pytest.approx(0.58)
@@ -304,7 +305,7 @@ def test_an_interrupted_run_has_failed_nothing(open_run: Open) -> None:
 
 
 def test_a_backend_that_does_not_open_is_named_and_the_other_one_closed(
-    drive_to_the_wall: Path, monkeypatch: pytest.MonkeyPatch
+    drive_to_the_wall: Path, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     from experiment_fakes import CountingBackend, DiscBackend
 
@@ -320,7 +321,7 @@ def test_a_backend_that_does_not_open_is_named_and_the_other_one_closed(
 
     monkeypatch.setattr(CountingBackend, "open", fail)
     monkeypatch.setattr(DiscBackend, "open", remember)
-    with pytest.raises(BackendLoadError, match="'counting' does not open: OSError: no such library"):
+    with golden.raises(BackendLoadError, match="'counting'.*OSError"):
         Run(load_experiment(drive_to_the_wall))
     assert [world.state for world in worlds] == [State.CLOSED]
 
@@ -387,12 +388,12 @@ def test_a_topic_that_only_a_function_added_later_reads_is_a_problem_as_long_as_
 
 @pytest.mark.parametrize("kind", [str, Path])
 def test_one_file_of_functions_is_changed_like_a_list_of_one(
-    open_run: Open, tmp_path: Path, kind: type
+    open_run: Open, tmp_path: Path, kind: type, golden: Golden
 ) -> None:
     run = open_run("strict=false")
     (tmp_path / "reader.py").write_text(READER)
     run.change(kind(tmp_path / "reader.py"))
     assert "listen" in {function.name for function in run.loop.functions}
     run.change(remove="listen")
-    with pytest.raises(ExperimentError, match=r"add is \[3\]; it must be a list of"):
+    with golden.raises(ExperimentError, match=r"\[3\]"):
         run.change([3])  # type: ignore[list-item]

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.making.prepare import prepare
@@ -51,11 +52,13 @@ def test_an_experiment_file_sets_noise_delay_and_losses(drive_to_the_wall: Path,
 @pytest.mark.parametrize(
     ("written", "told"),
     [
-        ("{/husky/eyes: {delay: 1 ms}}", "no sensor publishes '/husky/eyes'"),
-        ("{/husky/eye: {drop_out: 1.5}}", "less than or equal to 1"),
+        ("{/husky/eyes: {delay: 1 ms}}", "'/husky/eyes'"),
+        ("{/husky/eye: {drop_out: 1.5}}", ""),
         ("{/husky/eye: {noises: 1}}", "noises"),
     ],
 )
-def test_a_meaningless_setting_is_refused(drive_to_the_wall: Path, written: str, told: str) -> None:
-    with pytest.raises((InvalidExperimentError, ExperimentError), match=told):
+def test_a_meaningless_setting_is_refused(
+    drive_to_the_wall: Path, written: str, told: str, golden: Golden
+) -> None:
+    with golden.raises((InvalidExperimentError, ExperimentError), match=told):
         prepare(load_experiment(drive_to_the_wall, (f"world.sensors={written}",)))

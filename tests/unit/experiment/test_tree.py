@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -88,14 +89,14 @@ def test_an_override_of_null_removes() -> None:
 @pytest.mark.parametrize(
     ("keys", "what"),
     [
-        (["a", "2"], "no item '2'; valid: 0, 1"),
+        (["a", "2"], "'2'.*0, 1"),
         (["a", "x"], "no item 'x'"),
-        (["b", "c"], "not a mapping"),
-        (["c", "2"], "there is no list with an item '2': set the whole list"),
+        (["b", "c"], ""),
+        (["c", "2"], "'2'"),
     ],
 )
-def test_an_override_that_leads_nowhere_says_so(keys: list[str], what: str) -> None:
-    with pytest.raises(ExperimentError, match=what):
+def test_an_override_that_leads_nowhere_says_so(keys: list[str], what: str, golden: Golden) -> None:
+    with golden.raises(ExperimentError, match=what):
         grown({"a": [1, 2], "b": 1}, BASE).overridden(keys, grown(3, OVER))
 
 

@@ -4,6 +4,7 @@ import ast
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import ExperimentError
 from nrp_core.parameters import BRAIN, FUNCTIONS, GivenParameters, Parameter, read_parameters
@@ -86,17 +87,17 @@ def test_a_declaration_that_contradicts_itself_is_refused(arguments, message):
     assert message in str(caught.value)
 
 
-def test_units_of_different_dimension_are_not_converted():
-    with pytest.raises(ValueError, match="cannot be converted"):
+def test_units_of_different_dimension_are_not_converted(golden: Golden):
+    with golden.raises(ValueError):
         factor("Hz/mV", "Hz*mV")
     assert factor("S", "uS") == 10**6
     assert factor("nA", "pA") == 1000
 
 
 @pytest.mark.parametrize("unit", ["N m", "N*m", "Nm", "N\u00b7m", "J", "kg m^2/s^2"])
-def test_products_of_units_have_a_space_a_dot_or_a_star(unit):
+def test_products_of_units_have_a_space_a_dot_or_a_star(unit, golden: Golden):
     assert Parameter("p", 1.0, unit).value("500 mN m") == 0.5
-    with pytest.raises(ValueError, match="not a unit that can be converted"):
+    with golden.raises(ValueError):
         factor(f"{unit}/kg K", "J/kg/K")  # ambiguous
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -53,8 +54,8 @@ def test_steps_between_time_steps_move_to_them_and_the_last_of_several_stays() -
 
 
 @pytest.mark.parametrize("times", [[0.4, -0.6], [0.4, 0.2], [0.4]])
-def test_steps_that_do_not_ascend_are_refused(times: list[float]) -> None:
-    with pytest.raises(ValueError, match=r"as many times as amplitudes|times ascend from 0 ms"):
+def test_steps_that_do_not_ascend_are_refused(times: list[float], golden: Golden) -> None:
+    with golden.raises(ValueError):
         waveform("StepCurrentSource", times=times, amplitudes=[0.5, -0.5])
 
 
@@ -94,19 +95,19 @@ def test_how_time_is_split_does_not_change_the_changes(
     assert sorted({t for part in parts for t in part}) == sorted(set(changes_ms(wave, 0.0, 12.0)))
 
 
-def test_a_current_names_which_of_its_lists_is_wrong() -> None:
-    with pytest.raises(ValueError, match="as many times as amplitudes, not 3 and 2"):
+def test_a_current_names_which_of_its_lists_is_wrong(golden: Golden) -> None:
+    with golden.raises(ValueError):
         waveform("StepCurrentSource", times=[0.0, 10.0, 20.0], amplitudes=[0.0, 1.0])
-    with pytest.raises(ValueError, match="times ascend from 0 ms or later, not"):
+    with golden.raises(ValueError):
         waveform("StepCurrentSource", times=[0.0, 20.0, 10.0], amplitudes=[0.0, 1.0, 0.0])
 
 
-def test_a_list_of_views_is_not_a_target_of_a_current() -> None:
+def test_a_list_of_views_is_not_a_target_of_a_current(golden: Golden) -> None:
     sim = builder()
     cells = sim.Population(2, sim.IF_curr_exp(), label="cells")
     source = sim.DCSource(amplitude=0.5)
     source.inject_into(cells[0:1])
-    with pytest.raises(TypeError, match="is in a list: inject into it alone, or into a sum"):
+    with golden.raises(TypeError):
         source.inject_into([cells[0:1]])
 
 

@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import Role
@@ -39,16 +40,14 @@ def test_the_messages_of_version_0_1_0_are_checked_against_their_hashes(name: st
 
 @pytest.mark.parametrize("format_", [2, 5])
 def test_a_recording_in_another_format_is_refused_with_the_version_that_made_it(
-    tmp_path: Path, format_: int
+    tmp_path: Path, format_: int, golden: Golden
 ) -> None:
     shutil.copytree(RECORDINGS / "plain_0.1.0", folder := tmp_path / "other")
     about = json.loads((folder / "run.json").read_text())
     about["format"] = format_
     about["distributions"]["nrp-core"] = "7.2.0"
     (folder / "run.json").write_bytes(seal(about))
-    with pytest.raises(
-        ExperimentError, match=rf"nrp-core 7\.2\.0 in format {format_}; this version replays formats 3 to 4"
-    ):
+    with golden.raises(ExperimentError, match=rf"7\.2\.0.*{format_}"):
         Replay(Recording(folder), ReplayRequest())
 
 
@@ -65,10 +64,10 @@ def test_a_replay_keeps_images_as_the_recording_did_under_the_old_name_of_the_se
     assert Recording(tmp_path / "new").run["images"] == "off"
 
 
-def test_a_role_or_a_topic_that_is_none_is_refused() -> None:
+def test_a_role_or_a_topic_that_is_none_is_refused(golden: Golden) -> None:
     recording = Recording(RECORDINGS / "plain_0.1.0")
     assert recording.with_role("published") == recording.with_role(Role.PUBLISHED)  # type: ignore[arg-type]
-    with pytest.raises(ExperimentError, match="there is no role 'publishd'; did you mean 'published'"):
+    with golden.raises(ExperimentError, match="'publishd'.*'published'"):
         recording.with_role("publishd")  # type: ignore[arg-type]
-    with pytest.raises(ExperimentError, match=r"a frame is that of one topic, a text, not \['/a'\]"):
+    with golden.raises(ExperimentError, match=r"\['/a'\]"):
         recording.frame(["/a"])  # type: ignore[arg-type]

@@ -11,6 +11,7 @@ import cv2
 import matplotlib as mpl
 import numpy as np
 import pytest
+from golden import Golden
 from matplotlib.figure import Figure
 
 from nrp_core.dsl.testing import MockWorld
@@ -291,10 +292,10 @@ def test_a_footprint_is_the_shadow_of_a_shape_from_above(
     np.testing.assert_allclose(outlines.max(axis=0), high, atol=1e-6)
 
 
-def test_a_file_that_is_not_an_image_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match=r"not 'figure\.pgn'; did you mean '\.png'"):
+def test_a_file_that_is_not_an_image_is_refused_by_name(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(ExperimentError, match=r"'figure\.pgn'.*'\.png'"):
         check_target(tmp_path / "figure.pgn")
-    with pytest.raises(ExperimentError, match="the folder does not exist"):
+    with golden.raises(ExperimentError):
         check_target(tmp_path / "nowhere" / "figure.png")
 
 
@@ -480,14 +481,16 @@ def test_a_page_is_crowded_if_it_is_small_and_has_all_panels(
     assert PlotOptions(size_inches=size_inches(size), panels=panels).crowded is crowded
 
 
-def test_a_figure_shows_a_window_of_time_and_values_from_before_it_hold(recording: Recording) -> None:
+def test_a_figure_shows_a_window_of_time_and_values_from_before_it_hold(
+    recording: Recording, golden: Golden
+) -> None:
     story = Story.of(recording, 0.21, 0.29)
     assert (story.begin_s, story.end_s) == pytest.approx((0.21, 0.28))
     assert story.tracks["husky"].times_s[0] == pytest.approx(0.22)
     assert story.commands["/husky/cmd_vel.linear.x"].times_s[0] == pytest.approx(0.21)
     assert story.coloured() == []
     assert Story.of(recording, 0.11, 0.3).coloured()[0].since_s == pytest.approx(0.11)
-    with pytest.raises(ExperimentError, match="it has no messages from 3 s on"):
+    with golden.raises(ExperimentError):
         Story.of(recording, 3.0, 4.0)
 
 
@@ -497,11 +500,11 @@ def test_a_size_that_is_not_one_is_refused(text: str) -> None:
         size_inches(text)
 
 
-def test_sizes_are_read_in_three_units() -> None:
+def test_sizes_are_read_in_three_units(golden: Golden) -> None:
     assert size_inches("254x127mm") == pytest.approx((10.0, 5.0))
     assert size_inches("25.4 x 12.7 cm") == pytest.approx((10.0, 5.0))
     assert size_inches("10x5in") == (10.0, 5.0)
-    with pytest.raises(ValueError, match="unknown panel 'spike'; did you mean 'spikes'"):
+    with golden.raises(ValueError, match="'spike'.*'spikes'"):
         panels_of("map,spike")
-    with pytest.raises(ValueError, match="'map' is given twice"):
+    with golden.raises(ValueError, match="'map'"):
         panels_of("map, spikes,map")

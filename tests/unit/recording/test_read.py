@@ -5,6 +5,7 @@ from typing import Any
 
 import mcap.reader
 import pytest
+from golden import Golden
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
@@ -46,7 +47,7 @@ def counts(path: Path) -> dict[str, int]:
 
 
 def test_raw_messages_of_a_topic_that_was_not_recorded_are_warned_of(
-    folder: Path, caplog: pytest.LogCaptureFixture
+    folder: Path, caplog: pytest.LogCaptureFixture, golden: Golden
 ) -> None:
     recording = Recording(folder)
     topic = next(iter(counts(folder)))
@@ -56,7 +57,7 @@ def test_raw_messages_of_a_topic_that_was_not_recorded_are_warned_of(
     assert not caplog.records
     assert list(recording.raw([f"{topic}s"])) == []
     assert f"no message was recorded on '{topic}s'; did you mean '{topic}'?" in caplog.text
-    with pytest.raises(TypeError, match=r"raw: topics is .*; it must be a list of texts or None"):
+    with golden.raises(TypeError):
         recording.raw(topic)
 
 
@@ -162,22 +163,22 @@ def test_an_unfinished_file_that_holds_nothing_is_an_empty_recording(tmp_path: P
     assert not Recording(path).complete
 
 
-def test_a_folder_without_a_recording_is_an_error_with_its_name(tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match=r"no recording: no file 'recording\.mcap' is in it") as caught:
+def test_a_folder_without_a_recording_is_an_error_with_its_name(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(ExperimentError, match=r"'recording\.mcap'") as caught:
         Recording(tmp_path)
     assert caught.value.path == tmp_path
 
 
-def test_a_broken_description_of_the_run_is_an_error_with_its_name(folder: Path) -> None:
+def test_a_broken_description_of_the_run_is_an_error_with_its_name(folder: Path, golden: Golden) -> None:
     assert Recording(folder).run == {}
     (folder / RUN_NAME).write_bytes(seal({"seed": 3}))
     assert Recording(folder).run["seed"] == 3
     (folder / RUN_NAME).write_text("{")
-    with pytest.raises(ExperimentError, match="cannot be read as JSON"):
+    with golden.raises(ExperimentError, match="JSON"):
         _ = Recording(folder).run
 
 
-def test_a_folder_that_lost_its_messages_can_be_checked_but_not_read(folder: Path) -> None:
+def test_a_folder_that_lost_its_messages_can_be_checked_but_not_read(folder: Path, golden: Golden) -> None:
     (folder / RUN_NAME).write_bytes(
         seal({"seed": 3, "format": 4, "state": "ended", "files": {MCAP_NAME: "0"}})
     )
@@ -185,7 +186,7 @@ def test_a_folder_that_lost_its_messages_can_be_checked_but_not_read(folder: Pat
     recording = Recording(folder)
     assert [(flaw.file, flaw.problem) for flaw in recording.check().flaws] == [(MCAP_NAME, "is missing")]
     for read in (recording.raw, lambda: recording.topics, lambda: recording.complete):
-        with pytest.raises(ExperimentError, match=r"no recording: no file 'recording\.mcap' is in it"):
+        with golden.raises(ExperimentError, match=r"'recording\.mcap'"):
             list(read())
 
 
@@ -198,11 +199,11 @@ def test_topics_may_come_from_an_iterator(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("topics", [3, {None}, [b"/clock"]])
-def test_topics_that_are_no_names_are_refused(topics: Any, folder: Path) -> None:
-    with pytest.raises(ExperimentError, match="topics are a set of names, not"):
+def test_topics_that_are_no_names_are_refused(topics: Any, folder: Path, golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         Recording(folder).messages(topics)
 
 
-def test_a_recording_is_a_path() -> None:
-    with pytest.raises(ExperimentError, match=r"a path is a text or a pathlib.Path, not 3"):
+def test_a_recording_is_a_path(golden: Golden) -> None:
+    with golden.raises(ExperimentError, match="pathlib.Path"):
         Recording(3)  # type: ignore[arg-type]

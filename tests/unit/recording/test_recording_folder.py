@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
@@ -143,17 +144,17 @@ def test_recording_changes_nothing(open_run: Open, tmp_path: Path) -> None:
     assert results[0] == results[1]
 
 
-def test_a_folder_that_is_not_empty_is_not_touched(open_run: Open, tmp_path: Path) -> None:
+def test_a_folder_that_is_not_empty_is_not_touched(open_run: Open, tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "out").mkdir()
     RecordingFolder(open_run(), tmp_path / "out").close("finished")
     before = (tmp_path / "out" / "run.json").read_text()
-    with pytest.raises(ExperimentError, match="a recording needs a new folder"):
+    with golden.raises(ExperimentError):
         RecordingFolder(open_run(), tmp_path / "out")
     assert (tmp_path / "out" / "run.json").read_text() == before
 
 
 def test_of_two_runs_that_begin_to_record_at_one_moment_one_is_refused(
-    open_run: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    open_run: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     folder = tmp_path / "out"
     monkeypatch.setattr(
@@ -161,7 +162,7 @@ def test_of_two_runs_that_begin_to_record_at_one_moment_one_is_refused(
     )  # nothing was there when they looked
     run = open_run()
     first = RecordingFolder(run, folder)
-    with pytest.raises(ExperimentError, match="another run already records here"):
+    with golden.raises(ExperimentError):
         RecordingFolder(open_run(), folder)
     run.run()
     first.close("finished")
@@ -185,9 +186,11 @@ def test_an_interrupt_before_the_first_message_leaves_no_recording(
     assert Recording(folder).run["state"] == "finished"
 
 
-def test_a_folder_that_cannot_be_made_is_one_clear_error(open_run: Open, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_one_clear_error(
+    open_run: Open, tmp_path: Path, golden: Golden
+) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(ExperimentError, match="cannot be made"):
+    with golden.raises(ExperimentError):
         RecordingFolder(open_run(), tmp_path / "file" / "out")
 
 

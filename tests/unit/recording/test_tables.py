@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, spikes_topic
@@ -88,13 +89,13 @@ def test_units_are_those_of_the_definitions_of_ros() -> None:
     assert units["orientation.x"] == ""
 
 
-def test_a_topic_that_is_not_there_is_refused_with_the_nearest_name(recording: Recording) -> None:
-    with pytest.raises(ExperimentError, match=r"topics are a set of names, \{'/husky/cmd_vel'\}, not a text"):
+def test_a_topic_that_is_not_there_is_refused_with_the_nearest_name(
+    recording: Recording, golden: Golden
+) -> None:
+    with golden.raises(ExperimentError, match=r"\{'/husky/cmd_vel'\}"):
         next(recording.messages("/husky/cmd_vel"))
     assert next(recording.messages({"/husky/cmd_vel"})).topic == "/husky/cmd_vel"
-    with pytest.raises(
-        ExperimentError, match=r"no message was recorded on '/husky/cmd_val'; did you mean '/husky/cmd_vel'"
-    ):
+    with golden.raises(ExperimentError, match="'/husky/cmd_val'.*'/husky/cmd_vel'"):
         recording.frame("/husky/cmd_val")
     with pytest.raises(ExperimentError, match=r"use spikes\(\)"):
         recording.frame(spikes_topic("eyes"))
@@ -131,9 +132,9 @@ def test_events_are_a_frame_in_the_order_of_time(recording: Recording) -> None:
     assert math.isnan(times_s["never"])
 
 
-def test_events_of_a_run_that_was_killed_are_refused(recording: Recording) -> None:
+def test_events_of_a_run_that_was_killed_are_refused(recording: Recording, golden: Golden) -> None:
     (recording.folder / RUN_NAME).write_bytes(seal({**RUN, "result": None}))
-    with pytest.raises(ExperimentError, match="this run was killed or continues"):
+    with golden.raises(ExperimentError):
         Recording(recording.folder).events()
 
 

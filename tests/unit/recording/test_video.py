@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -135,10 +136,12 @@ def test_a_robot_moves_through_the_view_from_above(recording: Recording) -> None
     assert np.ptp(changed[:, 1]) > 10
 
 
-def test_a_camera_s_images_are_shown_as_they_were(recording: Recording, tmp_path: Path) -> None:
+def test_a_camera_s_images_are_shown_as_they_were(
+    recording: Recording, tmp_path: Path, golden: Golden
+) -> None:
     assert video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camera")) == 13
     assert frames(tmp_path / "eye.mp4")[0].shape == (2, 2, 3)
-    with pytest.raises(ExperimentError, match="no camera 'camra'; did you mean 'camera'"):
+    with golden.raises(ExperimentError, match="'camra'.*'camera'"):
         video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camra"))
 
 
@@ -167,14 +170,14 @@ def test_a_robot_that_stands_is_followed_rather_than_a_thing_that_swings(recordi
         assert eye[0, 3] == pytest.approx(at_m, abs=10.0)
 
 
-def test_an_impossible_video_is_refused(recording: Recording, tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match=r"it has no messages after 7 s: it ends at 0\.5 s"):
+def test_an_impossible_video_is_refused(recording: Recording, tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(ExperimentError, match=r"0\.5"):
         times_of(recording, VideoOptions(begin_s=7.0))
-    with pytest.raises(ExperimentError, match="no model 'huskey' moves; did you mean 'husky'"):
+    with golden.raises(ExperimentError, match="'huskey'.*'husky'"):
         next(drawn_frames(recording, np.array([0.0]), VideoOptions(robot="huskey")))
     with pytest.raises(ExperimentError, match=r"not 'run\.avi'"):
         check_target(tmp_path / "run.avi")
-    with pytest.raises(ExperimentError, match="the folder does not exist"):
+    with golden.raises(ExperimentError):
         check_target(tmp_path / "nowhere" / "run.mp4")
 
 
