@@ -55,9 +55,9 @@ def admits(hint: Any, value: object) -> bool:
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return admits(parts[0], value)
+    if _is_array_like(hint):
+        return (value is None and NoneType in parts) or _are_numbers(value)
     if origin in (Union, UnionType):
-        if _is_array_like(parts):
-            return (value is None and NoneType in parts) or _are_numbers(value)
         return any(admits(part, value) for part in parts)
     if origin is Literal:
         return any(isinstance(value, type(part)) and value == part for part in parts)
@@ -118,9 +118,14 @@ def _dtype_kind(value: object) -> str:
     return str(getattr(getattr(value, "dtype", None), "kind", ""))
 
 
-def _is_array_like(parts: tuple[Any, ...]) -> bool:
-    """Return whether these are the parts of NumPy's ``ArrayLike``."""
-    return any(getattr(get_origin(part) or part, "__name__", "") == "_SupportsArray" for part in parts)
+def _is_array_like(hint: Any) -> bool:
+    """Return whether a hint is NumPy's ``ArrayLike``, or a union with it.
+
+    It is an alias with a name from Python 3.12 on, and before that a union itself.
+    """
+    parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    names = {getattr(get_origin(part) or part, "__name__", "") for part in parts}
+    return not names.isdisjoint(("ArrayLike", "_SupportsArray"))
 
 
 def _are_numbers(value: object) -> bool:
@@ -137,9 +142,9 @@ def in_words(hint: Any) -> str:
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return in_words(parts[0])
+    if _is_array_like(hint):
+        return "a number, or numbers"
     if origin in (Union, UnionType):
-        if _is_array_like(parts):
-            return "a number, or numbers"
         return _join_words(_without_repeated_paths([in_words(part) for part in parts]))
     if origin is Literal:
         return _join_words([repr(part) for part in parts])

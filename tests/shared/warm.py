@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from multiprocessing.connection import wait
 from pathlib import Path
 from types import ModuleType
@@ -139,7 +140,8 @@ def run(question: Question) -> None:
 def load() -> None:
     """Import what programs import, and load the compiled kernels of small networks."""
     for name in LOADED:
-        import_module(name)
+        if "pybullet" not in name or find_spec("pybullet"):
+            import_module(name)
     sim: Any = import_module("nrp_core.pynn")
     for backend in ("event", "spinnaker"):
         sim.setup(backend=backend)

@@ -185,7 +185,7 @@ def test_a_backend_that_cannot_report_its_capabilities_is_named_with_the_place(m
             raise NotImplementedError
 
     monkeypatch.setattr(proof, "brains", lambda: SimpleNamespace(load=lambda name: Misspelt()))
-    wrong = r"brain 'mine' cannot state its capabilities: TypeError: .*'cell' \(.*test_kit\.py:\d+\)"
+    wrong = r"brain 'mine' cannot state its capabilities: TypeError: .*'cell'.* \(.*test_kit\.py:\d+\)"
     with pytest.raises(BackendError, match=wrong):
         proof.Proof("brain", "mine", {}, "core").run()
 
