@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from nrp_cockpit.session.parameters import constants_of
+from nrp_cockpit.session import functions
+from nrp_cockpit.session.constants import constants_of
 from visitors import Cockpit, RefusedError, Visitor, cockpit
 
 TEXT = """\
@@ -23,13 +24,13 @@ def f(t):
 
 
 def test_constants_are_the_numbers_at_the_top_of_a_file() -> None:
-    found = [one.number for one in constants_of(TEXT)]
+    found = [one.number for one in constants_of("steer.py", TEXT)]
     assert [(one.name, one.value, one.whole, one.note) for one in found] == [
         ("RATE", 250.0, False, "Hz of each feeler at contact"), ("CELLS", 10, True, ""),
         ("BACK", -1.5e-3, False, ""),
     ]  # fmt: skip
     assert [(one.low, one.high) for one in found] == [(0.0, 500.0), (0, 20), (-3e-3, 0.0)]
-    assert list(constants_of("RATE = ")) == []
+    assert list(constants_of("steer.py", "RATE = ")) == []
 
 
 @pytest.mark.parametrize(
@@ -38,9 +39,33 @@ def test_constants_are_the_numbers_at_the_top_of_a_file() -> None:
      ("BACK", -2.0, "BACK = -2.0")],
 )  # fmt: skip
 def test_a_changed_constant_changes_only_its_number(name: str, value: float, line: str) -> None:
-    (constant,) = (one for one in constants_of(TEXT) if one.number.name == name)
+    (constant,) = (one for one in constants_of("steer.py", TEXT) if one.number.name == name)
     changed, before = constant.with_value(TEXT, value).splitlines(), TEXT.splitlines()
     assert [new for new, old in zip(changed, before, strict=True) if new != old] == [line]
+
+
+MODEL = """\
+<bibi xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">
+  <transferFunction name="turn"><local name="\N{GREEK SMALL LETTER MU}"><body xsi:type="Scale"
+    factor = "20"><inner xsi:type="Constant" value='0'/></body></local>
+    <device name="wheel"><body xsi:type="Scale" factor="-1e2"><inner xsi:type="Constant" value="0.5"/></body>
+    </device></transferFunction>
+</bibi>
+"""
+
+
+def test_the_numbers_of_a_model_are_its_gains_and_its_constants() -> None:
+    found = list(constants_of("turn.bibi", MODEL))
+    assert [(one.number.name, one.number.value, one.number.note) for one in found] == [
+        ("turn.\N{GREEK SMALL LETTER MU}", 20.0, "factor"), ("turn.wheel", -100.0, "factor"),
+        ("turn.wheel 2", 0.5, "value"),
+    ]  # fmt: skip
+    text = MODEL
+    for place, (value, written) in enumerate([(2.5, "2.5"), (-30.0, "-30.0"), (0.25, "0.25")]):
+        text = list(constants_of("turn.bibi", text))[place].with_value(text, value)
+        assert f'"{written}"' in text
+    assert text == MODEL.replace('"20"', '"2.5"').replace("-1e2", "-30.0").replace("0.5", "0.25")
+    assert list(constants_of("turn.bibi", MODEL[:-9])) == []
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +120,9 @@ def test_one_cell_can_differ_and_impossible_values_are_refused(visitor: Visitor)
         visitor.call("parameters", population="wheels", index=20)
 
 
-def test_a_constant_is_an_edit_of_its_file_that_can_be_reverted(visitor: Visitor) -> None:
+def test_a_constant_is_an_edit_of_its_file_that_can_be_reverted(
+    visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (file,) = (each["file"] for each in visitor.call("parameters")["functions"])
     assert of_file(visitor, "RATE")["value"] == 250.0
     assert visitor.call("parameters/function", file=file, name="RATE", value=100.0)["applied"]
@@ -105,6 +132,12 @@ def test_a_constant_is_an_edit_of_its_file_that_can_be_reverted(visitor: Visitor
         if each["path"] == file and "RATE = 100.0" in each["source"]
     ])  # fmt: skip
     assert "RATE = 100.0  # Hz of each feeler at contact" in sources[0]
+    calls: list[object] = []
+    monkeypatch.setattr(functions, "validate", lambda experiment: calls.append(experiment) or [])
+    assert visitor.call("parameters/function", file=file, name="RATE", value=90.0)["applied"]
+    assert calls == []  # it would stop the run for half a second
+    monkeypatch.undo()
+    assert not any("RATE" in found["summary"] for found in visitor.call("functions/recheck")["findings"])
     with pytest.raises(RefusedError, match="did you mean 'RATE'"):
         visitor.call("parameters/function", file=file, name="RATES", value=1.0)
     visitor.call("functions/revert")

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
-from browsing import Watched
+from browsing import Watched, seen
 from playwright.sync_api import Page, expect
 from visitors import cockpit
 
@@ -185,3 +186,37 @@ def test_who_may_only_watch_or_has_a_wrong_token_is_told_so(watched: Watched):
         expect(stranger.get_by_text("Reconnecting")).to_have_count(0)
         assert any("401" in each for each in watched.complaints)  # the browser reports it too
         watched.complaints.clear()
+
+
+def test_a_slider_changes_the_number_at_the_cursor_while_the_run_goes_on(watched: Watched) -> None:
+    with cockpit(experiment="braitenberg_husky/mixed_levels") as opened:
+        names = {Path(file).name: file for file in opened.session.functions.files}
+        model, python = (next(name for name in names if name.endswith(end)) for end in (".bibi", ".py"))
+        page = watched.open(opened.address)
+        page.get_by_role("button", name="Play").click()
+        numbers = page.get_by_role("list", name="Number at the cursor")
+        for name, line, back, before, after in (
+            (model, 'factor="20"', 2, 'factor="20"', 'factor="0.0"'),
+            (python, "red_left_eye.rate", len(" * image_results.leftred"), "= 1000.0 *", "= 0.0 *"),
+        ):
+            functions(page, name)
+            expect(numbers).to_have_count(0)
+            page.locator(".cm-line", has_text=line).first.click()
+            page.keyboard.press("End")
+            for _ in range(back):
+                page.keyboard.press("ArrowLeft")
+            slider = numbers.get_by_role("slider")
+            expect(slider).to_have_attribute(
+                "aria-valuetext", f"{re.sub('[^0-9.]', '', before).removesuffix('.0')} "
+            )
+            slider.press("Home")  # the least value
+            running = seen(
+                page,
+                lambda name=name: opened.session.functions.texts[names[name]],
+                lambda text, after=after: after in text,
+            )
+            assert running == Path(names[name]).read_text().replace(before, after, 1)
+            expect(page.get_by_text("No file is edited.")).to_be_visible()
+            expect(slider).to_have_attribute("aria-valuetext", "0 ")
+        expect(page.get_by_role("button", name="Pause")).to_be_visible()
+        assert not opened.run.loop.failures

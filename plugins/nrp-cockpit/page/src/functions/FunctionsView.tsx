@@ -10,6 +10,7 @@ import { EditorPanel } from "./EditorPanel";
 import { forgetWords } from "./editor/words";
 import { FindingList } from "./FindingList";
 import { FunctionList } from "./FunctionList";
+import { LiteralSlider } from "./LiteralSlider";
 import { apply, openFile, useFunctions } from "./store";
 import { useReadOnly } from "./useReadOnly";
 import "./functions.css";
@@ -76,6 +77,7 @@ function Source({ readOnly }: { readOnly: string | undefined }) {
     );
   return (
     <EditorPanel file={file} findings={findings} readOnly={readOnly}>
+      {!readOnly && <LiteralSlider path={file.path} />}
       <ApplyBar file={file} readOnly={readOnly} />
     </EditorPanel>
   );

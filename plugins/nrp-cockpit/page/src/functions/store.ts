@@ -1,4 +1,5 @@
 import { create } from "zustand";
+import { recheckSoon } from "../parameters/recheck";
 import { command } from "../state/commands";
 import { notify } from "../state/notices";
 import { baseName, sameFile } from "../state/paths";
@@ -6,7 +7,8 @@ import { openPlace } from "../state/place";
 import { useRun } from "../state/run";
 import type { Finding } from "../state/types";
 import { wire } from "../wire";
-import { applied, edited, following, rebased, type Sources } from "./sources";
+import { type Literal, written } from "./literal";
+import { applied, edited, following, rebased, type Sources, textOf } from "./sources";
 
 interface FunctionsState extends Sources {
   /** The path of the file in the editor. */
@@ -17,6 +19,10 @@ interface FunctionsState extends Sources {
   problem: string | null;
   checking: boolean;
   applying: boolean;
+  /** The number at the cursor of the editor. */
+  literal: Literal | null;
+  /** The draft that a slider made, if that was the last edit. */
+  slid: string | null;
 }
 
 /** The files, the drafts and what is wrong with them; it outlives the view, so drafts do too. */
@@ -29,6 +35,8 @@ export const useFunctions = create<FunctionsState>(() => ({
   problem: null,
   checking: false,
   applying: false,
+  literal: null,
+  slid: null,
 }));
 
 const { getState: get, setState: set } = useFunctions;
@@ -84,8 +92,32 @@ async function findingsIn(files: Sources["drafts"]): Promise<Partial<FunctionsSt
   }
 }
 
-/** Sends all drafts to the run at once: between two steps all of them change, or none does. */
-export async function apply(): Promise<void> {
+export const atNumber = (literal: Literal | null): void => set({ literal });
+
+/** Whether the run takes a number from a slider at once: no edit waits but one by the slider itself. */
+export function isLive({ drafts, slid }: FunctionsState): boolean {
+  const texts = Object.values(drafts);
+  return texts.length === 0 || (texts.length === 1 && texts[0] === slid);
+}
+
+/** Writes another number in place of the one at the cursor. */
+export async function setNumber(path: string, value: number): Promise<void> {
+  const state = get();
+  const { literal } = state;
+  if (!literal || state.open !== path) return;
+  const live = isLive(state);
+  const text = textOf(state, path);
+  const slid = text.slice(0, literal.from) + written(value, literal.whole) + text.slice(literal.to);
+  edit(path, slid);
+  set({ slid: live ? slid : null });
+  if (live) await apply({ check: false });
+}
+
+/**
+ * Sends all drafts to the run at once: between two steps all of them change, or none does. Without a check, which
+ * halts the run for half a second, only what cannot be loaded is refused, and the check follows.
+ */
+export async function apply({ check }: { check: boolean } = { check: true }): Promise<void> {
   const { drafts, applying } = get();
   if (applying || Object.keys(drafts).length === 0) return;
   window.clearTimeout(timer);
@@ -94,7 +126,9 @@ export async function apply(): Promise<void> {
     const answer = await wire.call<{ applied: boolean; findings: Finding[] }>("/cockpit/functions/apply", {
       files: drafts,
       base: get().bases,
+      check,
     });
+    if (!check) recheckSoon();
     if (answer.applied) set({ ...applied(get(), drafts), checked: answer.findings });
     else refused(answer.findings, drafts);
   } catch (error) {

@@ -6,6 +6,7 @@ import { useSelection } from "../state/selection";
 import type { Finding } from "../state/types";
 import { Empty, Panel } from "../ui/Panel";
 import type { ChangeableNumber } from "./numbers";
+import { recheckSoon } from "./recheck";
 import { Slider } from "./Slider";
 import { useParameters } from "./useParameters";
 import "./parameters.css";
@@ -32,6 +33,7 @@ export function ParametersPanel() {
           numbers={numbers}
           onChange={async (name, value) => {
             told(await command<Applied>("parameters/function", { file, name, value }));
+            recheckSoon();
             await read();
           }}
         />

@@ -9,11 +9,14 @@ interface SliderProps {
   onChange: (value: number) => Promise<unknown>;
 }
 
+/** Between two values of a slider that moves: each change of the run takes a snapshot. */
+const REST_MS = 100;
+
 /** A number with a slider, and a field for values that the slider does not reach. */
 export function Slider({ number, of, disabled, onChange }: SliderProps) {
   const { name, value, low, high, note } = number;
   const [shown, setShown] = useState(value);
-  const latest = useRef(new LatestOnly());
+  const latest = useRef(new LatestOnly(REST_MS));
   useEffect(() => setShown(value), [value]);
   const change = (text: string) => {
     const next = Number(text);

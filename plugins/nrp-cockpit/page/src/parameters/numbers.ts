@@ -30,10 +30,12 @@ export function stepOf({ low, high, whole }: ChangeableNumber): number {
 /** A number without the digits that only the binary system needs. */
 export const shortened = (value: number): number => Number(value.toPrecision(DIGITS));
 
-/** Asks for one thing at a time; of all that is asked meanwhile, only the last is. */
+/** Asks for one thing at a time, with a rest (ms) after each; of all that is asked meanwhile, only the last is. */
 export class LatestOnly {
   private next: (() => Promise<unknown>) | null = null;
   private busy = false;
+
+  constructor(private readonly rest_ms = 0) {}
 
   async ask(call: () => Promise<unknown>): Promise<void> {
     this.next = call;
@@ -43,6 +45,7 @@ export class LatestOnly {
       const now: () => Promise<unknown> = this.next;
       this.next = null;
       await now();
+      if (this.rest_ms > 0) await new Promise((resolve) => setTimeout(resolve, this.rest_ms));
     }
     this.busy = false;
   }

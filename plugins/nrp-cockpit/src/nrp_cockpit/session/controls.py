@@ -44,8 +44,15 @@ def services_of(session: LiveSession) -> Services:
 
         return asked(session, call)
 
-    def apply(files: Mapping[str, str], base: Mapping[str, str] | None = None) -> dict[str, Any]:
-        return functions.apply(files, base=base)
+    def apply(
+        files: Mapping[str, str], base: Mapping[str, str] | None = None, check: bool = True
+    ) -> dict[str, Any]:
+        return functions.apply(files, base=base, check=check)
+
+    def recheck() -> dict[str, Any]:
+        found = functions.recheck()
+        session.ask(session.reports.all)
+        return found
 
     def restore(id: str) -> None:  # noqa: A002  the name that the page gives it
         lead.restore(id)
@@ -66,6 +73,7 @@ def services_of(session: LiveSession) -> Services:
         "bodies/add": steered(adding.add),
         "bodies/remove": steered(adding.remove),
         "functions/apply": steered(apply),
+        "functions/recheck": validated(recheck),
         "functions/revert": steered(functions.revert),
         "functions/save": validated(functions.save),
         "functions/activate": steered(functions.activate),
@@ -107,7 +115,7 @@ def layout_of_recording(session: RecordedSession) -> Layout:
 _REFUSED = (
     "snapshot", "restore", "forget", "halt", "record", "branch", "compare", "part",
     "publish", "push", "place", "bodies/add", "bodies/remove",
-    "functions/apply", "functions/revert", "functions/save", "functions/activate",
+    "functions/apply", "functions/recheck", "functions/revert", "functions/save", "functions/activate",
     "parameters/cells", "parameters/function", "reseed",
 )  # fmt: skip
 """The services that change a run and do not apply to a recording."""

@@ -14,7 +14,7 @@ class Drafts:
     """Keeps drafts in a temporary folder until it is closed. Any thread may use it."""
 
     def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="nrp-cockpit-")
+        self._folder = tempfile.TemporaryDirectory(prefix="nrp-cockpit-", ignore_cleanup_errors=True)
         self._originals: dict[str, str] = {}  # is never changed, only replaced
         self._replacing = threading.Lock()
 

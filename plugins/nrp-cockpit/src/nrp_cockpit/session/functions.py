@@ -113,6 +113,8 @@ class Functions:
         files: Mapping[str, str],
         there: Mapping[str, Path] | None = None,
         base: Mapping[str, str] | None = None,
+        *,
+        check: bool = True,
     ) -> dict[str, Any]:
         """Continue the run with these texts in place of its files, all of them or none.
 
@@ -120,6 +122,8 @@ class Functions:
             files: the texts.
             there: the new files of the run, by name; by default those that it has.
             base: the texts that some of them were edited from.
+            check: whether the experiment is checked before, which takes half a second; otherwise only what
+                cannot be loaded is refused, and :meth:`recheck` follows.
 
         Returns:
             Whether they are applied, and the findings that prevent it.
@@ -135,17 +139,30 @@ class Functions:
         there = self._files if there is None else there
         texts = self._texts(files, there)
         experiment = self._drafted(self._run.experiment, texts, there)
-        checked = _findings(experiment)
+        checked = _findings(experiment) if check else []
         found = self._errors(experiment, checked)
         shown = self._shown(found)
         if found:
             self.drafts.remove(experiment.transfer_functions)
         else:
             self._running = texts
-            self._note(checked)
+            if check:
+                self._note(checked)
             if there is not self._files:
                 self._files = dict(there)
         return {"applied": not found, "findings": shown}
+
+    def recheck(self) -> dict[str, Any]:
+        """Check the texts that run, and return the findings; any thread may call this."""
+        running = self._running
+        experiment = self._drafted(self._run.experiment, running, self._files)
+        try:
+            checked = _findings(experiment)
+            if self._running is running:
+                self._note(checked)
+            return {"findings": self._shown(checked)}
+        finally:
+            self.drafts.remove(experiment.transfer_functions)
 
     def revert(self) -> None:
         """Continue the run with its files as they are on disk."""

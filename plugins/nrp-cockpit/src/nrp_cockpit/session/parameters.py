@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from math import isfinite
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from nrp_cockpit.session.constants import Number, constants_of
 from nrp_cockpit.session.live import LiveSession
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.network.data import Population
@@ -18,26 +16,6 @@ from nrp_core.errors import ExperimentError, did_you_mean
 
 _MV: Final = 20.0
 """Width of half a slider of a potential, mV."""
-
-
-@dataclass(frozen=True, slots=True)
-class Number:
-    """A number that can be changed.
-
-    Args:
-        name: its name.
-        value: its value; None: cells have different ones.
-        low, high: the ends of its slider; values beyond them are possible.
-        whole: whether it is an integer.
-        note: its unit, or what its comment says.
-    """
-
-    name: str
-    value: float | None
-    low: float
-    high: float
-    whole: bool = False
-    note: str = ""
 
 
 class Parameters:
@@ -57,9 +35,8 @@ class Parameters:
             ExperimentError: the cell does not exist.
         """
         files = [] if population is not None else [
-            {"file": file, "numbers": [asdict(one.number) for one in constants_of(text)]}
+            {"file": file, "numbers": [asdict(one.number) for one in constants_of(file, text)]}
             for file, text in self._session.functions.texts.items()
-            if Path(file).suffix == ".py"
         ]  # fmt: skip
         populations = self._session.run.brain.network.populations if population is None else [population]
         return {
@@ -80,18 +57,19 @@ class Parameters:
         self._session.run.set_parameters(population, {name: value}, None if index is None else [index])
 
     def set_constant(self, file: str, name: str, value: float) -> dict[str, Any]:
-        """Change a constant of a file as an edit of the file does; return what :meth:`.Functions.apply` does.
+        """Change a constant of a file as an unchecked edit does; return what :meth:`.Functions.apply` does.
 
         Raises:
             ExperimentError: there is no such constant, or the value is not finite.
         """
         text = self._session.functions.texts.get(file, "")
-        found = {one.number.name: one for one in constants_of(text)}
+        found = {one.number.name: one for one in constants_of(file, text)}
         if name not in found:
             raise ExperimentError(f"{file} has no constant '{name}'{did_you_mean(name, found)}")
         if not isfinite(value):
             raise ExperimentError(f"a constant is a finite number, not {value}")
-        return self._session.functions.apply({file: found[name].with_value(text, value)})
+        edited = {file: found[name].with_value(text, value)}
+        return self._session.functions.apply(edited, check=False)
 
     def _of_cells(self, label: str, index: int | None) -> list[dict[str, Any]]:
         now = self._session.run.brain.read_parameters(label)
@@ -110,65 +88,3 @@ def _of_cell_type(population: Population, name: str, values: Any, cells: slice) 
     unit = declared.unit if declared else ""
     half = _MV if unit == "mV" else abs(usual) or 1.0
     return Number(name, least if least == most else None, usual - half, usual + half, note=unit)
-
-
-@dataclass(frozen=True, slots=True)
-class Constant:
-    """A number at the top of a file, and where it is written.
-
-    Args:
-        number: the number.
-        line: its line, counted from 0.
-        begin, end: the bytes of the line in which it is.
-    """
-
-    number: Number
-    line: int
-    begin: int
-    end: int
-
-    def with_value(self, text: str, value: float) -> str:
-        """Return the text with another value."""
-        lines = text.splitlines(keepends=True)
-        line = lines[self.line].encode()
-        written = str(round(value)) if self.number.whole else repr(float(value))
-        lines[self.line] = (line[: self.begin] + written.encode() + line[self.end :]).decode()
-        return "".join(lines)
-
-
-def constants_of(text: str) -> Iterator[Constant]:
-    """Yield the numbers that a file gives a name at its top level; none if it is not Python."""
-    try:
-        body = ast.parse(text).body
-    except (SyntaxError, ValueError):
-        return
-    lines = text.splitlines()
-    for statement in body:
-        match statement:
-            case (
-                ast.Assign(targets=[ast.Name(id=name)], value=node)
-                | ast.AnnAssign(target=ast.Name(id=name), value=ast.expr() as node)
-            ):
-                value = _number(node)
-                if value is None or node.end_lineno != node.lineno:
-                    continue
-                at = node.lineno - 1
-                begin, end = node.col_offset, node.end_col_offset or 0
-                half = abs(value) or 1.0
-                note = lines[at].encode()[end:].decode().strip().removeprefix("#").strip()
-                yield Constant(
-                    Number(name, value, value - half, value + half, isinstance(value, int), note),
-                    at,
-                    begin,
-                    end,
-                )
-
-
-def _number(node: ast.expr) -> float | int | None:
-    """Return the number that an expression is, with or without a sign."""
-    match node:
-        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            return value
-        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() | float() as value)):
-            return None if isinstance(value, bool) else -value
-    return None

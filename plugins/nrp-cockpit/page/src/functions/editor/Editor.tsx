@@ -6,9 +6,10 @@ import { sameFile } from "../../state/paths";
 import { usePlace } from "../../state/place";
 import type { Finding, SourceFile } from "../../state/types";
 import { diagnosticsOf } from "../diagnostics";
+import { literalAt } from "../literal";
 import { difference } from "../quickFix";
 import { textOf } from "../sources";
-import { useFunctions } from "../store";
+import { atNumber, useFunctions } from "../store";
 import { access, accessOf, editing } from "./extensions";
 
 /** The editors of files that are not open now: their text, cursor and undo history. */
@@ -29,9 +30,11 @@ export function Editor({ file, readOnly, findings }: EditorProps) {
     const editor = openEditor(host.current as HTMLElement, first.current.file, first.current.readOnly);
     const { path } = first.current.file;
     view.current = editor;
+    atNumber(literalAt(editor.state));
     const unfollow = useFunctions.subscribe(() => takeOver(editor, path));
     return () => {
       unfollow();
+      atNumber(null);
       kept.set(path, editor.state);
       editor.destroy();
     };

@@ -9,7 +9,8 @@ import { EditorView, keymap } from "@codemirror/view";
 import { basicSetup } from "codemirror";
 import { baseName } from "../../state/paths";
 import type { SourceFile } from "../../state/types";
-import { apply, edit, save } from "../store";
+import { literalAt } from "../literal";
+import { apply, atNumber, edit, save } from "../store";
 import { completing } from "./completion";
 import { fixLine, lineNotes } from "./lineNotes";
 import { theme } from "./theme";
@@ -58,7 +59,8 @@ export const editing = (file: SourceFile, readOnly: boolean): Extension => [
   EditorState.languageData.of(() => experimentWords),
   access.of(accessOf(readOnly)),
   EditorView.contentAttributes.of({ "aria-label": `Source of ${baseName(file.path)}` }),
-  EditorView.updateListener.of(({ docChanged, state }) => {
+  EditorView.updateListener.of(({ docChanged, selectionSet, state }) => {
     if (docChanged) edit(file.path, state.doc.toString());
+    if (docChanged || selectionSet) atNumber(literalAt(state));
   }),
 ];
