@@ -1,5 +1,7 @@
 """A brain in a process of its own is the brain it would be here."""
 
+from __future__ import annotations
+
 import os
 import signal
 import subprocess
@@ -7,6 +9,7 @@ import sys
 import time
 from contextlib import suppress
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -24,6 +27,9 @@ from nrp_core.brain.remote.messages import SharedColumns
 from nrp_core.brain.remote.process import Watchdog, end_idle
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError, NetworkError, SimulationError
+
+if TYPE_CHECKING:  # the process of a brain imports this module as well
+    from golden import Golden
 
 BACKENDS = [EventBackend(), SpinnakerBackend()]
 PARAMETERS = {
@@ -109,10 +115,8 @@ def test_two_brains_have_two_processes(remote):
     assert second.read_state("v", [0])[0] > -60.0
 
 
-def test_an_error_there_is_raised_here(remote):
-    with pytest.raises(
-        NetworkError, match=r"'cells' \(IF_curr_exp\) has no parameter 'tau_mm'; did you mean"
-    ):
+def test_an_error_there_is_raised_here(remote, golden: Golden):
+    with golden.raises(NetworkError, match=r"'cells' \(IF_curr_exp\).*'tau_mm'"):
         remote(EventBackend(), cells(tau_mm=3.0))
 
 
@@ -123,11 +127,11 @@ def test_a_request_that_cannot_be_met_has_no_side_effects(remote):
     brain.run_until(NS_PER_MS)
 
 
-def test_a_process_that_dies_is_one_clear_error(remote):
+def test_a_process_that_dies_is_one_clear_error(remote, golden: Golden):
     brain = remote(EventBackend(), cells())
     brain.run_until(NS_PER_MS)
     os.kill(brain._process.pid, signal.SIGKILL)
-    with pytest.raises(SimulationError, match=r"the process of the brain \(.*\) was ended by SIGKILL"):
+    with golden.raises(SimulationError, match="SIGKILL"):
         brain.run_until(2 * NS_PER_MS)
 
 
@@ -149,7 +153,7 @@ class LimitedBackend(EventBackend):
     lambda brain: brain.run_until(2 * NS_PER_MS),
     lambda brain: brain.set_weights("p", np.ones(300_000)),  # more than a socket holds
 ], ids=["a step", "a long request"])  # fmt: skip
-def test_a_process_that_hangs_is_one_clear_error(remote, ask):
+def test_a_process_that_hangs_is_one_clear_error(remote, ask, golden: Golden):
     index = np.zeros(300_000, np.int32)
     ones = np.ones(index.size)
     many = Projection("p", "cells", "cells", "excitatory", index, index + 1, ones, ones)
@@ -160,7 +164,7 @@ def test_a_process_that_hangs_is_one_clear_error(remote, ask):
         ask(brain)
     with pytest.raises(ProcessLookupError):
         os.kill(brain._process.pid, 0)
-    with pytest.raises(SimulationError, match="was ended by SIGKILL"):
+    with golden.raises(SimulationError, match="SIGKILL"):
         brain.reset()
 
 
@@ -223,12 +227,10 @@ def test_shared_columns_are_read_as_they_were_written(messages):
         there.close()
 
 
-def test_a_program_that_is_not_python_with_nrp_core_does_not_open(remote):
-    with pytest.raises(
-        BackendLoadError, match="ended with exit code 1 before it was ready; that Python needs"
-    ):
+def test_a_program_that_is_not_python_with_nrp_core_does_not_open(remote, golden: Golden):
+    with golden.raises(BackendLoadError):
         remote(EventBackend(), cells(), python="false")
-    with pytest.raises(BackendLoadError, match="'no-such-python' is not a program that can be run"):
+    with golden.raises(BackendLoadError, match="'no-such-python'"):
         remote(EventBackend(), cells(), python="no-such-python")
 
 
@@ -281,9 +283,9 @@ class NeedyBackend(EventBackend):
         import no_such_simulator  # noqa: F401
 
 
-def test_a_simulator_that_does_not_load_there_is_one_clear_error(remote, capfd):
+def test_a_simulator_that_does_not_load_there_is_one_clear_error(remote, capfd, golden: Golden):
     reason = "does not open a brain: ModuleNotFoundError: No module named 'no_such_simulator'"
-    with pytest.raises(BackendLoadError, match=rf"the process of the brain \(.*\) {reason}"):
+    with golden.raises(BackendLoadError, match=f"{reason}"):
         remote(NeedyBackend(), cells())
     assert capfd.readouterr().err == ""
 
@@ -350,7 +352,7 @@ def test_two_idle_processes_are_kept_at_most_and_none_at_the_end(remote):
     assert not any(runs(brain._process.pid) for brain in brains)
 
 
-def test_changes_of_parameters_and_weights_reach_the_other_process(remote):
+def test_changes_of_parameters_and_weights_reach_the_other_process(remote, golden: Golden):
     index = np.zeros(1, np.int32)
     synapse = Projection("p", "cells", "cells", "excitatory", index, index + 1, np.ones(1), np.ones(1))
     brain = remote(EventBackend(), Network(cells().populations, (synapse,)))
@@ -360,7 +362,7 @@ def test_changes_of_parameters_and_weights_reach_the_other_process(remote):
     run(brain, recorder, 100)
     assert set(recorder.spikes().neurons) >= {2, 3}
     assert brain.read_weights("p") == [0.25]
-    with pytest.raises(NetworkError, match=r"cell 1 has no refractory time"):
+    with golden.raises(NetworkError):
         brain.set_parameters([1], {"tau_refrac": 0.0, "v_reset": -40.0})
     brain.run_until(120 * NS_PER_MS)
 
@@ -387,8 +389,8 @@ def test_learning_stops_in_the_other_process(remote):
     assert 0.1 < weights[0] == weights[1] < weights[2]
 
 
-def test_a_brain_that_cannot_stop_learning_refuses_it(remote):
-    with pytest.raises(CapabilityError, match="cannot change plasticity"):
+def test_a_brain_that_cannot_stop_learning_refuses_it(remote, golden: Golden):
+    with golden.raises(CapabilityError):
         remote(SpinnakerBackend(), plastic()).set_plastic("p", False)
 
 

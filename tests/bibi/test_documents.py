@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from golden import Golden
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
@@ -285,20 +286,20 @@ def test_whole_numbers_stay_whole(text: str, kind: type) -> None:
     assert (constant.value, type(constant.value)) == (20, kind)
 
 
-def test_a_character_that_xml_cannot_hold_is_refused_when_writing() -> None:
-    with pytest.raises(ExperimentError, match="XML does not allow"):
+def test_a_character_that_xml_cannot_hold_is_refused_when_writing(golden: Golden) -> None:
+    with golden.raises(ExperimentError, match="XML"):
         bibi_text(Bibi(mode="a\x00"))
 
 
 @pytest.mark.parametrize("encoding", ["no-such", "utf-99"])
-def test_an_encoding_that_cannot_be_read_is_refused(encoding: str) -> None:
-    with pytest.raises(ExperimentError, match=r"an encoding that cannot be read|not well-formed"):
+def test_an_encoding_that_cannot_be_read_is_refused(encoding: str, golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         parse_bibi(f'<?xml version="1.0" encoding="{encoding}"?><bibi/>')
 
 
-def test_a_missing_file_names_a_similar_one(tmp_path: Path) -> None:
+def test_a_missing_file_names_a_similar_one(tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "braitenberg.bibi").write_text("<bibi/>")
-    with pytest.raises(ExperimentError, match=r"did you mean 'braitenberg.bibi'"):
+    with golden.raises(ExperimentError, match="'braitenberg.bibi'"):
         read_bibi(tmp_path / "braitenbreg.bibi")
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 
 from nrp_core import load_experiment
 from nrp_core.checks.validate import validate_file
@@ -78,14 +79,14 @@ def test_a_negative_deviation_is_refused_where_it_stands(broken: Broken) -> None
 
 
 @pytest.mark.parametrize("t_s", [-1.0, float("nan"), float("inf"), "2 s", 2 * 10**9])
-def test_a_run_refuses_an_impossible_time(husky: Path, t_s: Any) -> None:
-    with Run(load_experiment(husky)) as run, pytest.raises(Exception, match="cannot run to") as raised:
+def test_a_run_refuses_an_impossible_time(husky: Path, t_s: Any, golden: Golden) -> None:
+    with Run(load_experiment(husky)) as run, golden.raises(Exception) as raised:
         run.run(t_s)
     assert type(raised.value).__name__ == "TimestepError"
 
 
-def test_an_error_of_a_removal_is_an_error_of_the_experiment(husky: Path) -> None:
-    with pytest.raises(InvalidExperimentError, match="cannot be removed"):
+def test_an_error_of_a_removal_is_an_error_of_the_experiment(husky: Path, golden: Golden) -> None:
+    with golden.raises(InvalidExperimentError):
         load_experiment(husky, ["name=null"])
 
 

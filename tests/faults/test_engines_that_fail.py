@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 from mutations import numbers_in
 from nrp_brain_event import EventBackend
 
@@ -61,7 +62,7 @@ def elsewhere(plan: Plan) -> Plan:
     ("moment", "on_error"), [("between two steps", "stop"), ("while it runs", "quarantine")]
 )
 def test_a_brain_process_that_is_killed_is_one_error_and_the_recording_is_complete(
-    on_error: str, moment: str, tmp_path: Path
+    on_error: str, moment: str, tmp_path: Path, golden: Golden
 ) -> None:
     folder = tmp_path / "recording"
     with Run(load_experiment("braitenberg_husky", [*SMALL, f"on_error={on_error}"]), revise=elsewhere) as run:
@@ -74,7 +75,7 @@ def test_a_brain_process_that_is_killed_is_one_error_and_the_recording_is_comple
 
         hooks = run.loop.hooks
         (hooks.after_step if moment == "between two steps" else hooks.before_step).append(kill)
-        with pytest.raises(SimulationError, match=r"the process of the brain \(.*\) was ended by SIGKILL"):
+        with golden.raises(SimulationError, match="SIGKILL"):
             run.run()
         recording_folder.close("failed")
         assert "SIGKILL" in str(run.result().error)

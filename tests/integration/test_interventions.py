@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.making.prepare import prepare
@@ -134,24 +135,21 @@ def test_a_control_is_a_variant_of_the_experiment(brain: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("setting", "message"),
+    "setting",
     [
-        ("interventions=[{silence: realy}]", r"no population 'realy'; did you mean 'relay'"),
-        (
-            "interventions=[{activate: {cells: x, rate: 3 Hz, weight: 1}}]",
-            r"no population 'x'; valid: circuit, driver",
-        ),
-        ("interventions=[{silence: relay, lesion: last}]", "exactly one of silence, lesion, scale, activate"),
-        ("interventions=[{scale: {by: 2}}]", "needs 'sources', 'targets' or both"),
-        ("interventions=[{scale: {sources: relay, by: -1}}]", "greater than or equal to 0"),
-        ("controls=[{rewire: degrees}]", "degree_preserving"),
-        ("interventions=[{activate: {cells: relay, rate: -3 Hz, weight: 1}}]", "greater than or equal to 0"),
-        ("controls=[{}]", "needs exactly one of rewire, shuffle, silence; it has none"),
-        ("controls=[{silence: realy}]", r"no population 'realy'; did you mean 'relay'"),
+        "interventions=[{silence: realy}]",
+        "interventions=[{activate: {cells: x, rate: 3 Hz, weight: 1}}]",
+        "interventions=[{silence: relay, lesion: last}]",
+        "interventions=[{scale: {by: 2}}]",
+        "interventions=[{scale: {sources: relay, by: -1}}]",
+        "controls=[{rewire: degrees}]",
+        "interventions=[{activate: {cells: relay, rate: -3 Hz, weight: 1}}]",
+        "controls=[{}]",
+        "controls=[{silence: realy}]",
     ],
 )
-def test_a_mistake_is_one_clear_error(brain: str, setting: str, message: str) -> None:
-    with pytest.raises(ExperimentError, match=message), opened(brain, f"brain.{setting}"):
+def test_a_mistake_is_one_clear_error(brain: str, setting: str, golden: Golden) -> None:
+    with golden.raises(ExperimentError), opened(brain, f"brain.{setting}"):
         pass
 
 
@@ -171,16 +169,16 @@ p.Projection(teacher, circuit, p.AllToAllConnector(), dopamine, receptor_type="r
 @pytest.mark.parametrize(
     ("cells", "message"),
     [
-        ("circuit", "'silence_circuit'.* projection 'learns' is plastic and would recover"),
-        ("teacher", "'silence_teacher'.* projection 'good' has the constant weights of a reward"),
+        ("circuit", "'silence_circuit'.*'learns'"),
+        ("teacher", "'silence_teacher'.*'good'"),
     ],
 )
 def test_a_cut_during_the_run_of_weights_that_cannot_be_set_is_a_mistake(
-    brain: str, cells: str, message: str
+    brain: str, cells: str, message: str, golden: Golden
 ) -> None:
     Path(brain).write_text(FIXED)
     later = f"brain.interventions=[{{silence: {cells}, at: 0.1 s}}]"
-    with pytest.raises(ExperimentError, match=message), opened(brain, later):
+    with golden.raises(ExperimentError, match=message), opened(brain, later):
         pass
 
 

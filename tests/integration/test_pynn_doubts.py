@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn import new_simulator
@@ -42,27 +43,25 @@ def test_a_label_that_is_used_twice_is_told_once(caplog: pytest.LogCaptureFixtur
     assert told(sim, caplog) == ["two populations have the label 'cells'; the later one is called 'cells 2'"]
 
 
-def test_cells_of_a_network_that_is_gone_record_nothing() -> None:
+def test_cells_of_a_network_that_is_gone_record_nothing(golden: Golden) -> None:
     sim, cells = network()
     sim.setup(timestep=0.1)
-    with pytest.raises(NetworkError, match=r"'cells' was built before the last setup\(\)"):
+    with golden.raises(NetworkError, match="'cells'"):
         cells.record("v")
 
 
-def test_a_current_ends_after_it_begins() -> None:
+def test_a_current_ends_after_it_begins(golden: Golden) -> None:
     sim, _ = network()
-    with pytest.raises(ValueError, match="DCSource: stop is 10 ms, before start, 20 ms"):
+    with golden.raises(ValueError, match="DCSource.*10.*20"):
         sim.DCSource(amplitude=0.5, start=20.0, stop=10.0)
     source = sim.DCSource(amplitude=0.5, start=20.0)
-    with pytest.raises(ValueError, match="DCSource: stop is 10 ms, before start, 20 ms"):
+    with golden.raises(ValueError, match="DCSource.*10.*20"):
         source.stop = 10.0
 
 
-def test_an_instance_of_cells_takes_no_further_parameters() -> None:
+def test_an_instance_of_cells_takes_no_further_parameters(golden: Golden) -> None:
     sim, _ = network()
-    with pytest.raises(
-        ValueError, match=r"'more': give its parameters to IF_cond_exp\(...\), not as cellpar"
-    ):
+    with golden.raises(ValueError, match=r"'more'.*IF_cond_exp\(...\)"):
         sim.Population(2, sim.IF_cond_exp(), cellparams={"tau_m": 10.0}, label="more")
 
 
@@ -153,20 +152,18 @@ def test_sources_whose_spikes_were_moved_during_a_run_are_not_doubted(
     assert [one.getMessage() for one in caplog.records] == []
 
 
-def test_a_misspelt_setting_is_refused_and_those_of_other_simulators_are_not() -> None:
+def test_a_misspelt_setting_is_refused_and_those_of_other_simulators_are_not(golden: Golden) -> None:
     sim = new_simulator()
-    with pytest.raises(NetworkError, match="no setting 'sead'; did you mean 'seed'"):
+    with golden.raises(NetworkError, match="'sead'.*'seed'"):
         sim.setup(timestep=0.1, sead=3)
     others = {"threads": 2, "rng_seed": 4, "rng_seeds": [4], "spike_precision": "on_grid", "use_cvode": True}
     sim.setup(timestep=0.1, verbosity="error", t_flush=1, time_scale_factor=2, **others)
 
 
 @pytest.mark.parametrize("answer", [None, 0.0, -1.0])
-def test_a_callback_that_names_no_later_time_is_refused(answer: float | None) -> None:
+def test_a_callback_that_names_no_later_time_is_refused(answer: float | None, golden: Golden) -> None:
     sim, _ = network()
-    with pytest.raises(
-        NetworkError, match=r"returned (None|0\.0|-1\.0) at 0 ms; it returns the time of its next"
-    ):
+    with golden.raises(NetworkError):
         sim.run(1.0, callbacks=[lambda t: answer])
 
 
@@ -189,9 +186,9 @@ def test_a_sample_of_more_cells_than_there_are_is_told(caplog: pytest.LogCapture
     assert told(sim, caplog) == ["a sample of 9 cells of 'cells' has 4: there are no more"]
 
 
-def test_a_file_that_cannot_be_written_is_refused_when_it_is_named(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_is_refused_when_it_is_named(tmp_path: Path, golden: Golden) -> None:
     sim, cells = network()
-    with pytest.raises(NetworkError, match=r"data are not written to 'v\.pki'; did you mean '\.pkl'"):
+    with golden.raises(NetworkError, match=r"'v\.pki'.*'\.pkl'"):
         cells.record("v", to_file="v.pki")
     cells.record("v", to_file=str(tmp_path / "v.pkl"))
     sim.run(1.0)
@@ -199,17 +196,19 @@ def test_a_file_that_cannot_be_written_is_refused_when_it_is_named(tmp_path: Pat
     assert (tmp_path / "v.pkl").exists()
 
 
-def test_a_misspelt_option_of_the_backend_gets_the_nearest() -> None:
+def test_a_misspelt_option_of_the_backend_gets_the_nearest(golden: Golden) -> None:
     sim = new_simulator()
     sim.setup(timestep=0.1, options={"tolerence": 1e-6})
     sim.Population(1, sim.IF_curr_exp())
-    with pytest.raises(NrpError, match="'tolerence' is not an option; did you mean 'tolerance'"):
+    with golden.raises(NrpError, match="'tolerence'.*'tolerance'"):
         sim.run(1.0)
 
 
 @pytest.mark.filterwarnings("ignore:connect")
 @pytest.mark.parametrize("way", ["Projection", "connect"])
-def test_a_delay_that_the_backend_refuses_is_named_at_the_line_of_its_projection(way: str) -> None:
+def test_a_delay_that_the_backend_refuses_is_named_at_the_line_of_its_projection(
+    way: str, golden: Golden
+) -> None:
     sim = new_simulator()
     sim.setup(timestep=0.1)
     one, other = sim.Population(2, sim.IF_curr_exp()), sim.Population(2, sim.IF_curr_exp(), label="other")
@@ -219,7 +218,7 @@ def test_a_delay_that_the_backend_refuses_is_named_at_the_line_of_its_projection
     else:
         sim.Projection(one, other, sim.AllToAllConnector(), sim.StaticSynapse(delay=0.0), label="at once")
     lines = Path(__file__).read_text().splitlines()
-    with pytest.raises(NetworkError, match="has a delay of 0 ms") as caught:
+    with golden.raises(NetworkError) as caught:
         sim.run(1.0)
     assert caught.value.path == Path(__file__)
     assert caught.value.line is not None

@@ -8,6 +8,7 @@ from typing import Any
 import neo
 import numpy as np
 import pytest
+from golden import Golden
 from pyNN.space import Line
 
 import nrp_core.pynn
@@ -54,8 +55,8 @@ def test_spikes_are_where_the_equation_of_the_cell_puts_them(sim: ModuleType) ->
     assert cells.mean_spike_count() == len(trains(cells)[0]) / 2
 
 
-def test_a_name_that_there_is_not_may_be_another() -> None:
-    with pytest.raises(AttributeError, match="no 'IF_cond_expo'; did you mean 'IF_cond_exp'"):
+def test_a_name_that_there_is_not_may_be_another(golden: Golden) -> None:
+    with golden.raises(AttributeError, match="'IF_cond_expo'.*'IF_cond_exp'"):
         nrp_core.pynn.IF_cond_expo  # noqa: B018
 
 
@@ -86,30 +87,30 @@ def test_samples_are_where_their_times_say_however_long_the_runs_are(sim: Module
 
 
 @pytest.mark.parametrize("interval", [0.0, -1.0, 1e-9, float("nan"), float("inf")])
-def test_an_impossible_sampling_interval_is_refused(sim: ModuleType, interval: float) -> None:
+def test_an_impossible_sampling_interval_is_refused(sim: ModuleType, interval: float, golden: Golden) -> None:
     cells = driven(sim)
-    with pytest.raises(NetworkError, match=r"'cells': sampling_interval is .* ms; it must be at least 1 ns"):
+    with golden.raises(NetworkError, match="'cells': sampling_interval"):
         cells.record("v", sampling_interval=interval)
     sim.run(1.0)
     assert voltage(cells).shape == (11, 1)
 
 
-def test_a_run_has_an_end_and_does_not_go_on_after_it(sim: ModuleType) -> None:
+def test_a_run_has_an_end_and_does_not_go_on_after_it(sim: ModuleType, golden: Golden) -> None:
     cells = driven(sim)
-    with pytest.raises(NetworkError, match="the time must be finite, not inf ms"):
+    with golden.raises(NetworkError):
         sim.run(float("inf"))
     sim.run(50.0)
     sim.end()
-    with pytest.raises(LifecycleError, match=r"call setup\(\) to start again"):
+    with golden.raises(LifecycleError):
         sim.run(50.0)
     assert len(trains(cells)[0]) == 1
     assert len(voltage(cells)) == 501
     cells.get_data(clear=True)
 
 
-def test_before_a_run_there_are_no_data(sim: ModuleType) -> None:
+def test_before_a_run_there_are_no_data(sim: ModuleType, golden: Golden) -> None:
     cells = driven(sim, 1, 1.0)
-    with pytest.raises(NetworkError, match=r"population 'cells' has no data yet; run first"):
+    with golden.raises(NetworkError, match="'cells'"):
         cells.get_data()
 
 
@@ -171,29 +172,27 @@ def test_deviations_of_a_backend_are_reported(caplog: pytest.LogCaptureFixture) 
     assert told.startswith("spinnaker: projection 'population0→population0': 1 of 1 weights become 0")
 
 
-def test_an_impossible_rate_is_refused_without_side_effects(sim: ModuleType) -> None:
+def test_an_impossible_rate_is_refused_without_side_effects(sim: ModuleType, golden: Golden) -> None:
     source = sim.Population(1, sim.SpikeSourcePoisson(rate=100.0), label="source")
     source.record("spikes")
     sim.run(50.0)
-    with pytest.raises(
-        NetworkError, match=r"'source': rate of cell 0 is 1e\+09; it must be from 0 to 1e\+07"
-    ):
+    with golden.raises(NetworkError, match=r"'source'.*1e\+09.*1e\+07"):
         source.set(rate=1e9)
     sim.run(50.0)
     assert source.mean_spike_count() > 0
 
 
-def test_a_parameter_that_synapses_do_not_have_is_named(sim: ModuleType) -> None:
+def test_a_parameter_that_synapses_do_not_have_is_named(sim: ModuleType, golden: Golden) -> None:
     cells = driven(sim, 2)
     wires = sim.Projection(cells, cells, sim.AllToAllConnector())
-    with pytest.raises(NetworkError, match="StaticSynapse has no parameter 'wieght'; did you mean 'weight'"):
+    with golden.raises(NetworkError, match="StaticSynapse.*'wieght'.*'weight'"):
         wires.get(["delay", "wieght"], format="array")
 
 
-def test_as_many_weights_as_synapses_are_set(sim: ModuleType) -> None:
+def test_as_many_weights_as_synapses_are_set(sim: ModuleType, golden: Golden) -> None:
     cells = driven(sim, 2)
     wires = sim.Projection(cells, cells, sim.AllToAllConnector(), label="wires")
-    with pytest.raises(NetworkError, match="projection 'wires': weight has 3 values for 4 synapses"):
+    with golden.raises(NetworkError, match="'wires'"):
         wires.set(weight=[1.0, 2.0, 3.0])
     wires.set(weight=[1.0, 2.0, 3.0, 4.0])
     assert wires.get("weight", format="array").tolist() == [[1.0, 2.0], [3.0, 4.0]]
@@ -315,12 +314,13 @@ def test_a_current_can_be_changed_between_runs(sim: ModuleType) -> None:
 
 def test_the_network_may_change_before_it_runs_and_after_a_reset_but_not_while_it_runs(
     sim: ModuleType,
+    golden: Golden,
 ) -> None:
     cells = driven(sim)
     sim.run(30.0)
     more = driven(sim, current=2.0)
     more.set(tau_refrac=3.0)
-    with pytest.raises(CapabilityError, match="cannot change at 30 ms, while it runs in 'event'; reset"):
+    with golden.raises(CapabilityError, match="30.*'event'"):
         sim.run(30.0)
     before = trains(cells)[0]
     sim.reset()
@@ -388,14 +388,14 @@ def test_the_module_itself_is_a_simulator_and_gives_its_network() -> None:
     sim.end()
 
 
-def test_a_wrong_backend_or_option_is_named(sim: ModuleType) -> None:
-    with pytest.raises(UnknownBackendError, match="did you mean 'event'"):
+def test_a_wrong_backend_or_option_is_named(sim: ModuleType, golden: Golden) -> None:
+    with golden.raises(UnknownBackendError, match="'event'"):
         sim.setup(backend="evnt")
     sim.setup(backend="event", options={"resolutoin": "1 ms"})
     driven(sim)
-    with pytest.raises(
+    with golden.raises(
         ExperimentError,
-        match="options of brain backend 'event': 'resolutoin' is not an option; did you mean 'resolution'",
+        match="'event': 'resolutoin'.*'resolution'",
     ):
         sim.run(1.0)
 
@@ -413,11 +413,11 @@ def test_the_step_of_the_machine_is_that_of_setup_unless_its_option_says_another
     assert first == pytest.approx(20.0 * log(20.0 / 5.0), abs=1.5 * step_ms)
 
 
-def test_a_step_that_the_machine_cannot_have_is_an_error_that_names_its_option() -> None:
+def test_a_step_that_the_machine_cannot_have_is_an_error_that_names_its_option(golden: Golden) -> None:
     sim = new_simulator()
     sim.setup(timestep=0.0005, backend="spinnaker")
     driven(sim)
-    with pytest.raises(ExperimentError, match=r"'spinnaker': timestep: .*whole microseconds"):
+    with golden.raises(ExperimentError, match="'spinnaker'"):
         sim.run(1.0)
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from golden import Golden
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from nrp_lab.comparison.metric import all_metrics
@@ -246,15 +247,15 @@ def test_somebody_elses_program_reads_every_message(made: Made) -> None:
 
 
 @pytest.mark.parametrize(
-    ("request_", "message"),
+    "request_",
     [
-        (ReplayRequest(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s; the next step is at 1\.62 s"),
-        (ReplayRequest(from_ns=9 * S), "there is no step at 9 s; the recording ends at 3 s"),
-        (ReplayRequest(from_ns=S, recorded=frozenset({"world"})), "only be played back from the start"),
+        ReplayRequest(from_ns=round(1.61 * S)),
+        ReplayRequest(from_ns=9 * S),
+        ReplayRequest(from_ns=S, recorded=frozenset({"world"})),
     ],
 )
-def test_an_impossible_replay_is_an_error(made: Made, request_: ReplayRequest, message: str) -> None:
-    with pytest.raises(ExperimentError, match=message):
+def test_an_impossible_replay_is_an_error(made: Made, request_: ReplayRequest, golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         made.replay(request_)
 
 
@@ -285,13 +286,13 @@ def test_a_killed_run_is_verified_as_far_as_it_went(tmp_path: Path) -> None:
     assert killed.replay().steps == outcome.steps > 0
 
 
-def test_a_snapshot_of_another_run_is_refused(made: Made) -> None:
+def test_a_snapshot_of_another_run_is_refused(made: Made, golden: Golden) -> None:
     taken = bytes(next(made.recording.messages({SNAPSHOTS})).message.data)
     with Run(load_experiment(made.folder, ["transfer_functions=[]"])) as run:
         with pytest.raises(SnapshotError, match="other devices"):
             run.restore(taken)
         for nonsense in (b"no pickle", pickle.dumps(5)):
-            with pytest.raises(SnapshotError, match="cannot be read"):
+            with golden.raises(SnapshotError):
                 run.restore(nonsense)
 
 
@@ -378,7 +379,7 @@ def test_an_edited_file_may_lack_what_was_taken_away_later(changed: Made, tmp_pa
     assert (outcome.error, outcome.until_ns) == (None, round(2.4 * S))
 
 
-def test_an_action_that_a_replay_cannot_repeat_is_reported(tmp_path: Path) -> None:
+def test_an_action_that_a_replay_cannot_repeat_is_reported(tmp_path: Path, golden: Golden) -> None:
     @Neuron2Robot(Topic("/husky/cmd_vel", Twist))
     def stand(t: float) -> Twist:
         return Twist()
@@ -402,7 +403,7 @@ def test_an_action_that_a_replay_cannot_repeat_is_reported(tmp_path: Path) -> No
     assert outcome.warnings.messages == lost[:1]
     assert outcome.difference is not None
     assert outcome.difference.signal == "/brain/devices/probe/voltage"
-    with pytest.raises(SnapshotError, match=r"other devices.*; a replay cannot repeat .* probe; .* stand"):
+    with golden.raises(SnapshotError):
         Made(folder, {}).replay(ReplayRequest(from_ns=S // 10))
 
 

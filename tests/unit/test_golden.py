@@ -55,11 +55,6 @@ def test_a_message_that_changed_or_has_no_entry_fails(it: pytest.Pytester) -> No
     it.inline_run("-p", "golden").assertoutcome(passed=1, failed=3)
 
 
-def test_a_test_without_a_message_fails(it: pytest.Pytester) -> None:
-    it.makepyfile(test_it="def test_refusal(golden): pass")
-    it.inline_run("-p", "golden").assertoutcome(failed=1)
-
-
 def test_every_entry_has_its_test() -> None:
     files = [*REPOSITORY.glob(f"tests/**/{FILE}"), *REPOSITORY.glob(f"plugins/*/tests/**/{FILE}")]
     assert [(file, test) for file in files for test, _ in read(file) if not exists(file, test)] == []

@@ -260,7 +260,7 @@ class NativeElements:
                 self._mechanisms.add(parts.model.name, element)
             case tag:
                 hint = did_you_mean(tag, _TAGS)
-                raise element.error(f"not an element that is used here{hint}; valid: {', '.join(_TAGS)}")
+                raise element.error(f"not an element that is used here{hint}")
 
     def _set_geoms(self, element: Native, parts: BuiltParts) -> None:
         """Set properties of shapes; an ellipsoid, which is a mesh in a scene, may be exact."""
@@ -308,7 +308,7 @@ def _values(element: Native, valid: Sequence[str], *owner: str) -> dict[str, Any
     for name in given:
         if name not in valid:
             hint = did_you_mean(name, valid)
-            raise element.error(f"'{name}' cannot be set here{hint}; valid: {', '.join(valid)}")
+            raise element.error(f"'{name}' cannot be set here{hint}")
     world = ET.Element("worldbody")
     body = ET.SubElement(world, "body")
     ET.SubElement(body, "geom", {"size": "1", **(given if element.tag == "geom" else {})})

@@ -163,7 +163,7 @@ def set_contacts(model: Model, links: Mapping[str, tuple[int, int]], client: int
         if element.namespace == "pybullet":
             if element.tag != "contact":
                 hint = did_you_mean(element.tag, ("contact",))
-                raise element.error(f"not an element that is used here{hint}; valid: contact")
+                raise element.error(f"not an element that is used here{hint}")
             link = element.attribute("link")
             if link is None or link not in links:
                 wanted = 'it needs link="..."' if link is None else f"the model has no link '{link}'"
@@ -184,7 +184,7 @@ def _value(element: Native) -> tuple[str, float]:
     """Return PyBullet's argument and the value for an element such as ``<stiffness value="1000"/>``."""
     if element.tag not in _ARGUMENTS:
         hint = did_you_mean(element.tag, _ARGUMENTS)
-        raise element.error(f"not a property that can be set{hint}; valid: {', '.join(_ARGUMENTS)}")
+        raise element.error(f"not a property that can be set{hint}")
     text = element.attribute("value") or ""
     try:
         value = float(text)

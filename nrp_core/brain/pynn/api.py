@@ -61,9 +61,10 @@ class Callback:
         self._called_ms = now_ms
         is_time = isinstance(answer, Real) and float(answer) >= now_ms - _ROUNDING_MS
         if now_ms < self._until_ms - _ROUNDING_MS and (not is_time or self._calls > _MOST_CALLS):
+            name = getattr(self._function, "__name__", self._function)
             raise InvalidValueError(
-                f"run: the callback {self._function!r:.60} returned {answer!r:.40} at {now_ms:g} ms; it "
-                "returns the time of its next call, after the present one"
+                f"run: the callback {name} returned {answer!r:.40} at {now_ms:g} ms; it must return the time "
+                "of its next call, after the present one"
             )
         return answer
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_event import EventBackend, EventOptions
 from pydantic import ValidationError
 from pyNN.standardmodels import cells as standard_cells
@@ -45,7 +46,7 @@ CELLS_OF_PYNN = [
 
 @pytest.mark.parametrize("cell_type", sorted(CELLS_OF_PYNN))
 def test_a_cell_shows_the_variables_that_pynn_records_of_it(
-    cell_type: str, cells: Cells, open_brain: Open
+    cell_type: str, cells: Cells, open_brain: Open, golden: Golden
 ) -> None:
     brain = open_brain(cells("a", cell_type))
     brain.run_until(5 * NS_PER_MS)
@@ -54,8 +55,9 @@ def test_a_cell_shows_the_variables_that_pynn_records_of_it(
         assert np.isfinite(brain.read_state(name, [0])).all()
         recordable.remove(name)
     assert recordable == set()
-    for name in brain.capabilities.state_variables - set(getattr(standard_cells, cell_type).recordable):
-        with pytest.raises(CapabilityError, match=f"the cells of population 'a' have no '{name}'"):
+    others = brain.capabilities.state_variables - set(getattr(standard_cells, cell_type).recordable)
+    for name in sorted(others):
+        with golden.raises(CapabilityError, match=f"'a'.*'{name}'"):
             brain.read_state(name, [0])
 
 
@@ -117,10 +119,10 @@ def test_how_high_the_peak_of_an_exponential_cell_is_set_hardly_matters(
     assert times_ms(np.inf) == pytest.approx(times_ms(40.0), abs=1e-7)
 
 
-def test_a_neuron_that_cannot_be_integrated_is_named(cells: Cells, open_brain: Open) -> None:
+def test_a_neuron_that_cannot_be_integrated_is_named(cells: Cells, open_brain: Open, golden: Golden) -> None:
     brain = open_brain(cells("calm", "IF_cond_exp", 2), cells("wild", "IF_cond_exp", 3))
     brain._do_inject(SynapticEvents(np.array([4]), np.array([7.0]), np.array([1e300])))
-    with pytest.raises(DivergedError, match="cell 2 of population 'wild'"):
+    with golden.raises(DivergedError, match="'wild'"):
         brain.run_until(20 * NS_PER_MS)
     with pytest.raises(LifecycleError, match="failed"):
         brain.run_until(30 * NS_PER_MS)
@@ -131,38 +133,40 @@ def test_a_neuron_that_cannot_be_integrated_is_named(cells: Cells, open_brain: O
 @pytest.mark.parametrize(
     ("cell_type", "changes", "says"),
     [
-        ("IF_curr_exp", {"tau": 3.0}, r"'odd' \(IF_curr_exp\) has no parameter 'tau'; did you mean 'tau_m'"),
-        ("IF_cond_exp", {"e_rev_E": np.inf}, "e_rev_E of cell 0 is inf; it must be finite"),
-        ("IF_curr_exp", {"tau_m": [1.0, np.inf]}, "tau_m of cell 1 is inf"),
-        ("IF_curr_delta", {"v_reset": [-60.0, -50.0]}, "v_reset of cell 1 is -50 mV; it must be less than"),
-        ("Izhikevich", {"c": 30.0}, "c of cell 0 is 30 mV; it must be less than 30 mV"),
-        ("IF_curr_exp", {"initial": {"w": 0.0}}, "no state variable 'w'"),
+        ("IF_curr_exp", {"tau": 3.0}, r"'odd' \(IF_curr_exp\).*'tau'.*'tau_m'"),
+        ("IF_cond_exp", {"e_rev_E": np.inf}, "e_rev_E"),
+        ("IF_curr_exp", {"tau_m": [1.0, np.inf]}, "tau_m"),
+        ("IF_curr_delta", {"v_reset": [-60.0, -50.0]}, "v_reset.*-50 mV"),
+        ("Izhikevich", {"c": 30.0}, "30 mV.*30 mV"),
+        ("IF_curr_exp", {"initial": {"w": 0.0}}, "'w'"),
     ],
 )
 def test_impossible_cells_are_refused(
-    cell_type: str, changes: dict[str, object], says: str, cells: Cells, open_brain: Open
+    cell_type: str, changes: dict[str, object], says: str, cells: Cells, open_brain: Open, golden: Golden
 ) -> None:
-    with pytest.raises(NetworkError, match=says):
+    with golden.raises(NetworkError, match=says):
         open_brain(cells("odd", cell_type, 2, **changes))
 
 
-def test_a_missing_parameter_is_named(cells: Cells, open_brain: Open) -> None:
+def test_a_missing_parameter_is_named(cells: Cells, open_brain: Open, golden: Golden) -> None:
     whole = cells("a", "IF_curr_exp")
     parameters = {name: values for name, values in whole.parameters.items() if name != "cm"}
-    with pytest.raises(NetworkError, match=r"'a' \(IF_curr_exp\) needs the parameter 'cm'"):
+    with golden.raises(NetworkError, match=r"'a' \(IF_curr_exp\).*'cm'"):
         open_brain(Population("a", 1, "IF_curr_exp", parameters))
 
 
 @pytest.mark.parametrize("delay_ms", [0.0, 9e-7])
 def test_a_spike_cannot_be_at_two_neurons_at_once(
-    delay_ms: float, cells: Cells, connect: Connect, open_brain: Open
+    delay_ms: float, cells: Cells, connect: Connect, open_brain: Open, golden: Golden
 ) -> None:
-    with pytest.raises(NetworkError, match=rf"'a-a-excitatory' has a delay of {delay_ms:g} ms.*1e-06 ms"):
+    with golden.raises(NetworkError, match=f"'a-a-excitatory'.*{delay_ms:g}.*1e-06"):
         open_brain(cells("a", "IF_curr_exp", 2), connect("a", "a", 0.1, delay_ms, pairs=[(0, 1)]))
 
 
-def test_short_term_plasticity_needs_its_parameters(cells: Cells, connect: Connect, open_brain: Open) -> None:
-    with pytest.raises(NetworkError, match="needs the parameters 'tau_rec', 'tau_facil'"):
+def test_short_term_plasticity_needs_its_parameters(
+    cells: Cells, connect: Connect, open_brain: Open, golden: Golden
+) -> None:
+    with golden.raises(NetworkError, match="'tau_rec', 'tau_facil'"):
         open_brain(cells("a", "IF_curr_exp"), connect("a", "a", 0.1, kind=TSODYKS_MARKRAM, U=0.5))
 
 

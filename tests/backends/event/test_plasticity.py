@@ -7,6 +7,7 @@ from math import exp
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
@@ -226,9 +227,9 @@ def test_a_reset_and_a_snapshot_restore_whether_synapses_learn(step_ms: float) -
 
 
 @BOTH
-def test_only_projections_that_learn_can_stop_learning(step_ms: float) -> None:
+def test_only_projections_that_learn_can_stop_learning(step_ms: float, golden: Golden) -> None:
     brain = Pairing([20.0], [25.0], step_ms=step_ms).open()
-    with pytest.raises(NetworkError, match=r"'force' \(static\) does not learn"):
+    with golden.raises(NetworkError, match="'force'"):
         brain.set_plastic("force", False)
     assert brain.is_plastic("pre")
     assert not brain.is_plastic("force")
@@ -300,15 +301,15 @@ def test_changed_weights_go_on_from_where_they_were_set(step_ms: float) -> None:
     assert brain.read_weights("pre")[0] == pytest.approx(0.7 + 0.1 * traces)
 
 
-def test_rules_that_are_not_known_and_limits_that_cannot_be_are_refused() -> None:
-    with pytest.raises(
+def test_rules_that_are_not_known_and_limits_that_cannot_be_are_refused(golden: Golden) -> None:
+    with golden.raises(
         CapabilityError,
-        match=r"'pre': its plasticity is composed of .*, ClopathRule; .* SpikePairRule, Vogels",
+        match="'pre'.*ClopathRule.*SpikePairRule",
     ):
         Pairing([], [], plasticity=ADDITIVE | {"timing": "ClopathRule"}).open()
-    with pytest.raises(NetworkError, match=r"w_min of synapse 0 \(0 -> 0\) is 2; it must be at most"):
+    with golden.raises(NetworkError, match=r"w_min.*0 \(0 -> 0\)"):
         Pairing([], [], rule=RULE | {"w_min": 2.0}).open()
-    with pytest.raises(NetworkError, match="stdp synapses need 'tau_plus'"):
+    with golden.raises(NetworkError, match="'tau_plus'"):
         Pairing([], [], rule={name: v for name, v in RULE.items() if name != "tau_plus"}).open()
 
 

@@ -6,6 +6,7 @@ from math import exp, log
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
@@ -340,26 +341,32 @@ def test_weights_stay_while_learning_is_stopped(learning: Callable[..., Brain]) 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"modulation": Neuromodulation(tau_d=1.0)}, "rewards and punishments of 'cell' have the same tau_c"),
-        ({"kind": "static", "plasticity": {}, "rule": {}}, "no synapses onto 'cell' have it"),
+        ({"modulation": Neuromodulation(tau_d=1.0)}, "'cell'.*tau_c"),
+        ({"kind": "static", "plasticity": {}, "rule": {}}, "'cell'"),
         (
             {
                 "plasticity": {**ADDITIVE, "timing_dependence": "Vogels2011Rule"},
                 "rule": {"tau": 20.0, "eta": 1.0, "rho": 3.0, "w_min": 0.0, "w_max": 1.0},
             },
-            "by SpikePairRule, not by Vogels2011Rule",
+            "SpikePairRule.*Vogels2011Rule",
         ),
         (
             {
                 "plasticity": {**ADDITIVE, "weight_dependence": "MultiplicativeWeightDependence"},
                 "modulation": NEST, "other": NEST,
             },
-            "without limits needs AdditiveWeightDependence",
+            "AdditiveWeightDependence",
         ),
     ],
 )  # fmt: skip
 def test_rewards_that_nothing_can_learn_from_are_refused(
-    change: dict, message: str, cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
+    change: dict,
+    message: str,
+    cells: Maker,
+    spike_source: Maker,
+    connect: Connect,
+    open_brain: Open,
+    golden: Golden,
 ) -> None:
     usual = Neuromodulation()
     ways = [
@@ -370,7 +377,7 @@ def test_rewards_that_nothing_can_learn_from_are_refused(
     ]  # fmt: skip
     rule = {"kind": STDP, "plasticity": ADDITIVE, **change.get("rule", PAIRS)}
     rule |= {name: change[name] for name in ("kind", "plasticity") if name in change}
-    with pytest.raises(CapabilityError, match=message):
+    with golden.raises(CapabilityError, match=message):
         open_brain(
             *(spike_source(label, []) for label in ("pre", "reward", "punishment")),
             cells("cell", "IF_curr_exp"), connect("pre", "cell", 1.0, **rule), *ways,
@@ -382,12 +389,18 @@ def test_rewards_that_nothing_can_learn_from_are_refused(
     [
         ("nothing", "no projection 'nothing'"),
         ("reward", "'reward' brings rewards"),
-        ("drive-cell-excitatory", "of static; rewards decide on changes by STDP"),
-        ("drive-other-excitatory", "no projection of Neuromodulation onto 'other'"),
+        ("drive-cell-excitatory", "static.*STDP"),
+        ("drive-other-excitatory", "'other'"),
     ],
 )
 def test_only_synapses_that_learn_from_rewards_get_them(
-    label: str, message: str, cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
+    label: str,
+    message: str,
+    cells: Maker,
+    spike_source: Maker,
+    connect: Connect,
+    open_brain: Open,
+    golden: Golden,
 ) -> None:
     rule = {"kind": STDP, "plasticity": ADDITIVE, **PAIRS}
     brain = open_brain(
@@ -397,9 +410,9 @@ def test_only_synapses_that_learn_from_rewards_get_them(
         replace(connect("drive", "cell", 1.0, label="reward"), receptor="reward",
                 neuromodulation=Neuromodulation()),
     )  # fmt: skip
-    with pytest.raises(NetworkError, match=message):
+    with golden.raises(NetworkError, match=message):
         brain.reward(label, 1.0)
-    with pytest.raises(NetworkError, match="it must be finite"):
+    with golden.raises(NetworkError):
         brain.reward("learning", float("nan"))
     brain.reward("learning", 1.0)
     assert brain.read_synapse_state("learning", "dopamine")[0] == 1.0

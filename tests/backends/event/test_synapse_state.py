@@ -7,6 +7,7 @@ from math import exp
 from typing import Any
 
 import pytest
+from golden import Golden
 from nrp_brain_event.backend import EventBackend
 
 from nrp_core.brain import builder
@@ -59,7 +60,9 @@ def pair_law(sim: Any, text: str = "", on_pre: str = "", on_post: str = "", **se
 
 
 @MODES
-def test_variables_of_plastic_synapses_are_read_at_any_time(opened: Open, options: dict[str, str]) -> None:
+def test_variables_of_plastic_synapses_are_read_at_any_time(
+    opened: Open, options: dict[str, str], golden: Golden
+) -> None:
     """The trace of the target begins after the delay of 3 ms; reading changes nothing."""
     sim = builder()
     law = pair_law(sim, on_post="weight += 0.1*pre; ")(weight=1.0, delay=3.0)
@@ -75,7 +78,7 @@ def test_variables_of_plastic_synapses_are_read_at_any_time(opened: Open, option
         assert found == pytest.approx(expected, rel=1e-12, abs=1e-300)
     again.run_until(60 * MS)
     assert brain.read_weights("learned") == again.read_weights("learned") > 1.05
-    with pytest.raises(NetworkError, match="no state variable 'prae'"):
+    with golden.raises(NetworkError, match="'prae'"):
         brain.read_synapse_state("learned", "prae")
 
 
@@ -177,36 +180,40 @@ def test_they_are_those_of_the_built_in_rule(opened: Open, options: dict[str, st
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"tau_c": 500.0}, "'c' decays in 500 ms, and tau_c of the Neuromodulation onto 'b' is 1000 ms"),
-        ({"brings": False}, "no projection of Neuromodulation onto 'b' with shared=True brings it"),
-        ({"shared": False}, "no projection of Neuromodulation onto 'b' with shared=True brings it"),
+        ({"tau_c": 500.0}, "'c'.*500.*tau_c.*'b'.*1000"),
+        ({"brings": False}, "'b'.*shared=True"),
+        ({"shared": False}, "'b'.*shared=True"),
     ],
 )
-def test_dopamine_that_does_not_fit_is_refused(opened: Open, settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(CapabilityError, match=message):
+def test_dopamine_that_does_not_fit_is_refused(
+    opened: Open, settings: dict[str, Any], message: str, golden: Golden
+) -> None:
+    with golden.raises(CapabilityError, match=message):
         opened(learner(builder(), own=True, **settings), {})
 
 
 @pytest.mark.parametrize(
     ("equations", "message"),
     [
-        ("dweight/dt = 2*dopamine : 1", "not the product of a state variable and 'dopamine'"),
-        ("dweight/dt = pre/dopamine : 1", "not the product of a state variable and 'dopamine'"),
-        ("dweight/dt = pre*post : 1", "not the product of a state variable and 'dopamine'"),
-        ("dweight/dt = pre*dopamine*dopamine : 1", "not the product of a state variable and 'dopamine'"),
-        ("dx/dt = (1 - x)/tau : 1\ndweight/dt = x*dopamine : 1", "'x' does not only decay"),
-        ("dx/dt = 0/second : 1\ndweight/dt = x*dopamine : 1", "'x' does not only decay"),
-        ("dweight/dt = pre*dopamine : 1\ndweight/dt = post*dopamine : 1", "'weight' is defined twice"),
-        ("dweight/dt = pre*dopamine : nA", "the equation is in A, and 'weight' in 1"),
+        ("dweight/dt = 2*dopamine : 1", "'dopamine'"),
+        ("dweight/dt = pre/dopamine : 1", "'dopamine'"),
+        ("dweight/dt = pre*post : 1", "'dopamine'"),
+        ("dweight/dt = pre*dopamine*dopamine : 1", "'dopamine'"),
+        ("dx/dt = (1 - x)/tau : 1\ndweight/dt = x*dopamine : 1", "'x'"),
+        ("dx/dt = 0/second : 1\ndweight/dt = x*dopamine : 1", "'x'"),
+        ("dweight/dt = pre*dopamine : 1\ndweight/dt = post*dopamine : 1", "'weight'"),
+        ("dweight/dt = pre*dopamine : nA", "'weight'"),
     ],
 )
-def test_other_equations_of_the_weight_are_refused(equations: str, message: str) -> None:
-    with pytest.raises(NetworkError, match=message):
+def test_other_equations_of_the_weight_are_refused(equations: str, message: str, golden: Golden) -> None:
+    with golden.raises(NetworkError, match=message):
         pair_law(builder(), equations)
 
 
 @MODES
-def test_parameters_of_plastic_synapses_change_while_they_run(opened: Open, options: dict[str, str]) -> None:
+def test_parameters_of_plastic_synapses_change_while_they_run(
+    opened: Open, options: dict[str, str], golden: Golden
+) -> None:
     """Traces have decayed with the old time constant until then; snapshots and resets restore the values."""
     sim = builder()
     law = pair_law(sim, on_post="weight += change*pre; ", parameters={"change": 0.1})(weight=1.0, delay=2.0)
@@ -243,7 +250,7 @@ def test_parameters_of_plastic_synapses_change_while_they_run(opened: Open, opti
     old = 0.1 * (exp(-12 / 20) + exp(-12 / 20) + exp(-52 / 20))
     assert brain.read_weights("learned") == pytest.approx([1.0 + old] * 2, rel=1e-12)
     brain.reset()
-    with pytest.raises(CapabilityError, match="change gets several"):
+    with golden.raises(CapabilityError):
         brain.set_synapse_parameters("learned", {"change": [0.1, 0.2]})
 
 
@@ -270,28 +277,28 @@ def test_parameters_of_a_share_change_while_it_runs(opened: Open, options: dict[
     assert brain.read_synapse_state("tired", "D") == pytest.approx(expected, rel=1e-12)
 
 
-def test_an_eligibility_keeps_the_time_constant_of_rewards(opened: Open) -> None:
+def test_an_eligibility_keeps_the_time_constant_of_rewards(opened: Open, golden: Golden) -> None:
     brain = opened(learner(builder(), own=True), {})
     brain.set_synapse_parameters("learned", {"tau": 10.0})
-    with pytest.raises(CapabilityError, match="'c' decays in 400 ms"):
+    with golden.raises(CapabilityError, match="'c'.*400"):
         brain.set_synapse_parameters("learned", {"tau_c": 400.0})
 
 
 @pytest.mark.parametrize(
-    ("label", "values", "message"),
+    ("label", "values"),
     [
-        ("learned", {"tau_e": 1.0}, "no parameter 'tau_e'"),
-        ("learned", {"tau": 0.0}, "dpre/dt of synapse 0 is not finite"),
-        ("learned", {"tau": [1.0, 2.0, 3.0]}, "tau takes one value or 4"),
-        ("learned", {"tau": "long"}, "it must be a number"),
-        ("lerned", {"tau": 1.0}, "no projection 'lerned'"),
-        ("fixed", {"weight": 1.0}, "if their law is given as equations"),
+        ("learned", {"tau_e": 1.0}),
+        ("learned", {"tau": 0.0}),
+        ("learned", {"tau": [1.0, 2.0, 3.0]}),
+        ("learned", {"tau": "long"}),
+        ("lerned", {"tau": 1.0}),
+        ("fixed", {"weight": 1.0}),
     ],
 )
-def test_impossible_parameters_are_refused(opened: Open, label: str, values: Any, message: str) -> None:
+def test_impossible_parameters_are_refused(opened: Open, label: str, values: Any, golden: Golden) -> None:
     sim = builder()
     learner(sim, own=True)
     a, b = (one for one in sim.state.populations if one.label in ("a", "b"))
     sim.Projection(a, b, sim.AllToAllConnector(), sim.StaticSynapse(weight=1.0, delay=1.0), label="fixed")
-    with pytest.raises(NetworkError, match=message):
+    with golden.raises(NetworkError):
         opened(sim.network(), {}).set_synapse_parameters(label, values)

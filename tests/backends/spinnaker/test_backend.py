@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from golden import Golden
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 from pydantic import ValidationError
 
@@ -30,26 +31,26 @@ def test_extensions_are_marked() -> None:
     assert {"IF_curr_exp", "IZK_cond_exp", "Izhikevich"} <= has.cells - has.extensions
 
 
-def test_the_loop_refuses_a_period_off_the_grid() -> None:
+def test_the_loop_refuses_a_period_off_the_grid(golden: Golden) -> None:
     has = SpinnakerBackend().capabilities(SpinnakerOptions(timestep="0.3 ms"))
-    with pytest.raises(TimestepError, match=r"brain's step \(0\.3 ms\)"):
+    with golden.raises(TimestepError, match=r"0\.3"):
         StepPlan(20_000_000, has.resolution_ns)
 
 
 @pytest.mark.parametrize(
-    ("option", "message"),
+    "option",
     [
-        ({"timestep": "0 ms"}, "must be more than 0"),
-        ({"timestep": "1500 ns"}, "whole microseconds"),
-        ({"timestep": 1}, "needs a unit"),
-        ({"semantics": "pyn"}, "'pynn' or 'released'"),
-        ({"weights": "both"}, "'machine' or 'host'"),
-        ({"neurons_per_core": 257}, "less than or equal to 256"),
-        ({"time_step": "1 ms"}, "Extra inputs are not permitted"),
+        {"timestep": "0 ms"},
+        {"timestep": "1500 ns"},
+        {"timestep": 1},
+        {"semantics": "pyn"},
+        {"weights": "both"},
+        {"neurons_per_core": 257},
+        {"time_step": "1 ms"},
     ],
 )
-def test_an_impossible_option_is_refused(option: dict, message: str) -> None:
-    with pytest.raises(ValidationError, match=message):
+def test_an_impossible_option_is_refused(option: dict, golden: Golden) -> None:
+    with golden.raises(ValidationError):
         SpinnakerOptions.model_validate(option)
 
 

@@ -5,6 +5,7 @@ from math import e, exp
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
@@ -254,45 +255,45 @@ def test_an_infinite_threshold_is_never_reached(cells: Maker, open_brain: Open) 
 @pytest.mark.parametrize(
     ("cell_type", "given", "message"),
     [
-        ("IF_curr_exp", {"v_rest": -1e5}, "population 'n': parameter 'v_rest' is -100000"),
-        ("IF_curr_exp", {"tau_m": 40000.0}, "population 'n': tau_m is 40000 ms; .* 1 ms the machine needs"),
-        ("IF_cond_exp", {"tau_syn_I": 40000.0}, "population 'n': tau_syn_I is 40000 ms"),
-        ("IF_curr_exp", {"cm": 1e-6}, "population 'n': cm of 1e-06 is 0 in the machine's numbers"),
-        ("IF_curr_exp", {"v0": 1e6}, "population 'n': initial value 'v' is 1e"),
+        ("IF_curr_exp", {"v_rest": -1e5}, "'n'.*'v_rest'.*-100000"),
+        ("IF_curr_exp", {"tau_m": 40000.0}, "'n': tau_m.*40000"),
+        ("IF_cond_exp", {"tau_syn_I": 40000.0}, "'n': tau_syn_I.*40000"),
+        ("IF_curr_exp", {"cm": 1e-6}, "'n'.*1e-06"),
+        ("IF_curr_exp", {"v0": 1e6}, "'n'.*'v'.*1e"),
     ],
 )
 def test_a_value_that_does_not_fit_is_refused_by_name(
-    cell_type: str, given: dict[str, float], message: str, cells: Maker, open_brain: Open
+    cell_type: str, given: dict[str, float], message: str, cells: Maker, open_brain: Open, golden: Golden
 ) -> None:
-    with pytest.raises(NetworkError, match=message):
+    with golden.raises(NetworkError, match=message):
         open_brain(cells("n", cell_type, **given))
 
 
 def test_a_wrong_sign_is_refused_by_projection_and_synapse(
-    cells: Maker, spike_source: Maker, connect: Callable[..., Projection], open_brain: Open
+    cells: Maker, spike_source: Maker, connect: Callable[..., Projection], open_brain: Open, golden: Golden
 ) -> None:
     parts = spike_source("s", []), cells("n", "IF_curr_exp"), connect("s", "n", -1.0, label="wrong")
-    with pytest.raises(NetworkError, match=r"projection 'wrong': weight of synapse 0 \(0 -> 0\) is -1"):
+    with golden.raises(NetworkError, match=r"'wrong'.*0 \(0 -> 0\).*-1"):
         open_brain(*parts)
 
 
 def test_cells_have_only_the_variables_of_their_type(
-    cells: Maker, spike_source: Maker, open_brain: Open
+    cells: Maker, spike_source: Maker, open_brain: Open, golden: Golden
 ) -> None:
     brain = open_brain(spike_source("s", []), cells("lif", "IF_curr_exp"), cells("izk", "IZK_cond_exp"))
     assert brain.read_state("v", [2, 1]).tolist() == [-70.0, -65.0]
     assert brain.read_state("u", [2]).tolist() == [-14.0]
-    with pytest.raises(CapabilityError, match="population 'lif' have no 'u'"):
+    with golden.raises(CapabilityError, match="'lif'.*'u'"):
         brain.read_state("u", [1])
-    with pytest.raises(CapabilityError, match="population 's' have no 'v'"):
+    with golden.raises(CapabilityError, match="'s'.*'v'"):
         brain.read_state("v", [0])
 
 
-def test_synaptic_state_can_be_given(cells: Maker, open_brain: Open) -> None:
+def test_synaptic_state_can_be_given(cells: Maker, open_brain: Open, golden: Golden) -> None:
     parameters = cells("n", "IF_cond_exp").parameters
     initial = {"v": np.array([-65.0]), "gsyn_exc": np.array([0.01])}
     brain = open_brain(Population("n", 1, "IF_cond_exp", parameters, initial))
     assert brain.read_state("gsyn_exc", [0])[0] == pytest.approx(0.01, abs=3.1e-5)
     assert _run(brain, 2) > -65.0
-    with pytest.raises(NetworkError, match="has no state variable 'isyn'; did you mean 'isyn_"):
+    with golden.raises(NetworkError, match="'isyn'"):
         open_brain(Population("n", 1, "IF_cond_exp", parameters, {"isyn": np.array([0.01])}))

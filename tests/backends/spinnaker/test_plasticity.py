@@ -5,6 +5,7 @@ from math import exp
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from machine_rules import ADDITIVE, MS, MULTIPLICATIVE, OBEDIENT, PAIRS, fire, floor_mul, named
@@ -146,24 +147,30 @@ def test_only_the_last_fifteen_post_synaptic_spikes_are_remembered(
             {"plasticity": named(MULTIPLICATIVE, "PfisterSpikeTripletRule")},
             "not MultiplicativeWeightDependence, PfisterSpikeTripletRule",
         ),
-        ({"dendritic_delay_fraction": 0.5}, "dendritic_delay_fraction is 0 or 1, not 0.5"),
-        ({"A_minus": -0.1}, "'s-n-excitatory': A_minus is -0.1; it must be 0 or more on the machine"),
+        ({"dendritic_delay_fraction": 0.5}, "dendritic_delay_fraction.*0.5"),
+        ({"A_minus": -0.1}, "'s-n-excitatory': A_minus.*-0.1"),
     ],
 )
 def test_a_rule_that_the_machine_lacks_is_refused(
-    change: dict, message: str, cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
+    change: dict,
+    message: str,
+    cells: Maker,
+    spike_source: Maker,
+    connect: Connect,
+    open_brain: Open,
+    golden: Golden,
 ) -> None:
     given = {"kind": STDP, "plasticity": named(ADDITIVE), **PAIRS} | change
-    with pytest.raises(CapabilityError, match=message):
+    with golden.raises(CapabilityError, match=message):
         open_brain(spike_source("s", []), cells("n", "IF_curr_exp"), connect("s", "n", 1.0, **given))
 
 
 def test_two_time_constants_on_one_population_are_refused(
-    cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
+    cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open, golden: Golden
 ) -> None:
     rules = [{"kind": STDP, "plasticity": named(ADDITIVE), **PAIRS, "tau_minus": tau} for tau in (20.0, 30.0)]
     parts = [connect("s", "n", 1.0, label=f"p{k}", **rule) for k, rule in enumerate(rules)]
-    with pytest.raises(CapabilityError, match="'p1': on the machine all STDP projections"):
+    with golden.raises(CapabilityError, match="'p1'.*STDP"):
         open_brain(spike_source("s", []), cells("n", "IF_curr_exp"), *parts)
 
 

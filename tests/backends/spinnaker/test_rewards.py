@@ -6,6 +6,7 @@ from math import exp
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from machine_rules import (
@@ -195,20 +196,20 @@ def test_rewards_survive_a_snapshot(
         (
             {"weight": 16.0},
             NetworkError,
-            "the weight of synapse 0 is 16; dopamine is a number from 0",
+            "16",
         ),
-        ({"delay": 2.0}, NetworkError, "the delay of synapse 0 is 2 ms; rewards and punishments act at once"),
-        ({"receptor": "excitatory"}, NetworkError, "receptor 'excitatory'; valid: punishment, reward"),
-        ({"pre": "pre"}, CapabilityError, "'pre' cannot reward 'cell' and have other synapses onto it"),
-        ({"modulation": Neuromodulation(tau_d=1.0)}, CapabilityError, "have the same tau_c, tau_d, w_min"),
+        ({"delay": 2.0}, NetworkError, ""),
+        ({"receptor": "excitatory"}, NetworkError, "'excitatory'"),
+        ({"pre": "pre"}, CapabilityError, "'pre'.*'cell'"),
+        ({"modulation": Neuromodulation(tau_d=1.0)}, CapabilityError, "tau_c, tau_d, w_min"),
     ],
 )
 def test_rewards_that_the_machine_lacks_are_refused(
     change: dict, error: type, message: str,
-    cells: Maker, spike_source: Maker, connect: Connect, rewarded: Connect, open_brain: Open,
+    cells: Maker, spike_source: Maker, connect: Connect, rewarded: Connect, open_brain: Open, golden: Golden,
 ) -> None:  # fmt: skip
     rule = {"kind": STDP, "plasticity": named(ADDITIVE), **PAIRS}
-    with pytest.raises(error, match=message):
+    with golden.raises(error, match=message):
         open_brain(
             *(spike_source(label, []) for label in ("pre", "good", "bad")), cells("cell", "IF_curr_exp"),
             connect("pre", "cell", 1.0, **rule), rewarded("good", 0.1),
@@ -217,10 +218,10 @@ def test_rewards_that_the_machine_lacks_are_refused(
 
 
 def test_rewards_without_stdp_are_refused(
-    cells: Maker, spike_source: Maker, connect: Connect, rewarded: Connect, open_brain: Open
+    cells: Maker, spike_source: Maker, connect: Connect, rewarded: Connect, open_brain: Open, golden: Golden
 ) -> None:
     parts = [spike_source("s", []), spike_source("good", []), cells("cell", "IF_curr_exp")]
-    with pytest.raises(CapabilityError, match="'good reward': rewards and punishments decide on changes by"):
+    with golden.raises(CapabilityError, match="'good reward'"):
         open_brain(*parts, connect("s", "cell", 1.0), rewarded("good", 0.1))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_spinnaker.synapses.rewired import formation_probabilities
 
 from nrp_core.brain.interface import Brain
@@ -150,7 +151,9 @@ def small(
     )  # fmt: skip
 
 
-def test_new_synapses_carry_spikes_and_are_read(cells: Maker, spike_source: Maker, open_brain: Open) -> None:
+def test_new_synapses_carry_spikes_and_are_read(
+    cells: Maker, spike_source: Maker, open_brain: Open, golden: Golden
+) -> None:
     pre, post, grown = small(
         cells, spike_source, sigma_form_forward=1e9, initial_delay_low=3, initial_delay_high=3
     )
@@ -162,7 +165,7 @@ def test_new_synapses_carry_spikes_and_are_read(cells: Maker, spike_source: Make
     assert set(found.weight) == {0.5}
     assert (np.bincount(found.post_index, minlength=4) == 3).all()  # s_max places, all taken
     assert found.pre_index.max() < 6
-    with pytest.raises(CapabilityError, match=r"'grown': its synapses form and vanish .* read_synapses"):
+    with golden.raises(CapabilityError, match="'grown'.*read_synapses"):
         brain.read_weights("grown")
 
 
@@ -206,20 +209,20 @@ def test_runs_are_repeated_and_restored(cells: Maker, spike_source: Maker, open_
     [
         (
             {"initial_delay_high": 5000.0},
-            "'grown': initial_delay goes from 1 to 5000 ms; .* 1 to .* time steps",
+            "'grown': initial_delay.*5000",
         ),
-        ({"initial_delay_low": 0.0}, "'grown': initial_delay goes from 0 to 1 ms"),
+        ({"initial_delay_low": 0.0}, "'grown': initial_delay"),
     ],
 )
 def test_what_the_machine_cannot_rewire_is_refused(
-    change: dict[str, Any], message: str, cells: Maker, spike_source: Maker, open_brain: Open
+    change: dict[str, Any], message: str, cells: Maker, spike_source: Maker, open_brain: Open, golden: Golden
 ) -> None:
-    with pytest.raises(CapabilityError, match=message):
+    with golden.raises(CapabilityError, match=message):
         open_brain(*small(cells, spike_source, **change))
 
 
 def test_two_projections_onto_one_population_share_what_a_core_has_once(
-    cells: Maker, spike_source: Maker, open_brain: Open
+    cells: Maker, spike_source: Maker, open_brain: Open, golden: Golden
 ) -> None:
     pre, post, grown = small(cells, spike_source)
     other = replace(pre, label="other")
@@ -227,19 +230,19 @@ def test_two_projections_onto_one_population_share_what_a_core_has_once(
     open_brain(pre, other, post, grown, second)
     assert grown.rewiring is not None
     unlike = replace(second, rewiring=replace(grown.rewiring, s_max=5))
-    with pytest.raises(CapabilityError, match=r"'second': s_max is 5; on the machine .*, and 'grown' has 3"):
+    with golden.raises(CapabilityError, match="'second': s_max.*'grown'"):
         open_brain(pre, other, post, grown, unlike)
-    with pytest.raises(CapabilityError, match="'post': on the machine only one projection between two"):
+    with golden.raises(CapabilityError, match="'post'"):
         open_brain(pre, post, grown, replace(grown, label="again"))
 
 
 def test_more_first_synapses_than_places_are_refused(
-    cells: Maker, spike_source: Maker, open_brain: Open
+    cells: Maker, spike_source: Maker, open_brain: Open, golden: Golden
 ) -> None:
     pre, post, grown = small(cells, spike_source, s_max=2)
     first, ones = np.array([0, 1, 2], np.int32), np.ones(3)
     full = replace(grown, pre_index=first, post_index=first * 0 + 1, weight=ones, delay_ms=ones)
-    with pytest.raises(NetworkError, match=r"cell 1 begins with 3 synapses .*; s_max allows 2"):
+    with golden.raises(NetworkError, match="s_max"):
         open_brain(pre, post, full)
     open_brain(pre, post, replace(full, post_index=np.array([0, 1, 1], np.int32)))
 

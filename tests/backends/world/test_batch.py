@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import DivergedError, LifecycleError, SimulationError, TopicError
 from nrp_core.simulation import State
@@ -164,9 +165,9 @@ def test_when_all_copies_have_failed_that_is_an_error(batch):
         batch.run_until(STEP_NS)
 
 
-def test_a_mistake_of_the_caller_does_not_break_the_copies(batch):
+def test_a_mistake_of_the_caller_does_not_break_the_copies(batch, golden: Golden):
     batch.run_until(STEP_NS)
-    with pytest.raises(LifecycleError, match="cannot run back"):
+    with golden.raises(LifecycleError):
         batch.run_until(0)
     assert not batch.failures
     batch.run_until(2 * STEP_NS)
@@ -187,14 +188,16 @@ def broken(*_):
         ),
     ],
 )
-def test_worlds_whose_part_breaks_on_numbers_have_failed(batch, monkeypatch, takes, publish, failed):
+def test_worlds_whose_part_breaks_on_numbers_have_failed(
+    batch, monkeypatch, takes, publish, failed, golden: Golden
+):
     publications = [world.advertise("/husky/cmd_vel") for world in batch.worlds]
     with pytest.raises(TopicError, match=r"linear\.x is nan"):
         publish_rows(publications, np.full((len(SEEDS), 6), np.nan))
     assert {world.state for world in batch.worlds} == {State.READY}
     part = publications[0].direct_receiver()
     monkeypatch.setattr(type(part), takes, broken)
-    with pytest.raises(SimulationError, match=r"failed to take a message on /husky/cmd_vel.*broken"):
+    with golden.raises(SimulationError, match="/husky/cmd_vel"):
         publish(publications)
     assert [world.state is State.FAILED for world in batch.worlds] == failed
     batch.reset()
@@ -205,19 +208,19 @@ def test_worlds_whose_part_breaks_on_numbers_have_failed(batch, monkeypatch, tak
 
 @pytest.mark.parametrize(
     ("rows", "why"),
-    [((2, 6), "2 messages for 5 copies"), ((5, 3), "needs 6 numbers"), ((5,), "needs 6 numbers")],
+    [((2, 6), ""), ((5, 3), "needs 6 numbers"), ((5,), "needs 6 numbers")],
 )
-def test_commands_that_do_not_fit_are_refused(batch, rows, why):
-    with pytest.raises(TopicError, match=why):
+def test_commands_that_do_not_fit_are_refused(batch, rows, why, golden: Golden):
+    with golden.raises(TopicError, match=why):
         batch.advertise("/husky/cmd_vel").publish(np.zeros(rows))
 
 
-def test_an_array_is_not_a_message_where_text_is_expected(batch):
+def test_an_array_is_not_a_message_where_text_is_expected(batch, golden: Golden):
     publication = batch.advertise("/gazebo/set_model_state")
-    with pytest.raises(TopicError, match="needs more than numbers"):
+    with golden.raises(TopicError):
         publication.publish(np.zeros((5, 13)))
 
 
-def test_a_batch_needs_a_seed(backend, scene):
-    with pytest.raises(ValueError, match="at least one seed"):
+def test_a_batch_needs_a_seed(backend, scene, golden: Golden):
+    with golden.raises(ValueError):
         backend.open_batch(scene, seeds=(), options=backend.options())

@@ -8,6 +8,7 @@ from math import cos, degrees, hypot, pi, remainder, sin, tau
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -230,10 +231,10 @@ def test_odometry_starts_at_the_robots_start(open_world, parts, driver):
     assert message.twist.twist.linear.x == pytest.approx(0.5, abs=2e-3)
 
 
-def test_a_drive_whose_wheels_cannot_turn_is_refused(open_world, parts):
+def test_a_drive_whose_wheels_cannot_turn_is_refused(open_world, parts, golden: Golden):
     robot = parts.husky()
     joints = tuple(replace(joint, kind="fixed") for joint in robot.joints)
-    with pytest.raises(SceneError, match="'drive' of 'husky' has a wheel that cannot turn: 'back_left'"):
+    with golden.raises(SceneError, match="'drive'.*'husky'.*'back_left'"):
         open_world(parts.floor(), replace(robot, joints=joints))
 
 

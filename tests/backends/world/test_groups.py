@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import TopicError
 from nrp_core.world.engine_kit.jointed import JointedEngine
@@ -70,15 +71,15 @@ def test_a_group_commands_velocities(robot, open_world, advance):
     assert world.engine.joint_states("r").velocities == pytest.approx([0.5, -0.5, 1.0], rel=0.01)
 
 
-def test_a_number_that_is_not_finite_is_refused(robot, open_world):
+def test_a_number_that_is_not_finite_is_refused(robot, open_world, golden: Golden):
     world = open_world(robot(FORWARD, "joints: [j3, j1], interface_name: position"))
-    with pytest.raises(TopicError, match="every number must be finite, not"):
+    with golden.raises(TopicError):
         command(world, 0.3, np.nan)
 
 
-def test_too_few_numbers_are_refused(robot, open_world):
+def test_too_few_numbers_are_refused(robot, open_world, golden: Golden):
     world = open_world(robot(FORWARD, "joints: [j3, j1], interface_name: effort"))
-    with pytest.raises(TopicError, match="'arm' has 2 joints; 1 numbers came"):
+    with golden.raises(TopicError, match="'arm'"):
         command(world, 0.3)
 
 

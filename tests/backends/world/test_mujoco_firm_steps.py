@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from chains import LINKS, chain, command
+from golden import Golden
 from jointed import HANGING, axis, joint, link, read, told
 from nrp_world_mujoco.firm_steps import address_at, call, integer_at, number_at, put_number
 
@@ -183,7 +184,9 @@ def test_constraints_of_few_joints_are_solved_at_once_to_the_same_motion(
         assert (none, islands(world)) == (0, 1)
 
 
-def test_a_lack_of_memory_is_an_error_and_does_not_end_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lack_of_memory_is_an_error_and_does_not_end_the_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def small(spec: Any) -> Any:
         spec.memory = 1250
         return spec.compile()
@@ -191,7 +194,7 @@ def test_a_lack_of_memory_is_an_error_and_does_not_end_the_process(monkeypatch: 
     monkeypatch.setattr(building, "compile_spec", small)
     with opened() as world:
         command(world, 0.1)
-        with pytest.raises(SimulationError, match="mj_stackAlloc: out of memory"):
+        with pytest.raises(SimulationError, match="mj_stackAlloc"):
             world.run_until(20_000_000)
 
 
@@ -213,10 +216,11 @@ def test_a_joint_moves_where_a_file_takes_dry_friction_away(tmp_path: Path) -> N
 
 def test_a_ball_joint_that_takes_orientations_is_refused_where_a_file_takes_dry_friction_away(
     tmp_path: Path,
+    golden: Golden,
 ) -> None:
     """A ball joint has no gains."""
     model = read(tmp_path, HANGING + joint("ball") + option('frictionloss="disable"'))
-    with pytest.raises(SceneError, match=r"robot.sdf:1: .*leads the ball joint 'j' of 'robot'"):
+    with golden.raises(SceneError, match="robot.sdf:1.*'j'.*'robot'"):
         opened(led(model))
 
 

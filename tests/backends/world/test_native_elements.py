@@ -9,6 +9,7 @@ from typing import Any
 
 import mujoco
 import pytest
+from golden import Golden
 
 from nrp_core import Scene, World, read_model, worlds
 from nrp_core.errors import SceneError, SimulationError
@@ -150,30 +151,32 @@ def test_time_step_and_gravity_of_a_file_are_not_used_and_say_so(open_in: Open) 
 @pytest.mark.parametrize(
     ("native", "message"),
     [
-        ('<mujoco:optoin cone="pyramidal"/>', "<mujoco:optoin>: not an element.*; did you mean 'option'"),
+        ('<mujoco:optoin cone="pyramidal"/>', "<mujoco:optoin>.*'option'"),
         ('<mujoco:option kone="pyramidal"/>', "<mujoco:option>: MuJoCo refuses it: .*'kone'"),
-        ('<mujoco:option cone="round"/>', "<mujoco:option>: MuJoCo refuses it: invalid keyword: 'round'"),
-        ('<mujoco:joint name="axel" armature="1"/>', "no moving joint 'axel'; did you mean 'axle'"),
+        ('<mujoco:option cone="round"/>', "<mujoco:option>: MuJoCo.*'round'"),
+        ('<mujoco:joint name="axel" armature="1"/>', "'axel'.*'axle'"),
         ('<mujoco:joint armature="1"/>', 'it needs name="..."'),
-        ('<mujoco:joint name="axle" armatur="1"/>', "'armatur' cannot be set here; did you mean 'armature'"),
-        ('<mujoco:joint name="axle" damping="1"/>', "'damping' cannot be set here; .*valid: .*armature"),
-        ('<mujoco:joint name="axle" armature="big"/>', "bad format in attribute 'armature'"),
-        ('<mujoco:geom link="disk" condim="4"/>', "no solid link 'disk'; did you mean 'disc'"),
+        ('<mujoco:joint name="axle" armatur="1"/>', "'armatur'.*'armature'"),
+        ('<mujoco:joint name="axle" damping="1"/>', "'damping'"),
+        ('<mujoco:joint name="axle" armature="big"/>', "'armature'"),
+        ('<mujoco:geom link="disk" condim="4"/>', "'disk'.*'disc'"),
         ('<mujoco:geom link="disc" condim="5"/>', "condim"),
         ('<mujoco:geom link="disc" mesh="dics"/>', "has no <mujoco:mesh> 'dics'"),
     ],
 )
 def test_a_wrong_element_for_mujoco_is_an_error_with_file_and_line(
-    open_in: Open, native: str, message: str
+    open_in: Open, native: str, message: str, golden: Golden
 ) -> None:
-    with pytest.raises(SceneError, match=message) as caught:
+    with golden.raises(SceneError, match=message) as caught:
         open_in("mujoco", ROTOR.format(native=f"\n{native}"))
     assert (caught.value.path and caught.value.path.name, caught.value.line) == ("model0.sdf", 3)
 
 
-def test_models_that_contradict_each_other_in_an_option_are_refused_with_both_places(open_in: Open) -> None:
+def test_models_that_contradict_each_other_in_an_option_are_refused_with_both_places(
+    open_in: Open, golden: Golden
+) -> None:
     texts = [ROTOR.format(native=f'\n<mujoco:option impratio="{ratio}"/>') for ratio in (1, 2)]
-    with pytest.raises(SceneError, match=r"model1.sdf:3: .*impratio is '2' here and '1' in .*model0.sdf:3"):
+    with golden.raises(SceneError, match="model1.sdf:3.*'2'.*'1'.*model0.sdf:3"):
         open_in("mujoco", *texts)
 
 
@@ -198,17 +201,17 @@ def test_the_contacts_of_a_urdf_are_those_that_pybullet_itself_reads(open_in: Op
     [
         (
             '<lateral_fricton value="1"/>',
-            "<lateral_fricton>: not a property.*did you mean 'lateral_friction'",
+            "<lateral_fricton>.*'lateral_friction'",
         ),
-        ('<restitution value="much"/>', "<restitution>: its value must be a number of 0 or more, not 'much'"),
-        ('<stiffness value="1000"/>', "<pybullet:contact>: stiffness and damping only act together"),
+        ('<restitution value="much"/>', "<restitution>.*'much'"),
+        ('<stiffness value="1000"/>', "<pybullet:contact>"),
     ],
 )
 def test_a_wrong_contact_for_pybullet_is_an_error_with_file_and_line(
-    open_in: Open, contact: str, message: str
+    open_in: Open, contact: str, message: str, golden: Golden
 ) -> None:
     pytest.importorskip("pybullet")
-    with pytest.raises(SceneError, match=message) as caught:
+    with golden.raises(SceneError, match=message) as caught:
         open_in("pybullet", CAR.format(native="", contact=contact))
     assert (caught.value.path and caught.value.path.name, caught.value.line) == ("model0.urdf", 5)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.gazebo_srvs import SetPhysicsPropertiesRequest
@@ -78,6 +79,6 @@ def test_another_physics_step_is_refused_in_one_sentence_and_nothing_changes(ope
     assert world.call(GET).gravity.z == -9.8
 
 
-def test_gravity_must_be_finite(open_world, parts):
-    with pytest.raises(SceneError, match="gravity must be three finite numbers"):
+def test_gravity_must_be_finite(open_world, parts, golden: Golden):
+    with golden.raises(SceneError):
         open_world(falling(parts)).set_gravity((0.0, 0.0, np.inf))

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.world.render.cameras import SKY, bytes_of
@@ -128,24 +129,26 @@ def test_labels_are_those_of_what_is_seen_at_each_pixel(seen, kind: str) -> None
 @pytest.mark.parametrize(
     ("kind", "camera", "words"),
     [
-        ("segmentation", "<segmentation_type>panoptik</segmentation_type>", "did you mean 'panoptic'"),
-        ("wideanglecamera", "<lens><type>fisheye</type></lens>", "unknown type 'fisheye' of a <lens>"),
-        ("wideanglecamera", "<horizontal_fov>7</horizontal_fov>", "must be at most 2 pi, not 7"),
+        ("segmentation", "<segmentation_type>panoptik</segmentation_type>", "'panoptic'"),
+        ("wideanglecamera", "<lens><type>fisheye</type></lens>", "'fisheye'.*<lens>"),
+        ("wideanglecamera", "<horizontal_fov>7</horizontal_fov>", ""),
         (
             "wideanglecamera",
             "<horizontal_fov>6.2</horizontal_fov><lens><type>gnomonical</type></lens>",
-            "cannot show a <horizontal_fov> of 6.2",
+            "<horizontal_fov>.*6.2",
         ),
     ],
 )
-def test_a_camera_that_cannot_be_is_refused(tmp_path: Path, kind: str, camera: str, words: str) -> None:
-    with pytest.raises(SceneError, match=words):
+def test_a_camera_that_cannot_be_is_refused(
+    tmp_path: Path, kind: str, camera: str, words: str, golden: Golden
+) -> None:
+    with golden.raises(SceneError, match=words):
         scene(tmp_path, EYE.format(kind, camera, ""))
 
 
-def test_a_label_of_more_than_a_byte_is_refused(tmp_path: Path) -> None:
+def test_a_label_of_more_than_a_byte_is_refused(tmp_path: Path, golden: Golden) -> None:
     box = "<box><size>1 1 1</size></box>"
-    with pytest.raises(SceneError, match="a <label> is a whole number from 0 to 255, not 256"):
+    with golden.raises(SceneError, match="<label>.*255.*256"):
         scene(tmp_path, thing("big", "0 0 0", box, "1 0 0 1", of_model=LABEL.format(256)))
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import SceneError, TopicError
 from nrp_core.world.messages.base import Duration
@@ -113,17 +114,19 @@ def test_joints_can_be_put_at_positions(open_world, parts):
 
 
 @pytest.mark.parametrize("position", [float("nan"), float("inf")])
-def test_a_joint_position_that_is_not_a_number_is_refused(open_world, parts, advance, position):
+def test_a_joint_position_that_is_not_a_number_is_refused(
+    open_world, parts, advance, position, golden: Golden
+):
     world = open_world(parts.hanging("continuous", (0, 1, 0)))
     answer = world.call("/gazebo/set_model_configuration", "hanging", "", ["joint"], [position])
     assert answer.status_message == f"the joint 'joint' of 'hanging' cannot be set to {position}"
     advance(world, 0.1)
-    with pytest.raises(SceneError, match="'hanging' has no joint 'joynt' that moves; did you mean 'joint'"):
+    with golden.raises(SceneError, match="'hanging'.*'joynt'.*'joint'"):
         world.set_joints("hanging", {"joynt": 0.0})
 
 
-def test_a_model_pose_that_is_not_a_number_is_refused(world, advance):
-    with pytest.raises(SceneError, match="the pose and velocity of 'box' must be finite"):
+def test_a_model_pose_that_is_not_a_number_is_refused(world, advance, golden: Golden):
+    with golden.raises(SceneError, match="'box'"):
         world.place("box", ModelMotion(ScenePose((0.0, float("nan"), 1.0))))
     advance(world, 0.1)
 
@@ -227,7 +230,9 @@ def test_a_reset_brings_back_what_was_deleted_and_forgets_what_was_spawned(open_
     assert world.model_motion("husky") == fresh.model_motion("husky")
 
 
-def test_a_subscriber_of_a_removed_model_hears_it_again_when_it_returns(open_world, parts, advance):
+def test_a_subscriber_of_a_removed_model_hears_it_again_when_it_returns(
+    open_world, parts, advance, golden: Golden
+):
     world = open_world(room(parts))
     heard = world.subscribe("/husky/odom", depth=1000)
     commands = world.advertise("/husky/cmd_vel")
@@ -235,7 +240,7 @@ def test_a_subscriber_of_a_removed_model_hears_it_again_when_it_returns(open_wor
     world.delete("husky")
     advance(world, 0.1)
     silent = len(heard.since(-1))
-    with pytest.raises(TopicError, match="no longer exists"):
+    with golden.raises(TopicError):
         commands.publish(Twist())
     world.spawn(parts.husky())
     advance(world, 0.1)
@@ -243,13 +248,15 @@ def test_a_subscriber_of_a_removed_model_hears_it_again_when_it_returns(open_wor
     commands.publish(Twist())
 
 
-def test_two_models_of_one_name_and_nonsense_are_refused_and_change_nothing(world, parts, advance):
+def test_two_models_of_one_name_and_nonsense_are_refused_and_change_nothing(
+    world, parts, advance, golden: Golden
+):
     before = [model.name for model in world.scene.models]
-    with pytest.raises(SceneError, match="two models named 'box'"):
+    with golden.raises(SceneError, match="'box'"):
         world.spawn(parts.prop("box", Sphere(0.1), mass=1.0))
     answer = world.call("/gazebo/spawn_sdf_model", "thing", "<sdf version='1.6'><model")
     assert not answer.success
-    with pytest.raises(SceneError, match="did you mean 'box'"):
+    with golden.raises(SceneError, match="'box'"):
         world.delete("bax")
     assert [model.name for model in world.scene.models] == before
     advance(world, 0.1)
@@ -350,12 +357,12 @@ def test_a_service_is_a_topic_as_well(world, advance):
     advance(world, 0.1)
 
 
-def test_an_unknown_service_or_a_wrong_request_is_refused(world):
-    with pytest.raises(TopicError, match="did you mean '/gazebo/get_model_state'"):
+def test_an_unknown_service_or_a_wrong_request_is_refused(world, golden: Golden):
+    with golden.raises(TopicError, match="'/gazebo/get_model_state'"):
         world.call("/gazebo/get_model_stat")
     with pytest.raises(TopicError, match="model_nam"):
         world.call("/gazebo/get_model_state", model_nam="box")
-    with pytest.raises(TopicError, match="model_name must be a text"):
+    with golden.raises(TopicError, match="model_name"):
         world.call("/gazebo/get_model_state", 3)
     missing = world.call("/gazebo/get_model_state", "bax")
     assert (missing.success, "did you mean 'box'" in missing.status_message) == (False, True)

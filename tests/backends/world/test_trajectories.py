@@ -6,6 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import TopicError
 from nrp_core.world.messages.base import Duration, Time
@@ -173,27 +174,27 @@ def test_its_state_has_the_desired_and_the_actual_point_and_the_error(world, adv
 
 
 @pytest.mark.parametrize(
-    ("points", "options", "message"),
+    ("points", "options"),
     [
-        (((1.0, [0.1]),), {"joints": ("trun",)}, "the controller has no joint 'trun'; did you mean 'turn'"),
-        (((1.0, [0.1]),), {"joints": ("turn", "turn")}, "must name each of its joints once, not"),
-        (((1.0, [0.1]),), {"joints": ()}, "must name each of its joints once, not"),
-        (((1.0, [0.1]),), {}, r"point 0 must be one number below 1e\+30 for each of 2 joints, not \[0.1\]"),
-        (((1.0, []),), {}, "the positions of point 0 must be one number"),
-        (((1.0, [0.1, np.nan]),), {}, "the positions of point 0 must be one number"),
-        (((1.0, [0.1, 1e300]),), {}, "the positions of point 0 must be one number"),
-        (((1.0, [0.1, 0.1], [1.0]),), {}, "the velocities of point 0 must be one number"),
-        (((1.0, [0.1, 0.1]), (1.0, [0.2, 0.2])), {}, "point 1 is not later than the one before it"),
-        (((1e20, [0.1, 0.1]),), {}, r"point 0 is 1e\+20 s after the start of the run"),
-        (((0.2, [0.1, 0.1]),), {"stamp_s": 0.1}, "ended at 0.3 s and arrived too late, at 0.5 s"),
+        (((1.0, [0.1]),), {"joints": ("trun",)}),
+        (((1.0, [0.1]),), {"joints": ("turn", "turn")}),
+        (((1.0, [0.1]),), {"joints": ()}),
+        (((1.0, [0.1]),), {}),
+        (((1.0, []),), {}),
+        (((1.0, [0.1, np.nan]),), {}),
+        (((1.0, [0.1, 1e300]),), {}),
+        (((1.0, [0.1, 0.1], [1.0]),), {}),
+        (((1.0, [0.1, 0.1]), (1.0, [0.2, 0.2])), {}),
+        (((1e20, [0.1, 0.1]),), {}),
+        (((0.2, [0.1, 0.1]),), {"stamp_s": 0.1}),
     ],
 )  # fmt: skip
 def test_a_trajectory_that_cannot_be_followed_is_refused_without_side_effects(
-    world, advance, points, options, message
+    world, advance, points, options, golden: Golden
 ):
     advance(world, 0.5)
     send(world, (0.5, [0.2, 0.1]))
-    with pytest.raises(TopicError, match=message):
+    with golden.raises(TopicError):
         send(world, *points, **options)
     advance(world, 1.0)
     assert positions(world) == pytest.approx([0.2, 0.1], abs=CLOSE)

@@ -6,6 +6,7 @@ from math import exp
 from pathlib import Path
 
 import pytest
+from golden import Golden
 from jointed import axis, joint, link, push, read, told, weightless
 
 from nrp_core.errors import SceneError
@@ -76,11 +77,11 @@ def test_no_decay_is_too_strong_for_the_step(open_world, tmp_path, advance):
 
 
 @pytest.mark.parametrize("share", ["1", "-0.1"])
-def test_a_share_that_no_velocity_can_lose_is_refused(tmp_path: Path, share: str) -> None:
+def test_a_share_that_no_velocity_can_lose_is_refused(tmp_path: Path, share: str, golden: Golden) -> None:
     file = tmp_path / "robot.sdf"
     decay = f"<velocity_decay><linear>{share}</linear></velocity_decay>"
     file.write_text(f'<sdf version="1.9"><model name="m"><link name="l">{decay}</link></model></sdf>')
-    with pytest.raises(SceneError, match=r"<linear> must be at least 0 and below 1, not"):
+    with golden.raises(SceneError, match="<linear>"):
         read_model(file)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import CapabilityError, NetworkError
 from nrp_core.pynn import new_simulator
@@ -129,20 +130,20 @@ def test_parameters_and_initial_values_have_the_name_of_their_receptor(sim: Any)
     np.testing.assert_allclose(found, [0.01 * e**-7.0, 0.01 * e**-4.0], rtol=1e-9)
 
 
-def test_what_cannot_be_composed_is_named(sim: Any) -> None:
+def test_what_cannot_be_composed_is_named(sim: Any, golden: Golden) -> None:
     current, conductance = sim.CurrExpPostSynapticResponse(), sim.ExpPSR()
-    with pytest.raises(NetworkError, match="all conductances or all currents"):
+    with golden.raises(NetworkError):
         sim.PointNeuron(sim.LIF(), A=current, B=conductance)
-    with pytest.raises(TypeError, match=r"its membrane is IF_cond_exp.*; it must be one of LIF, AdExp"):
+    with golden.raises(TypeError, match="IF_cond_exp.*LIF, AdExp"):
         sim.PointNeuron(sim.IF_cond_exp(), A=conductance)
-    with pytest.raises(NetworkError, match="CondExpPostSynapticResponse has no parameter 'tau'"):
+    with golden.raises(NetworkError, match="CondExpPostSynapticResponse.*'tau'"):
         sim.ExpPSR(tau=3.0)
     cells = sim.Population(1, adexp(sim), label="cells")
-    with pytest.raises(NetworkError, match="have no receptor 'AMAP'; did you mean 'AMPA'"):
+    with golden.raises(NetworkError, match="'AMAP'.*'AMPA'"):
         sim.Projection(cells, cells, sim.AllToAllConnector(), receptor_type="AMAP")
 
 
-def test_a_fifth_receptor_is_refused_by_name(sim: Any) -> None:
+def test_a_fifth_receptor_is_refused_by_name(sim: Any, golden: Golden) -> None:
     sim.Population(1, sim.PointNeuron(sim.LIF(), **{f"R{k}": sim.ExpPSR() for k in range(5)}), label="many")
-    with pytest.raises(CapabilityError, match="'many' have 5 receptors; on 'event' they have at most 4"):
+    with golden.raises(CapabilityError, match="'many'.*'event'"):
         sim.run(1.0)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_event.backend import EventBackend
 from scipy.integrate import solve_ivp
 
@@ -204,10 +205,10 @@ def test_changes_a_reset_and_a_snapshot_reach_the_junctions() -> None:
     assert (again[-1] == restored).all()
 
 
-def test_the_exact_mode_refuses_junctions_and_one_thread_runs_them() -> None:
+def test_the_exact_mode_refuses_junctions_and_one_thread_runs_them(golden: Golden) -> None:
     network = chain(lambda sim: sim.IF_curr_exp(**LEAKY))
     backend = EventBackend()
-    with pytest.raises(CapabilityError, match=r"electrical synapses .*'gap'.*resolution"):
+    with golden.raises(CapabilityError, match="'gap'"):
         backend.open(network, seed=0, options=backend.options())
     with opened(network, 0.1, threads=2) as brain:
         assert [warning.code.name for warning in brain.warnings] == ["NRP279"]
@@ -218,11 +219,11 @@ def test_the_exact_mode_refuses_junctions_and_one_thread_runs_them() -> None:
 @pytest.mark.parametrize(
     ("variable", "message"),
     [
-        ("w", "have no state variable 'v' in V"),
-        ("v", "have no parameter 'i_offset'"),
+        ("w", "'v'"),
+        ("v", "'i_offset'"),
     ],
 )
-def test_junctions_need_a_voltage_and_a_current(variable: str, message: str) -> None:
+def test_junctions_need_a_voltage_and_a_current(variable: str, message: str, golden: Golden) -> None:
     def make(sim: Any) -> Any:
         return sim.EquationCell(
             f"dv/dt = -{variable}/(10*ms) : mV".replace("dv", f"d{variable}"),
@@ -230,12 +231,12 @@ def test_junctions_need_a_voltage_and_a_current(variable: str, message: str) -> 
             receptors={"excitatory": f"{variable} += weight"},
         )()
 
-    with pytest.raises(NetworkError, match=message):
+    with golden.raises(NetworkError, match=message):
         junction_of(make)
 
 
-def test_the_voltage_of_a_spike_source_does_not_exist() -> None:
-    with pytest.raises(NetworkError, match="which only emits spikes"):
+def test_the_voltage_of_a_spike_source_does_not_exist(golden: Golden) -> None:
+    with golden.raises(NetworkError):
         junction_of(lambda sim: sim.SpikeSourceArray())
 
 
@@ -319,10 +320,10 @@ def test_weights_and_reversal_potentials_of_graded_release_change() -> None:
 
 
 @pytest.mark.parametrize("kind", ["IF_curr_delta", "Izhikevich"])
-def test_graded_release_onto_weights_in_mv_is_refused(kind: str) -> None:
+def test_graded_release_onto_weights_in_mv_is_refused(kind: str, golden: Golden) -> None:
     sim = builder()
     sim.setup(timestep=0.1)
     cells = sim.Population(2, getattr(sim, kind)())
     sim.Projection(cells, cells, sim.AllToAllConnector(), sim.GradedSynapse(weight=1.0))
-    with pytest.raises(NetworkError, match=r"are currents or conductances; those onto .* are in mV"):
+    with golden.raises(NetworkError, match="mV"):
         sim.network()

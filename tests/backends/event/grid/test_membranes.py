@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_event import EventBackend, EventOptions
 
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource
@@ -169,18 +170,18 @@ def test_short_term_plasticity_is_that_of_the_exact_mode(
         assert np.abs(states(exact, neuron, ["v"]) - states(gridded, neuron, ["v"])).max() < 1e-6
 
 
-def test_a_time_off_the_grid_is_refused(cells: Cells, open_brain: Open) -> None:
-    with pytest.raises(TimestepError, match=r"runs in steps of 0\.1 ms and cannot stop at 0\.25 ms"):
+def test_a_time_off_the_grid_is_refused(cells: Cells, open_brain: Open, golden: Golden) -> None:
+    with golden.raises(TimestepError, match=r"0\.1.*0\.25"):
         open_brain(cells("n", "IF_curr_exp"), resolution="0.1 ms").run_until(250_000)
 
 
-def test_a_cell_that_cannot_be_integrated_is_named(cells: Cells, open_brain: Open) -> None:
+def test_a_cell_that_cannot_be_integrated_is_named(cells: Cells, open_brain: Open, golden: Golden) -> None:
     brain = open_brain(cells("n", "IF_curr_exp"), cells("wild", "IF_cond_exp", 3), resolution="0.1 ms")
     brain.add_source(FixedFrequencySource(rate=1000.0, weight=1.5e308, n=2), [2], name="train")
-    with pytest.raises(DivergedError, match="cell 1 of population 'wild'"):
+    with golden.raises(DivergedError, match="'wild'"):
         brain.run_until(2 * NS_PER_MS)
 
 
-def test_a_variable_that_a_cell_has_not_is_refused(cells: Cells, open_brain: Open) -> None:
-    with pytest.raises(CapabilityError, match="population 'n' have no 'gsyn_exc'"):
+def test_a_variable_that_a_cell_has_not_is_refused(cells: Cells, open_brain: Open, golden: Golden) -> None:
+    with golden.raises(CapabilityError, match="'n'.*'gsyn_exc'"):
         open_brain(cells("n", "IF_curr_exp"), resolution="0.1 ms").read_state("gsyn_exc", [0])

@@ -7,6 +7,7 @@ from math import exp, lgamma, log
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.poisson import N_GUIDE, _add_counts, _scatter_counts, drawable, guide
 
@@ -167,8 +168,8 @@ def test_populations_that_need_single_spikes_are_left_to_the_core() -> None:
     assert not drawable(Network({"noise": noise(), "n": cells}))
 
 
-def test_the_grid_draws_only_where_there_is_one() -> None:
-    with pytest.raises(ValueError, match="poisson: grid needs a resolution"):
+def test_the_grid_draws_only_where_there_is_one(golden: Golden) -> None:
+    with golden.raises(ValueError):
         EventOptions(poisson="grid")
-    with pytest.raises(ValueError, match="resolution must be 1 ms or finer, not 2 ms"):
+    with golden.raises(ValueError):
         EventOptions(resolution="2 ms")

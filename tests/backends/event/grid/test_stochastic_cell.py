@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_event import EventBackend, EventOptions
 from scipy.stats import kstest
 
@@ -61,10 +62,10 @@ def test_currents_and_thresholds_after_spikes_are_those_of_nest() -> None:
     assert found["v_t"][0].tolist() == [-55.0, -55.0]
 
 
-def test_a_threshold_that_follows_from_the_equations_cannot_begin_elsewhere() -> None:
+def test_a_threshold_that_follows_from_the_equations_cannot_begin_elsewhere(golden: Golden) -> None:
     sim = simulator()
     sim.Population(2, sim.GIF_cond_exp(v_t_star=-55.0), initial_values={"v_t": -40.0}, label="own")
-    with pytest.raises(ValueError, match=r"'own': v_t follows from .*: it begins at -55, not at -40"):
+    with golden.raises(ValueError, match="'own': v_t.*-55.*-40"):
         sim.run(1.0)
 
 
@@ -125,13 +126,13 @@ def test_a_snapshot_continues_with_the_same_random_numbers() -> None:
         assert (brain.read_state("v", np.arange(20)) != ends[0][0]).any()
 
 
-def test_values_of_filters_are_read_as_they_were_given() -> None:
+def test_values_of_filters_are_read_as_they_were_given(golden: Golden) -> None:
     sim = simulator()
     cells = sim.Population(2, sim.GIF_cond_exp(a_gamma=[(1.0, 2.0, 3.0), (4.0, 5.0, 6.0)]))
     assert [one.value.tolist() for one in cells.get("a_gamma")] == [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
     cells.set(tau_eta=[2.0, 20.0, 200.0])
     assert cells.get("tau_eta").value.tolist() == [2.0, 20.0, 200.0]
-    with pytest.raises(NetworkError, match="tau_eta has 2 values; it must have 3"):
+    with golden.raises(NetworkError, match="tau_eta"):
         sim.Population(1, sim.GIF_cond_exp(tau_eta=[1.0, 2.0]))
 
 
@@ -154,13 +155,13 @@ def test_a_random_threshold_is_met_with_its_probability_in_each_step(method: str
 
 
 @pytest.mark.parametrize(("changed", "message"), [
-    ({"threshold": "rand() < rand()"}, r"'rand\(\)' stands more than once"),
-    ({"threshold": "v > 1*mV and 1*ms > dt"}, "'dt' is not known"),
-    ({"equations": "dv/dt = -v/tau*rand() : mV"}, "'rand' is random; noise comes from sources"),
+    ({"threshold": "rand() < rand()"}, r"'rand\(\)'"),
+    ({"threshold": "v > 1*mV and 1*ms > dt"}, "'dt'"),
+    ({"equations": "dv/dt = -v/tau*rand() : mV"}, "'rand'"),
     ({"reset": "v = rand()*mV"}, "'rand' is random"),
-    ({"equations": "dv/dt = -v/tau : mV (recorded)"}, "flag 'recorded' has no meaning"),
+    ({"equations": "dv/dt = -v/tau : mV (recorded)"}, "'recorded'"),
 ])  # fmt: skip
-def test_a_random_number_elsewhere_is_refused(changed: dict[str, str], message: str) -> None:
+def test_a_random_number_elsewhere_is_refused(changed: dict[str, str], message: str, golden: Golden) -> None:
     texts = {"equations": "dv/dt = -v/tau : mV", "threshold": "rand() < 0.1", "reset": "v = 0*mV", **changed}
-    with pytest.raises(NetworkError, match=message):
+    with golden.raises(NetworkError, match=message):
         simulator().EquationCell(**texts, parameters={"tau": "20 ms"})
