@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from math import pi
 from typing import Any, Final
@@ -14,10 +14,7 @@ from nrp_core.brain.devices.sources import DCSource
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 
-_SIZES: Final = {"amplitude", "amplitudes", "mean", "offset"}
 _ROUNDING: Final = 1e-6
-_LARGEST_NA: Final = 50.0
-"""As high as the constant current of cells."""
 
 
 class Waveform:
@@ -100,37 +97,22 @@ class Current:
         source: one of PyNN's current sources.
         waveform: its waveform.
         cells: global ids.
-        since_ms: the time at which it was injected.
     """
 
-    def __init__(self, source: Any, waveform: Waveform, cells: IntArray, since_ms: float = 0.0) -> None:
-        self.source, self.waveform, self.cells, self.since_ms = source, waveform, cells, since_ms
-        self._has_acted = False
+    def __init__(self, source: Any, waveform: Waveform, cells: IntArray) -> None:
+        self.source, self.waveform, self.cells = source, waveform, cells
         self.restart()
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether it never drove its cells although it has an amplitude."""
-        return not self._has_acted and _largest_na(self.source) > 0.0
-
-    def described(self) -> str:
-        """Return its kind and times."""
-        source = self.source
-        if "times" in source.default_parameters:
-            return f"a {type(source).__name__} from {source.times[0]:g} ms"
-        return f"a {type(source).__name__} from {source.start:g} to {source.stop:g} ms"
 
     def restart(self) -> None:
         """Start again at time 0."""
         self._times: list[IntArray] = [np.zeros(0, np.int64)]
         self._amplitudes: list[FloatArray] = [np.zeros(1)]
 
-    def run(self, times_ns: IntArray, until_ns: int) -> FloatArray:
-        """Return the current from ascending times of a run to ``until`` on; it is kept as data."""
+    def run(self, times_ns: IntArray) -> FloatArray:
+        """Return the current from ascending times on; it is kept as data."""
         amplitudes = self.waveform.amplitudes_na(times_ns)
         self._times.append(times_ns)
         self._amplitudes.append(amplitudes)
-        self._has_acted |= bool(amplitudes[times_ns < until_ns].any())
         return amplitudes
 
     def sampled_na(self, times_ms: FloatArray) -> FloatArray:
@@ -159,16 +141,16 @@ class Currents:
         """Connect to the cells of a brain that was just opened."""
         self._port: Any = brain.add_source(DCSource(), self._cells, name=self._name)
 
-    def begin(self, now_ns: int, until_ns: int) -> None:
-        """Set the currents at the beginning of a run to ``until``."""
+    def begin(self, now_ns: int) -> None:
+        """Set the currents at the beginning of a run."""
         now = np.array([now_ns])
-        self._values = np.concatenate([current.run(now, until_ns) for current in self._currents])
+        self._values = np.concatenate([current.run(now) for current in self._currents])
         self._set()
 
-    def prepare(self, since_ns: int, end_ns: int, until_ns: int) -> IntArray:
+    def prepare(self, since_ns: int, end_ns: int) -> IntArray:
         """Return the times, ``since < t <= end``, at which :meth:`update` is to be called in this run."""
         times = [current.waveform.changes_ns(since_ns, end_ns) for current in self._currents]
-        amplitudes = [one.run(own, until_ns) for one, own in zip(self._currents, times, strict=True)]
+        amplitudes = [one.run(own) for one, own in zip(self._currents, times, strict=True)]
         every = np.concatenate(times)
         order = np.argsort(every, kind="stable")
         self._times, self._amplitudes = every[order], np.concatenate(amplitudes)[order]
@@ -185,15 +167,3 @@ class Currents:
 
     def _set(self) -> None:
         self._port.amplitude = np.bincount(self._places, self._values[self._owners], len(self._cells))
-
-
-def _sizes_na(source: Any) -> Iterator[tuple[str, float]]:
-    """Yield the largest magnitude of each current among a source's parameters."""
-    for name in sorted(_SIZES & source.default_parameters.keys()):
-        values = getattr(source, name)
-        yield name, float(np.abs(getattr(values, "value", values)).max(initial=0.0))
-
-
-def _largest_na(source: Any) -> float:
-    noise = float(source.stdev) if "stdev" in source.default_parameters else 0.0
-    return max(noise, *(largest for _, largest in _sizes_na(source)))

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 import logging
-import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from math import isfinite
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,9 +27,6 @@ from nrp_core.findings import Findings
 from nrp_core.pynn.currents import Current, Currents, Waveform
 from nrp_core.seeds import Seeds
 
-_LOOKUPS = (ast.Name, ast.Attribute, ast.Subscript)
-_ACTIVE = (ast.Call, ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)
-"""Expressions with effects."""
 DEFAULT_BACKEND = "event"
 _AHEAD = 1_000_000
 """Changes of currents that are computed in advance."""
@@ -89,44 +83,6 @@ def _of(network: Network, label: str, ids: IntArray) -> npt.NDArray[np.bool_]:
     first = network.offsets[label]
     inside: npt.NDArray[np.bool_] = (ids >= first) & (ids < first + network.populations[label].size)
     return inside
-
-
-def acts(value: ast.expr) -> bool:
-    """Return whether an expression may have an effect."""
-    return any(isinstance(one, _ACTIVE) for one in ast.walk(value))
-
-
-def useless_expression(value: ast.expr) -> str:
-    """Return that an expression which is a statement has no effect; empty if it is more than a name."""
-    if not isinstance(value, _LOOKUPS) or acts(value):
-        return ""
-    return f"'{ast.unparse(value):.60}' alone has no effect: it is not called, assigned or returned"
-
-
-def useless_expressions(script: bytes) -> Iterator[str]:
-    """Yield a sentence for each line of a script that only names a thing, and is not tried.
-
-    Args:
-        script: its text; one that is not Python yields nothing.
-    """
-    try:
-        tree = ast.parse(script)
-    except (SyntaxError, ValueError):
-        return
-    tried = {
-        id(one)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Try)
-        for statement in node.body
-        for one in ast.walk(statement)
-    }
-    for node in ast.walk(tree):
-        if (
-            isinstance(node, ast.Expr)
-            and id(node) not in tried
-            and (message := useless_expression(node.value))
-        ):
-            yield f"line {node.lineno}: {message}"
 
 
 class RunningState(State):
@@ -191,18 +147,7 @@ class RunningState(State):
             self.warn(
                 [f"the longest run ended at {self._longest_ms:g} ms: times are in ms, is it meant in s?"]
             )
-        self.warn([*self.remarks, *_warnings_about_main()])
-        if self._longest_ms > 0.0:
-            self.warn(
-                f"{name} of '{label}' is set after the last run, so that it has no effect"
-                for label, name in self.settings.idle()
-            )
-            self.warn(
-                f"{current.described()} never had an effect: it is injected at {current.since_ms:g} ms, and "
-                f"the longest run ended at {self._longest_ms:g} ms"
-                for current in self._currents
-                if current.is_idle
-            )
+        self.warn(self.remarks)
         self.close()
 
     def before_change(self) -> None:
@@ -220,7 +165,6 @@ class RunningState(State):
             )
 
     def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
-        super().before_parameters(population, index, values)
         if SPIKE_TIMES in values and self._longest_ms > 0.0:
             self._retimed.add(population.label)
         brain = self._changing()
@@ -234,7 +178,6 @@ class RunningState(State):
             brain.set_parameters(ids, values)
 
     def before_synapses(self, projection: Any, values: Mapping[str, FloatArray]) -> None:
-        super().before_synapses(projection, values)
         brain = self._changing()
         if brain is None:
             return
@@ -296,7 +239,7 @@ class RunningState(State):
         name = f"current/{len(self._currents)}"
         waveforms = (current.waveform for current in self._currents if current.source is source)
         waveform = next(waveforms, None) or Waveform(source, self.stream(name), self.dt)
-        current = Current(source, waveform, cells, self.t)
+        current = Current(source, waveform, cells)
         self._currents.append(current)
         if self.brain is not None:
             self._drive([current], name)
@@ -330,7 +273,6 @@ class RunningState(State):
         self._require_network()
         brain = self.brain or self._open()
         until_ns = from_milliseconds(t_ms)
-        self.settings.run()
         self.running = True
         self._run_under_currents(brain, until_ns)
         self.t = t_ms
@@ -398,30 +340,18 @@ class RunningState(State):
     def _run_under_currents(self, brain: Brain, until_ns: int) -> None:
         """Run to ``until``, halting where currents change; these are computed for a while in advance."""
         for currents in self._driven:
-            currents.begin(brain.now_ns, until_ns)
+            currents.begin(brain.now_ns)
         since_ns = brain.now_ns
         ahead_ns = from_milliseconds(max(self.dt, self.dt * _AHEAD / max(1, len(self._currents))))
         while since_ns < until_ns:
             end_ns = min(until_ns, since_ns + ahead_ns)
-            halts = [currents.prepare(since_ns, end_ns, until_ns) for currents in self._driven]
+            halts = [currents.prepare(since_ns, end_ns) for currents in self._driven]
             last = [until_ns] if end_ns == until_ns else []
             for stop_ns in np.unique(np.concatenate([np.array(last, np.int64), *halts])).tolist():
                 brain.run_until(stop_ns)
                 for currents in self._driven:
                     currents.update(stop_ns)
             since_ns = end_ns
-
-
-def warnings_about(script: Path) -> Iterator[str]:
-    """Yield a sentence for each line of a script that only names something."""
-    yield from useless_expressions(script.read_bytes())
-
-
-def _warnings_about_main() -> Iterator[str]:
-    """Yield the warnings about the main program, if it is a script."""
-    path = Path(getattr(sys.modules["__main__"], "__file__", None) or "")
-    if path.suffix == ".py" and path.is_file():
-        yield from warnings_about(path)
 
 
 def _unknown_option(found: Mapping[str, Any], known: Iterable[str]) -> str:

@@ -146,8 +146,6 @@ class _Cells(common.BasePopulation):
     def _get_parameters(self, *names: str) -> ParameterSpace:
         arrays = self._owner().parameter_arrays
         self._require(names)
-        for name in names:
-            self._owner()._simulator.state.settings.read(self._owner(), name)
         values = {
             name: simplify(values_of(name, self._owner().celltype, arrays)[self._indices()]) for name in names
         }

@@ -274,7 +274,6 @@ class Projection(common.Projection):
 
     def column(self, name: str) -> Any:
         """Return an index or a parameter of all synapses, shape ``(n_synapses,)``."""
-        self._simulator.state.settings.read(self, name)
         if name == "presynaptic_index":
             return self.pre_index
         if name == "weight":

@@ -8,7 +8,7 @@ side by side.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NoReturn, Protocol
 
@@ -16,66 +16,10 @@ import numpy as np
 from pyNN import recording
 from pyNN.common.control import DEFAULT_TIMESTEP, BaseState
 
-from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import Synapses
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
-
-_Key = tuple[int, str]
-
-
-class Settings:
-    """The settings of parameters since the network last ran.
-
-    An owner is a population or a projection. A setting is overwritten if one later setting changes the values
-    of all its cells before anything runs or reads them: a value for all and exceptions for some are right.
-    """
-
-    def __init__(self) -> None:
-        self._sizes: list[int] = []
-        self._last: dict[_Key, IntArray] = {}
-        self._since: dict[_Key, str] = {}
-        self._had_effect: set[_Key] = set()
-
-    def change(self, owner: Any, name: str, size: int, cells: IntArray, differs: Any) -> bool:
-        """Note a setting; return whether it overwrites an earlier one.
-
-        Args:
-            owner: what has the parameter, with a label.
-            name: the parameter.
-            size: number of values that the owner has.
-            cells: the indices of those that are set.
-            differs: whether each of them differs from its value before.
-        """
-        key = (id(owner), name)
-        self._since[key] = owner.label
-        if key not in self._last:
-            self._last[key] = np.full(size, -1)
-        last = self._last[key]
-        before = last[cells]
-        overwritten = before[differs & (before >= 0)]
-        settings, counts = np.unique(overwritten, return_counts=True)
-        sizes = [self._sizes[number] for number in settings.tolist()]
-        last[cells] = len(self._sizes)
-        self._sizes.append(len(cells))
-        return any(count == size for count, size in zip(counts.tolist(), sizes, strict=True))
-
-    def read(self, owner: Any, name: str) -> None:
-        """Note that values were read, as those are from which further ones are computed."""
-        self._last.pop((id(owner), name), None)
-
-    def run(self) -> None:
-        """Note that the network runs with all values."""
-        self._had_effect.update(self._since)
-        self._sizes.clear()
-        self._last.clear()
-        self._since.clear()
-
-    def idle(self) -> Iterator[tuple[str, str]]:
-        """Yield the owner's label and the name of each parameter that was set only after the last run."""
-        for (owner, name), label in self._since.items():
-            if (owner, name) not in self._had_effect:
-                yield label, name
 
 
 class Recorder(recording.Recorder):
@@ -151,7 +95,6 @@ class State(BaseState):
         self.recorders: set[Any] = set()
         self.write_on_end: list[Any] = []
         self.remarks: list[str] = []
-        self.settings = Settings()
         self.hints_by_cell: dict[type, dict[str, float]] = {}
         self.segment_counter = -1
         self.reset()
@@ -179,22 +122,9 @@ class State(BaseState):
 
     def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
         """Called before parameters of cells change."""
-        for name, given in values.items():
-            differs = _differ(population.parameter_arrays[name][index], given)
-            if self.settings.change(population, name, population.size, index, differs):
-                self._remark_overwritten(population, name)
 
     def before_synapses(self, projection: Any, values: Mapping[str, FloatArray]) -> None:
         """Called before parameters of synapses change."""
-        for name, given in values.items():
-            differs = np.ones(1, bool) if len(projection) == 0 else _differ(projection.values[name], given)
-            if self.settings.change(projection, name, 1, np.zeros(1, np.int64), differs.all(keepdims=True)):
-                self._remark_overwritten(projection, name)
-
-    def _remark_overwritten(self, owner: Any, name: str) -> None:
-        text = f"{name} of '{owner.label}' is set twice, and nothing runs in between: the first has no effect"
-        if text not in self.remarks:
-            self.remark(text)
 
     def weights_of(self, projection: Any) -> FloatArray:
         """Return the current weights of a projection."""
@@ -259,15 +189,6 @@ class State(BaseState):
             name = f"unnamed/{self._unnamed_streams}"
             self._unnamed_streams += 1
         return np.random.RandomState(self._seeds.stream(name).bit_generator)
-
-
-def _differ(before: Any, after: Any) -> BoolArray:
-    """Return whether values differ; each may be a train of spike times."""
-    if before.dtype != object:
-        different: BoolArray = np.atleast_1d(before != after)
-        return different
-    pairs = zip(before, after, strict=True)
-    return np.array([not np.array_equal(one.value, other.value) for one, other in pairs], bool)
 
 
 @dataclass(eq=False)

@@ -14,7 +14,6 @@ import nrp_core.pynn
 from nrp_core.brain.files.script import scope_of
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn.languages import reading_of
-from nrp_core.pynn.running import warnings_about
 from nrp_spynnaker.dialect import Dialect
 from nrp_spynnaker.dialect.connections import Hub
 from nrp_spynnaker.live.clock import SimulatedClock, stops_elsewhere
@@ -47,9 +46,7 @@ def run_script(path: Path) -> ModuleType:
     scope = scope_of(pynn, modules=modules, dialect=dialect, compiled=reading.compiled)
     try:
         with reading.running():
-            module = scope.run(path, name="__main__")
-        state.warn(warnings_about(path))
-        return module
+            return scope.run(path, name="__main__")
     except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, path) from error
     finally:
