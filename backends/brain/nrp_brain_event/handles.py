@@ -45,7 +45,6 @@ if COMPILED:
     from llvmlite import ir  # type: ignore[import-untyped]
     from numba.core import types
     from numba.extending import intrinsic
-    from numba.np.arrayobj import make_array
 
     @intrinsic  # type: ignore[untyped-decorator]
     def call(_typing: Any, code: Any, arguments: Any) -> Any:
@@ -56,7 +55,7 @@ if COMPILED:
             for k, kind in enumerate(arguments):
                 value = builder.extract_value(given[1], k)
                 if isinstance(kind, types.Array):
-                    value = make_array(kind)(context, builder, value).data
+                    value = context.make_array(kind)(context, builder, value).data
                 values.append(value)
             function = ir.FunctionType(ir.IntType(64), [value.type for value in values])
             return builder.call(builder.inttoptr(given[0], function.as_pointer()), values)
@@ -148,7 +147,6 @@ if COMPILED:
     import numba
     from numba.core import types
     from numba.extending import intrinsic
-    from numba.np.arrayobj import make_array, populate_array
 
     @intrinsic  # type: ignore[untyped-decorator]
     def opened(_typing: Any, kind: Any, places: Any) -> Any:
@@ -158,16 +156,18 @@ if COMPILED:
         opened_type = types.NamedTuple(members, kind.instance_class)  # type: ignore[attr-defined]
 
         def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            from numba.np.arrayobj import populate_array  # takes time to load, and only compiling needs it
+
             table = arguments[1]
             if isinstance(places, types.Array):
-                table = make_array(places)(context, builder, table).data
+                table = context.make_array(places)(context, builder, table).data
 
             def number(row: int, column: int) -> Any:
                 place = context.get_constant(types.intp, row * (1 + _MOST_DIMENSIONS) + column)
                 return builder.load(builder.gep(table, [place]))
 
             def array(row: int, member: Any) -> Any:
-                view = make_array(member)(context, builder)
+                view = context.make_array(member)(context, builder)
                 shape = [number(row, 1 + k) for k in range(member.ndim)]
                 itemsize = context.get_constant(types.intp, declared[row][0].itemsize)
                 strides = [itemsize]

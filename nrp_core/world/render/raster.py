@@ -23,7 +23,7 @@ from nrp_core.world.render.cameras import (
     camera_pose,
     segments_of,
 )
-from nrp_core.world.render.pixels import NOTHING, NearnessArray, draw, paint, to_camera
+from nrp_core.world.render.pixels import NOTHING, NearnessArray, draw, paint, point_array, to_camera
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.rigid import BodyPath, ReadFrames, matrix_of
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
@@ -43,6 +43,7 @@ class FaceView:
         self._mesh = mesh
         self._numbers = np.arange(len(mesh.faces), dtype=np.int32)
         self._frames = np.full(len(mesh.vertices), WORLD_FRAME, np.int32)
+        self._points = point_array(len(mesh.vertices))
         self._seen: dict[tuple[int, ...], npt.NDArray[np.int32]] = {}
 
     def draw(
@@ -69,7 +70,7 @@ class FaceView:
             self._seen[nearness.shape] = np.empty(nearness.shape, np.int32)
         seen = self._seen[nearness.shape]
         scene = (points, self._frames, mesh.faces, self._numbers, mesh.shown[mesh.surfaces], _WORLD_POSES)
-        draw(*scene, WORLD_FRAME, eye, focal, near, far, nearness, seen)
+        draw(*scene, WORLD_FRAME, eye, focal, near, far, self._points, nearness, seen)
         return seen
 
 
@@ -121,6 +122,7 @@ class RasterCameras(Cameras):
         self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))  # the first one is the world
         self._read = reader(list(numbers))
         self._mesh = SceneMesh(bodies, numbers)
+        self._points = point_array(len(self._mesh.vertices))
         self._segments = segments_of(bodies)
         self._view, self._surfaces_of = (
             FaceView(self._mesh),
@@ -153,7 +155,8 @@ class RasterCameras(Cameras):
         """Return the face at each pixel, and the vertices and the eye in the world."""
         self._read(self._frames[WORLD_FRAME + 1 :])
         mesh, optics = self._mesh, self._optics[path]
-        points = to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD)
+        points = np.empty_like(mesh.vertices)
+        to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD, points)
         eye = self._eye_in_world(path)
         seen = self._view.draw(
             points, eye, optics.focal, optics.near, optics.far, self._work_of(path).nearness
@@ -190,7 +193,7 @@ class RasterCameras(Cameras):
         nearness, surfaces = self._work_of(path)
         scene = (mesh.vertices, mesh.vertex_frames, mesh.faces, mesh.surfaces, mesh.shown, self._frames)
         lens = (optics.focal, optics.near, optics.far)
-        draw(*scene, frame, eye, *lens, nearness, surfaces)
+        draw(*scene, frame, eye, *lens, self._points, nearness, surfaces)
         return surfaces
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
