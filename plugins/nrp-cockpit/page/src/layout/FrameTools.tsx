@@ -1,3 +1,4 @@
+import { savingItems } from "../saving/items";
 import { useRun } from "../state/run";
 import { setFull } from "../state/view";
 import { IconButton } from "../ui/Button";
@@ -14,7 +15,7 @@ export function FrameTools({ id, full }: { id: PanelId; full: boolean }) {
   const kind = kindOf(id);
   const number = numberOf(id);
   const others = PANELS.filter((one) => one !== kind && isShown(one, experiment));
-  const items = [
+  const items = () => [
     { label: "Full size", shortcut: "Enter", onSelect: () => setFull(id) },
     { label: "Split to the right", onSelect: () => split(id, "right") },
     { label: "Split below", onSelect: () => split(id, "below") },
@@ -22,6 +23,7 @@ export function FrameTools({ id, full }: { id: PanelId; full: boolean }) {
       label: `Show ${rooms[one].title} here`,
       onSelect: () => become(id, one),
     })),
+    ...savingItems(id),
     {
       label: "Close",
       disabled: last ? "It is the last panel." : undefined,

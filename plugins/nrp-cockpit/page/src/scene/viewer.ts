@@ -10,6 +10,7 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
+import { REPAINT } from "../saving/picture";
 import { pictureDrawn, waitNoLonger } from "../state/picture";
 import { useRun } from "../state/run";
 import type { Light, Mount } from "../state/types";
@@ -105,6 +106,7 @@ export class Viewer {
     );
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas);
+    canvas.addEventListener(REPAINT, () => this.draw());
     this.unfollow = world.follow((change) => this.changed(change));
     if (world.entities.size > 0) this.changed("scene");
   }

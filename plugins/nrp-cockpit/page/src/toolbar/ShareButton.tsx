@@ -1,4 +1,5 @@
 import { useState } from "react";
+import { download } from "../saving/download";
 import { command } from "../state/commands";
 import { notify } from "../state/notices";
 import { useBlocked, useRun } from "../state/run";
@@ -33,15 +34,4 @@ export function ShareButton() {
       onClick={() => void save()}
     />
   );
-}
-
-/** For so long the browser may take the file. */
-const KEPT_MS = 60_000;
-
-function download(name: string, content: Blob): void {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(content);
-  link.download = name;
-  link.click();
-  window.setTimeout(() => URL.revokeObjectURL(link.href), KEPT_MS);
 }

@@ -15,7 +15,8 @@ export interface MenuItem {
 
 interface MenuProps {
   label: string;
-  items: readonly MenuItem[];
+  /** As a function they are asked for when the menu opens. */
+  items: readonly MenuItem[] | (() => readonly MenuItem[]);
   /** What the button shows. */
   children: ReactNode;
   className?: string;
@@ -46,7 +47,15 @@ export function Menu({ label, items, children, className = "btn", disabled, "dat
       </Tooltip>
       {at &&
         !disabled &&
-        createPortal(<MenuList label={label} items={items} at={at} onClose={close} />, document.body)}
+        createPortal(
+          <MenuList
+            label={label}
+            items={typeof items === "function" ? items() : items}
+            at={at}
+            onClose={close}
+          />,
+          document.body,
+        )}
     </span>
   );
 }

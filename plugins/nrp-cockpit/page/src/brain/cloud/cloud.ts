@@ -10,6 +10,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { spikesOf } from "../../plots/spikeStore";
+import { REPAINT } from "../../saving/picture";
 import { drawingOn } from "../../scene/context";
 import { eyeOf, FOV_RAD, fitted, nearOf, type Orbit, START } from "../../scene/orbit";
 import { Rarely } from "../../ui/rarely";
@@ -90,6 +91,7 @@ export class Cloud {
     this.scene.add(...this.parts.map(({ points }) => points));
     this.camera.up.set(0, 0, 1);
     this.style();
+    canvas.addEventListener(REPAINT, () => this.draw());
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas);
   }

@@ -1,0 +1,74 @@
+"""What panels show is saved as pictures, tables and videos, from a run and from a shared file."""
+
+from __future__ import annotations
+
+import csv
+from io import BytesIO, StringIO
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from browsing import Watched
+from PIL import Image
+from playwright.sync_api import Page
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture
+def opened(husky: str, watched: Watched) -> Page:
+    """A run after a second."""
+    page = watched.open(husky)
+    page.get_by_role("slider", name="Simulated time").press("PageUp")
+    page.get_by_role("timer").get_by_text("1.00 s").wait_for()
+    return page
+
+
+def saved(page: Page, panel: str, item: str) -> bytes:
+    """Choose an item of the menu of a panel and return the file that it saves."""
+    with page.expect_download() as download:
+        choose(page, panel, item)
+    return Path(download.value.path()).read_bytes()
+
+
+def choose(page: Page, panel: str, item: str) -> None:
+    page.get_by_role("button", name=f"Place of {panel}", exact=True).click()
+    page.get_by_role("menuitem", name=item).click()
+
+
+@pytest.mark.parametrize("panel", ["Scene", "Brain", "Spikes", "Devices and topics"])
+def test_each_panel_is_saved_as_it_is_seen(panel: str, opened: Page) -> None:
+    body = opened.get_by_role("region", name=panel, exact=True).locator(".panel-body").bounding_box()
+    picture = Image.open(BytesIO(saved(opened, panel, "Save as PNG")))
+    assert body is not None
+    assert picture.size == pytest.approx((2 * body["width"], 2 * body["height"]), abs=2)
+    pixels = np.asarray(picture.convert("RGB")).reshape(-1, 3)
+    assert len(np.unique(pixels, axis=0)) > 50  # more than an empty panel has, also where WebGL draws
+
+
+def test_the_brain_is_saved_as_a_drawing_with_its_own_colours(opened: Page) -> None:
+    root = ElementTree.fromstring(saved(opened, "Brain", "Save as SVG"))
+    circles = root.findall(f".//{SVG}circle[@class='brain-shape']")
+    assert len(circles) == 8
+    assert all("stroke: rgb(" in circle.get("style", "") for circle in circles)
+
+
+def test_curves_and_spikes_are_saved_as_tables(opened: Page) -> None:
+    table = rows(saved(opened, "Devices and topics", "Save as CSV"))
+    speed = [row for row in table if row["angular.z: /husky/cmd_vel"]]
+    assert [float(row["t_s"]) for row in speed] == pytest.approx(np.arange(1, 51) * 0.02)
+    assert {row["cell"] for row in rows(saved(opened, "Spikes", "Save as CSV"))} >= {"4", "5", "7"}
+
+
+def rows(content: bytes) -> list[dict[str, str]]:
+    return [*csv.DictReader(StringIO(content.decode(), newline=""))]
+
+
+def test_the_scene_is_filmed(opened: Page) -> None:
+    choose(opened, "Scene", "Record a video")
+    opened.get_by_role("button", name="Play").click()
+    opened.wait_for_timeout(1500)
+    film = saved(opened, "Scene", "End the video and save it")
+    assert film[:4] == b"\x1a\x45\xdf\xa3"  # WebM
+    assert len(film) > 10_000
