@@ -29,9 +29,10 @@ class PlayedRecording:
     losses: tuple[str, ...] = ()
 
     def _repr_html_(self) -> str:
-        # the page may run its script and nothing of the notebook that it is in
+        # the page may run its script and save files, and reaches nothing of the notebook that it is in
         style = f"width: 100%; height: {self.height_px}px; border: 0"
-        return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{escape(self.page)}"></iframe>'
+        sandbox = "allow-scripts allow-downloads"
+        return f'<iframe sandbox="{sandbox}" style="{style}" srcdoc="{escape(self.page)}"></iframe>'
 
 
 @checks_arguments()

@@ -7,8 +7,14 @@ from pathlib import Path
 import nrp_cockpit
 import pytest
 from browsing import UNKNOWN, Watched, seen, wait_until
+from nrp_cockpit import show
 from nrp_cockpit.sharing.sharing import shared_file
 from playwright.sync_api import Browser, Page, expect
+
+CUT_AT_THE_RIGHT = """root => [...root.querySelectorAll("button, a, h1, h2, canvas, input")]
+    .filter(one => one.getBoundingClientRect().right > root.clientWidth)
+    .map(one => one.ariaLabel ?? one.textContent)"""
+"""Gives what reaches out of the page."""
 
 
 @pytest.fixture(scope="module")
@@ -87,3 +93,17 @@ def test_a_notebook_shows_it_in_a_frame(recording: Path, browser: Browser, tmp_p
     expect(page.get_by_role("heading", name="Notebook")).to_be_visible()
     assert page.locator("iframe").bounding_box()["height"] == 600  # type: ignore[index]
     page.close()
+
+
+def test_the_frame_of_a_notebook_cuts_nothing_and_saves(recording: Path, tmp_path: Path, watched: Watched):
+    file = tmp_path / "notebook.html"
+    frame = show(recording)._repr_html_()
+    file.write_text(f'<meta charset="utf-8"><h1>Cell</h1><div style="width: 830px">{frame}</div>')
+    page = watched.open(file.as_uri(), width=1000, ready=("heading", "Cell"))
+    inside = page.frame_locator("iframe")
+    inside.get_by_role("button", name="Play").wait_for()
+    assert inside.locator("html").evaluate(CUT_AT_THE_RIGHT) == []
+    with page.expect_download() as download:
+        inside.get_by_role("button", name="Place of Scene", exact=True).click()
+        inside.get_by_role("menuitem", name="Save as PNG").click()
+    assert download.value.suggested_filename.endswith(".png")

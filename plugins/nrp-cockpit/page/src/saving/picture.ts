@@ -10,9 +10,10 @@ const SVG = "http://www.w3.org/2000/svg";
 const HIDDEN =
   ".scene-hint, .plot-cells, .trace-key > button, .hidden-text, .plot-table { display: none !important; }";
 
-/** Returns the contents of a panel as they are on the screen, without their controls, as PNG. */
+/** Returns all contents of a panel, drawn as on the screen but without its controls, as PNG. */
 export async function pngOf(body: HTMLElement): Promise<Blob> {
-  const { width, height } = body.getBoundingClientRect();
+  const { width } = body.getBoundingClientRect();
+  const height = body.scrollHeight; // also what is out of sight
   const image = await loaded(drawingOf(body, width, height));
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [Math.round(width * RATIO), Math.round(height * RATIO)];

@@ -43,7 +43,8 @@ export const place = (
   orientation: readonly [number, number, number, number],
 ) => command("place", { body, position, orientation });
 
-export function toggleRecording(): void {
+export async function toggleRecording(): Promise<void> {
   const recording = useRun.getState().status?.recording;
-  void record(recording ? null : "");
+  const answer = await record(recording ? null : "");
+  if (recording && answer) notify(`Recorded to ${recording.path}. Share saves it as one HTML file.`);
 }

@@ -11,13 +11,13 @@ let nextId = 1;
 
 export const useNotices = create<{ notices: readonly Notice[] }>(() => ({ notices: [] }));
 
-/** Says one sentence at the foot of the page, and reads it to a screen reader. */
+/** Says one sentence at the foot of the page, and reads it to a screen reader; what is bad stays until it is closed. */
 export function notify(text: string, weight: Notice["weight"] = "info"): void {
   const notice = { id: nextId++, weight, text };
   useNotices.setState(({ notices }) => ({
     notices: [...notices.filter((one) => one.text !== text), notice].slice(-3),
   }));
-  window.setTimeout(() => dismiss(notice.id), SHOWN_MS);
+  if (weight === "info") window.setTimeout(() => dismiss(notice.id), SHOWN_MS);
 }
 
 export function dismiss(id: number): void {

@@ -18,7 +18,7 @@ export function RecordButton() {
       tip={recording ? `Stop recording to ${recording.path} (R)` : "Record from here (R)"}
       aria-label={recording ? "Stop recording" : "Record"}
       data-on={recording !== null}
-      onClick={toggleRecording}
+      onClick={() => void toggleRecording()}
     >
       {recording ? "Recording" : "Record"}
       {recording && <span className="dim num wide">{megabytes(recording.bytes)}</span>}
