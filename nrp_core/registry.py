@@ -12,11 +12,11 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.metadata import Distribution, EntryPoint
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import ClassVar, Final, Generic, TypeVar, cast
 
-from nrp_core._support.packages import State, entries, installed
+from nrp_core._support.packages import State, entries, installed, name_and_version
 from nrp_core.errors import (
     BackendLoadError,
     DuplicateBackendError,
@@ -68,7 +68,8 @@ class Provider:
     @classmethod
     def of(cls, entry: EntryPoint) -> Provider:
         """Read an entry point."""
-        return cls(entry.name, *_name_and_version(entry.dist), entry.value)
+        named = ("unknown", "?") if entry.dist is None else name_and_version(entry.dist)
+        return cls(entry.name, *named, entry.value)
 
     @property
     def package(self) -> str:
@@ -192,12 +193,6 @@ class Registry(Generic[T]):
             f"this nrp-core has version {wanted}",
             remedy=f"pip install --upgrade {older}",
         )
-
-
-@lru_cache(maxsize=64)
-def _name_and_version(distribution: Distribution | None) -> tuple[str, str]:
-    """Return what a distribution is called; its metadata takes 0.5 ms to parse, and is parsed for each."""
-    return ("unknown", "?") if distribution is None else (distribution.name, distribution.version)
 
 
 @lru_cache(maxsize=64)

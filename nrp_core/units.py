@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from math import pi
 from typing import Any, Final, TypeAlias
 
@@ -180,6 +180,7 @@ def _exact_size(unit: str) -> tuple[Fraction, Dimension] | None:
         return None
 
 
+@lru_cache(maxsize=256)
 def unit_of(text: str) -> Unit:
     """Return a unit such as ``mV``, ``1/ms`` or ``uF/cm**2``.
 
@@ -230,7 +231,7 @@ def as_unit(of: Dimension) -> str:
 
 def times(a: Dimension, b: Dimension, power: int = 1) -> Dimension:
     """Return the dimension of ``a * b ** power``."""
-    return tuple(x + power * y for x, y in zip(a, b, strict=True))
+    return tuple(x + power * y if y else x for x, y in zip(a, b, strict=True))
 
 
 def _combinations(of: Dimension) -> Iterator[str]:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 from nrp_core._support.cache import cache_root
 from nrp_core._support.diagnosis import Diagnosis
-from nrp_core._support.probe import run_module
 
 if TYPE_CHECKING:
     from packaging.requirements import Requirement
@@ -92,6 +91,8 @@ def _cache() -> Diagnosis:
 
 def _confinement() -> Diagnosis:
     """Look whether the process that executes brain scripts for checks can be confined."""
+    from nrp_core._support.probe import run_module  # used only here
+
     given_up = run_module("nrp_core._support.confinement", timeout_s=30.0, has_folder=True)
     if given_up.exit_code == 0:
         meaning = "nrp validate and nrp map execute them without network, in a folder of their own"

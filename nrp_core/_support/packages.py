@@ -91,7 +91,8 @@ def entries(group: str) -> list[EntryPoint]:
     for folder, changed_ns in installed():
         for distribution, groups in _read(folder, changed_ns):
             if group in groups:
-                found.setdefault(_normalized_name(distribution), groups[group])
+                name = re.sub(r"[-_.]+", "_", name_and_version(distribution)[0]).lower()
+                found.setdefault(name, groups[group])
     return [entry for some in found.values() for entry in some]
 
 
@@ -109,5 +110,7 @@ def _read(folder: str, _changed_ns: int) -> list[tuple[Distribution, dict[str, l
 
 
 @lru_cache(maxsize=64)
-def _normalized_name(distribution: Distribution) -> str:
-    return re.sub(r"[-_.]+", "_", distribution.name).lower()
+def name_and_version(distribution: Distribution) -> tuple[str, str]:
+    """Return what a distribution is called; its metadata takes 0.5 ms to parse, for each use."""
+    metadata = distribution.metadata
+    return metadata["Name"], metadata["Version"]

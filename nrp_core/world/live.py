@@ -89,14 +89,18 @@ class LiveScene(Simulation, Changeable):
 
     def __init__(self, engine: Engine, nominal: Scene | None = None) -> None:
         self.engine, self.nominal = engine, nominal or engine.scene
-        identity = f"{engine.identity},scene {self.nominal.digest}"
-        Simulation.__init__(self, seed=engine.seed, identity=identity, name=type(engine).__name__)
+        Simulation.__init__(self, seed=engine.seed, identity=engine.identity, name=type(engine).__name__)
         Changeable.__init__(self)
         self.paused = False
         self.forces = ForcesPart(engine)
         self._board = Switchboard(engine, self)
         self.parts = Parts(engine, self._board)
         self._opened = engine.scene
+
+    @property
+    def identity(self) -> str:
+        """The engine with its version and options, and the scene; snapshots of another are refused."""
+        return f"{super().identity},scene {self.nominal.digest}"
 
     @property
     def scene(self) -> Scene:

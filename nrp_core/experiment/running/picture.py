@@ -16,9 +16,6 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.files import writing
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.paths import path_of
-from nrp_core.world.drives.muscles import drawn_muscles, drawn_paths
-from nrp_core.world.render.portrait import Moment, portrait
-from nrp_core.world.render.tubes import activation_rgba
 from nrp_core.world.rigid import BodyPath, matrix_of
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.posture import body_poses
@@ -75,6 +72,10 @@ def image_of(world: World, width: int, height: int, of: Collection[str]) -> npt.
     Raises:
         SceneError: the scene cannot be drawn, or there is no such model.
     """
+    from nrp_core.world.drives.muscles import drawn_muscles, drawn_paths  # most runs show no picture
+    from nrp_core.world.render.portrait import Moment, portrait
+    from nrp_core.world.render.tubes import activation_rgba
+
     scene, engine = world.scene, world.engine
     for name in of:
         scene.model(name)

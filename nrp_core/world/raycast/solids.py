@@ -13,7 +13,6 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError
-from nrp_core.world.raycast.collisions import signed_distance
 from nrp_core.world.rigid import Pose, matrix_of
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import (
@@ -122,6 +121,8 @@ class Solid:
             return self._depth_below_surface(points)
         if isinstance(self.geometry, Mesh):
             return 0.0
+        from nrp_core.world.raycast.collisions import signed_distance  # compiled code takes time to load
+
         place = matrix_of(self.pose)
         local = (points - place[:, 3]) @ place[:, :3]
         return -min(0.0, *(signed_distance(self.geometry, _NONE, (x, y, z)) for x, y, z in local.tolist()))

@@ -68,9 +68,9 @@ class TextOrigin:
 
 def require_ascii(place: TextOrigin) -> None:
     """Refuse letters of other alphabets, which look alike."""
-    for letter in place.text:
-        if not letter.isascii():
-            place.refuse(f"{letter!r} is not an ASCII character; names are written as in tau or alpha_1")
+    if not place.text.isascii():
+        letter = next(one for one in place.text if not one.isascii())
+        place.refuse(f"{letter!r} is not an ASCII character; names are written as in tau or alpha_1")
 
 
 def parsed(text: str, place: TextOrigin, *, random: bool = False) -> ast.expr:
@@ -117,8 +117,9 @@ class _Drawn(ast.NodeTransformer):
 
 def names_in(node: ast.expr) -> Iterator[str]:
     """Yield the names in an expression that are not those of functions."""
-    functions = {id(call.func) for call in ast.walk(node) if isinstance(call, ast.Call)}
-    for part in ast.walk(node):
+    parts = list(ast.walk(node))
+    functions = {id(call.func) for call in parts if isinstance(call, ast.Call)}
+    for part in parts:
         if isinstance(part, ast.Name) and id(part) not in functions:
             yield part.id
 
