@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.checks.network_units import unlikely_units
@@ -26,15 +25,19 @@ class NetworkSummary:
 
     Args:
         joined: the pairs of populations that have synapses, source first.
-        mute: labels of its populations that cannot fire unless a device drives them.
-        unreached: a sentence for each population that its synapses cannot take to its threshold.
+        unreached: for each population that cannot fire unless a device drives it, why.
+
         findings: implausible values, and remarks of whatever read it.
     """
 
     joined: list[tuple[str, str]] = field(default_factory=list)
-    mute: list[str] = field(default_factory=list)
     unreached: dict[str, str] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
+
+
+NOT_EXCITED: Final = (
+    "no synapse and no device excites it, and its own current does not take it to its threshold"
+)
 
 
 def summary_of(network: Network) -> NetworkSummary:
@@ -43,7 +46,7 @@ def summary_of(network: Network) -> NetworkSummary:
     findings += Findings(network.remarks, general=Code.NRP308)
     others = _acting_by_voltage(network) | _excited_by_currents(network)
     unreached = {label: why for label, why in unreached_thresholds(network).items() if label not in others}
-    return NetworkSummary(_joined(network), mute(network), unreached, findings)
+    return NetworkSummary(_joined(network), dict.fromkeys(mute(network), NOT_EXCITED) | unreached, findings)
 
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
@@ -59,7 +62,13 @@ def described(network: Network) -> dict[str, Any]:
         kinds.setdefault((one.synapse_type, one.rewiring is None, one.neuromodulation is None), one)
     return {
         "populations": [
-            [p.label, p.size, p.cell_type, _text(p.positions_um)] for p in network.populations.values()
+            [
+                one.label,
+                one.size,
+                one.cell_type,
+                None if one.positions_um is None else _text(one.positions_um.astype(float)),
+            ]
+            for one in network.populations.values()
         ],
         "synapses": [
             [
@@ -74,11 +83,10 @@ def described(network: Network) -> dict[str, Any]:
             for one in kinds.values()
         ],
         "joined": summary.joined,
-        "mute": summary.mute,
         "unreached": summary.unreached,
         "findings": [finding.to_dict() for finding in summary.findings],
         "leaks": {p.label: leak for p in network.populations.values() if (leak := _least_leak(p))},
-        "views": {name: _short(ids) for name, ids in network.views.items()},
+        "views": {name: _text(ids.astype(np.int64)) for name, ids in network.views.items()},
         "timestep_ms": network.timestep_ms,
     }
 
@@ -107,7 +115,6 @@ def summary_from(described: dict[str, Any]) -> NetworkSummary:
     """Return the facts about a network that :func:`described` wrote."""
     return NetworkSummary(
         [(pre, post) for pre, post in described["joined"]],
-        described["mute"],
         described["unreached"],
         [Finding.from_dict(one) for one in described["findings"]],
     )
@@ -122,7 +129,7 @@ def skeleton_of(described: dict[str, Any]) -> Network:
             size,
             cell_type,
             {name: np.full(size, value) for name, value in leaks.get(label, {}).items()},
-            positions_um=_array(positions, size),
+            positions_um=None if positions is None else _array(positions, float).reshape(size, 3),
         )
         for label, size, cell_type, positions in described["populations"]
     }
@@ -134,7 +141,7 @@ def skeleton_of(described: dict[str, Any]) -> Network:
         )
         for label, pre, post, receptor, kind, rewiring, neuromodulation in described["synapses"]
     ]  # fmt: skip
-    views = {name: _long(ids) for name, ids in described["views"].items()}
+    views = {name: _array(ids, np.int64) for name, ids in described["views"].items()}
     return Network(populations, tuple(projections), views, timestep_ms=described["timestep_ms"])
 
 
@@ -152,26 +159,12 @@ def _least_leak(population: Population) -> dict[str, float]:
     return {name: float(cells[name][cell]) for name in names if name in cells}
 
 
-def _text(positions_um: FloatArray | None) -> str | None:
-    return None if positions_um is None else base64.b64encode(positions_um.astype(float).tobytes()).decode()
+def _text(values: np.ndarray[Any, Any]) -> str:
+    return base64.b64encode(values.tobytes()).decode()
 
 
-def _array(positions_um: str | None, size: int) -> FloatArray | None:
-    if positions_um is None:
-        return None
-    return np.frombuffer(base64.b64decode(positions_um)).reshape(size, 3)
-
-
-def _short(ids: IntArray) -> list[int] | dict[str, int]:
-    if ids.size > 2 and (np.diff(ids) == 1).all():
-        return {"first": int(ids[0]), "size": int(ids.size)}
-    return [int(neuron) for neuron in ids]
-
-
-def _long(ids: list[int] | dict[str, int]) -> IntArray:
-    if isinstance(ids, dict):
-        return np.arange(ids["first"], ids["first"] + ids["size"])
-    return np.array(ids, dtype=np.int64)
+def _array(text: str, kind: type) -> np.ndarray[Any, Any]:
+    return np.frombuffer(base64.b64decode(text), dtype=kind)
 
 
 def mute(network: Network) -> list[str]:

@@ -7,7 +7,7 @@ Frontiers in Neuroinformatics 8:40, 2014, membrane time constants of 2 to 100 ms
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -19,17 +19,6 @@ from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.network.limits import distinct
 from nrp_core.checks.synaptic_effects import NEVER_MV, effect_of_spike
 from nrp_core.checks.unreachable_thresholds import HIGHEST_DEVICE_HZ
-from nrp_core.units import (
-    AMPERE,
-    FARAD,
-    NONE,
-    SECOND,
-    SIEMENS,
-    VOLT,
-    Dimension,
-    Unit,
-    times,
-)
 
 
 class Range(NamedTuple):
@@ -78,10 +67,6 @@ INSTANT_MS: Final = 1e-6
 TIME_STEP: Final = Range(0.002, 100.0, "ms", "s", "us")  # 0.001 is a millisecond in s
 SHORTEST_INTERVAL_MS: Final = 0.5
 """Of the spikes of one source; no neuron fires at 2 kHz."""
-FEWEST_SPIKES: Final = 0.5
-"""Mean number of spikes of all sources together below which most runs have none."""
-VOLLEY_MS: Final = 10.0
-"""The longest activity in which most sources do not fire once; a longer one is sparse, as in cortex."""
 STRONGEST_PSP_MV: Final = 500.0
 """Largest effect of one spike on a cell at rest: 25 times the usual distance to threshold, 20 mV."""
 STRONGEST_CONDUCTANCE_MV: Final = 3000.0
@@ -108,14 +93,7 @@ def unlikely_units(network: Network) -> list[str]:
 
 def _check_cells(population: Population) -> Iterator[str]:
     owner, cells = f"the population '{population.label}'", population.parameters
-    if population.equations is not None:
-        units = {
-            **population.equations.model.parameters,
-            **{name: one.unit for name, one in population.equations.model.variables.items()},
-        }
-        values = {**cells, **population.initial_values}
-        for sentence in _check_equations(population.equations.model.parameters, units, values):
-            yield f"the equations of {owner}: {sentence}"
+    if population.equations is not None:  # in units of their own
         return
     ranges = IZHIKEVICH_RANGES if population.cell_type == "Izhikevich" else CELL_RANGES
     for name in sorted(ranges.keys() & cells.keys()):
@@ -128,22 +106,8 @@ def _check_cells(population: Population) -> Iterator[str]:
     intervals = [np.diff(train) for train in population.spike_times_ms if len(train) > 1]
     if intervals and 0 < (usual := np.median(np.concatenate(intervals))) <= SHORTEST_INTERVAL_MS:
         yield f"spikes of {owner} follow each other after {usual:g} ms; is it meant in s?"
-    if population.cell_type == "SpikeSourcePoisson" and cells:
-        yield from _check_poisson(owner, cells)
-
-
-def _check_poisson(owner: str, sources: Mapping[str, FloatArray]) -> Iterator[str]:
-    rates_hz, durations_ms = sources["rate"], sources["duration"]
-    if rates_hz.max() > HIGHEST_DEVICE_HZ:
-        yield f"rate of {owner} is {rates_hz.max():g} Hz; is it meant in mHz?"
-    fires = rates_hz > 0.0
-    expected = float((rates_hz[fires] * durations_ms[fires] / 1000.0).sum())
-    is_brief = durations_ms[fires].max(initial=0.0) <= VOLLEY_MS
-    if 0 < expected < FEWEST_SPIKES * (int(fires.sum()) if is_brief else 1):
-        yield (
-            f"{owner} fires {expected:.2g} spikes in all: the duration is {durations_ms.max():g} ms; "
-            "is it meant in s?"
-        )
+    if population.cell_type == "SpikeSourcePoisson" and cells and cells["rate"].max() > HIGHEST_DEVICE_HZ:
+        yield f"rate of {owner} is {cells['rate'].max():g} Hz; is it meant in mHz?"
 
 
 def _check_synapses(projection: Projection, post: Population, step_ms: float | None) -> Iterator[str]:
@@ -155,14 +119,9 @@ def _check_synapses(projection: Projection, post: Population, step_ms: float | N
             f"a delay of {owner} is {delays_ms.min():g} ms, shorter than the time step of {step_ms:g} ms; is "
             "it meant in s?"
         )
-    if projection.equations is not None:
-        units = projection.equations.model.parameters
-        for sentence in _check_equations(units, units, parameters):
-            yield f"the equations of {owner}: {sentence}"
-    else:
-        for name in sorted(SYNAPSE_RANGES.keys() & parameters.keys()):
-            values = parameters[name]
-            yield from _outside(f"{name} of {owner}", values[values > INSTANT_MS], SYNAPSE_RANGES[name])
+    for name in sorted(SYNAPSE_RANGES.keys() & parameters.keys()) if projection.equations is None else ():
+        values = parameters[name]
+        yield from _outside(f"{name} of {owner}", values[values > INSTANT_MS], SYNAPSE_RANGES[name])
     weights = _extremes(projection, "weight")
     size = too_strong(float(np.abs(weights).max()), post, projection.receptor)
     if size:
@@ -206,54 +165,6 @@ def _in_volts(owner: str, values: FloatArray) -> Iterator[str]:
         yield f"{owner} is {values.flat[0]:g} mV; is it meant in V?"
     elif np.abs(values).max() > HIGHEST_MV:
         yield f"{owner} is {values[np.abs(values).argmax()]:g} mV; is it meant in uV?"
-
-
-class _EquationRange(NamedTuple):
-    """The sizes of a quantity that neurons have, in its SI unit times ``scale``."""
-
-    low: float
-    high: float
-    unit: str
-    scale: float
-
-
-EQUATION_RANGES: Final[Mapping[Dimension, _EquationRange]] = {
-    SECOND: _EquationRange(0.01, 100_000.0, "ms", 1e-3),
-    FARAD: _EquationRange(1e-4, 50.0, "nF", 1e-9),
-    SIEMENS: _EquationRange(1e-7, 5_000.0, "uS", 1e-6),
-    times(NONE, SIEMENS, -1): _EquationRange(0.05, 1e6, "Mohm", 1e6),
-    VOLT: _EquationRange(0.0, 1_000.0, "mV", 1e-3),
-    AMPERE: _EquationRange(0.0, 50.0, "nA", 1e-9),
-}
-TINY_REST_V: Final = (-1e-4, -2e-5)
-"""Resting potentials of neurons, divided by a thousand."""
-
-
-def _check_equations(
-    parameters: Mapping[str, Unit], units: Mapping[str, Unit], values: Mapping[str, FloatArray]
-) -> Iterator[str]:
-    """Yield the values in equations that are probably in another unit.
-
-    Args:
-        parameters: the units of parameters.
-        units: the units of parameters and state variables.
-        values: the values in these units.
-    """
-    for name, unit in parameters.items():
-        plausible, given = EQUATION_RANGES.get(unit.dimension), values.get(name, np.empty(0))
-        if plausible is None:
-            continue
-        if unit.dimension == VOLT:
-            given = given[given * (unit.scale / plausible.scale) < NEVER_MV]
-        sizes = np.abs(given[given != 0]) * (unit.scale / plausible.scale)
-        if sizes.size and not plausible.low <= sizes.min() <= sizes.max() <= plausible.high:
-            size = sizes.min() if sizes.min() < plausible.low else sizes.max()
-            yield f"{name} is {size:g} {plausible.unit}; is it in another unit?"
-    low, high = TINY_REST_V
-    for name in sorted(units.keys() & values.keys()):
-        volts = values[name] * units[name].scale
-        if units[name].dimension == VOLT and volts.size and low <= volts.min() and volts.max() <= high:
-            yield f"{name} is {volts.flat[0] * 1e3:g} mV; is it in another unit?"
 
 
 def _extremes(projection: Projection, name: str) -> FloatArray:

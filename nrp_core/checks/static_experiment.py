@@ -6,9 +6,8 @@ import ast
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.devices.ports import SourcePort
@@ -16,19 +15,25 @@ from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
 from nrp_core.checks.code.body import FunctionBody
-from nrp_core.checks.code.declarations import Declarations, Declared, found_in
-from nrp_core.checks.code.values import NUMBER, Known, Shape
+from nrp_core.checks.code.declarations import Declarations, Declared
+from nrp_core.checks.code.values import NUMBER, Known, Shape, adapter_of
 from nrp_core.checks.network_summary import NetworkSummary
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.dsl.functions import TIME, TransferFunction
-from nrp_core.dsl.loading import DECLARES_NOTHING, Listing, PythonSource, python_listing
+from nrp_core.dsl.loading import DECLARES_NOTHING, Listing, PythonSource
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
-from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping, PreprocessedTopic, Topic
-from nrp_core.dsl.selection import BrainRoot, Selection, Selector, evaluate
+from nrp_core.dsl.parameters import (
+    Adapter,
+    Binding,
+    ParameterMapping,
+    PreprocessedTopic,
+    PublishedTopic,
+    Topic,
+)
 from nrp_core.dsl.testing import MockBrain
-from nrp_core.errors import NrpError, TopicError, TransferFunctionError, UnreadableError
+from nrp_core.errors import NrpError, TopicError, UnreadableError
 from nrp_core.experiment.making.maker import maker_of
-from nrp_core.experiment.making.prepare import Side, name_cause
+from nrp_core.experiment.making.prepare import Plan, PlanParts, Side, name_cause
 from nrp_core.experiment.making.watch import warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
@@ -39,36 +44,8 @@ from nrp_core.world.scene.model import Scene
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
-Slices = list[tuple[PythonSource, ast.expr, Selector, slice]]
-"""Choices of neurons by slices, with their place, the neurons and the slice."""
-
-
-class Checkable(Protocol):
-    """What a check needs of an experiment: a :class:`.Plan`, or :class:`.Parts` that may be missing."""
-
-    @property
-    def experiment(self) -> Experiment:
-        """The experiment."""
-
-    @property
-    def brain(self) -> Side[BrainBackend] | None:
-        """The brain backend."""
-
-    @property
-    def world(self) -> Side[WorldBackend] | None:
-        """The world backend."""
-
-    @property
-    def network(self) -> Network | None:
-        """The network of the brain."""
-
-    @property
-    def scene(self) -> Scene | None:
-        """The scene of the world, robots included."""
-
-    @property
-    def stage(self) -> World | None:
-        """A world without an engine, with the topics and aliases of the experiment."""
+Checkable: TypeAlias = Plan | PlanParts
+"""The parts of an experiment, some of which may be missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +81,17 @@ class CheckedFunction:
         """Return the parameter with an adapter, if there is one."""
         found = shape.value if isinstance(shape, Known) else None
         return next((name for name, adapter in self.adapters.items() if adapter is found), None)
+
+
+def sent_value(function: CheckedFunction, node: ast.AST) -> tuple[TopicInfo, ast.expr] | None:
+    """Return the topic and the value of a statement that sends a message; None of any other."""
+    match node:
+        case ast.Return(ast.expr() as value) if node in function.declared.own:
+            return None if function.returns_to is None else (function.returns_to, value)
+        case ast.Call(ast.Attribute(owner, "send_message"), [value], []):
+            topic = adapter_of(function.body.shape(owner))
+            return (topic.info, value) if isinstance(topic, PublishedTopic) else None
+    return None
 
 
 @dataclass
@@ -146,21 +134,6 @@ class StaticExperiment:
         """The topics of its world, as far as it could be made."""
         return {} if self.stage is None else self.stage.topics
 
-    @cached_property
-    def scripts(self) -> list[PythonSource]:
-        """Its brain script and the modules beside it that it imports, as far as they are plain Python."""
-        known = {source.path for source in self._sources_of_functions}
-        return [one for one in _scripts_from(self.experiment.brain.model) if one.path not in known]
-
-    @cached_property
-    def sources(self) -> list[PythonSource]:
-        """The files of its transfer functions, those of its brain, and the modules beside them."""
-        return [*self._sources_of_functions, *self.scripts]
-
-    @property
-    def _sources_of_functions(self) -> list[PythonSource]:
-        return [*(source for listing in self.listings for source in listing.sources), *self.neighbours]
-
 
 def read_experiment(parts: Checkable, summary: NetworkSummary) -> StaticExperiment:
     """Read the code of an experiment's transfer functions, and bind them to mocks.
@@ -174,12 +147,11 @@ def read_experiment(parts: Checkable, summary: NetworkSummary) -> StaticExperime
         parts.experiment, parts.brain, parts.world, parts.network, scene, summary, parts.stage
     )
     collector = Collector(static.experiment.source)
-    slices = _read_files(static, collector)
+    _read_files(static, collector)
     if static.network is not None and static.stage is not None:
         before = len(collector.findings)
         with collector.during(Code.NRP216, "brain", "backend"):
             brain = _mock_brain(parts, static.network)
-            collector.findings += _beyond(slices, BrainRoot(static.network))
             _bind_functions(static, brain, static.stage, collector)
         collector.findings[before:] = name_cause(
             collector.findings[before:], static.experiment, static.network
@@ -188,14 +160,11 @@ def read_experiment(parts: Checkable, summary: NetworkSummary) -> StaticExperime
     return static
 
 
-def _read_files(
-    static: StaticExperiment, collector: Collector
-) -> list[tuple[PythonSource, ast.expr, Selector, slice]]:
-    """Read the files of transfer functions; return the choices of neurons by slices."""
+def _read_files(static: StaticExperiment, collector: Collector) -> None:
+    """Read the files of transfer functions."""
     experiment = static.experiment
     level = Level.ERROR if experiment.strict else Level.WARNING
     neighbours: dict[Path, PythonSource] = {}
-    slices: Slices = []
     for listing in maker_of(experiment).listings(experiment, collector):
         declarations = Declarations(listing)
         static.listings.append(listing)
@@ -205,11 +174,9 @@ def _read_files(
         if not (declarations.functions or declarations.neighbours or experiment.compatibility):
             collector.findings += _declares_nothing(listing)
         static.is_complete &= declarations.is_complete
-        slices += declarations.slices
     # the functions of a file that could not be read are unknown
     static.is_complete &= not has_errors(collector.findings)
     static.neighbours = list(neighbours.values())
-    return slices
 
 
 def _mock_brain(parts: Checkable, network: Network) -> MockBrain:
@@ -218,7 +185,7 @@ def _mock_brain(parts: Checkable, network: Network) -> MockBrain:
     Raises:
         CapabilityError: it refuses the network.
     """
-    is_accepted = parts.brain is not None and getattr(parts, "is_accepted", True)
+    is_accepted = isinstance(parts, Plan) or parts.is_accepted
     return MockBrain(network, capabilities=parts.brain.capabilities if parts.brain and is_accepted else None)
 
 
@@ -288,21 +255,6 @@ def _declares_nothing(listing: Listing) -> Iterator[Finding]:
         yield Finding(Code.NRP210, DECLARES_NOTHING, path=paths[0], line=1)
 
 
-def _beyond(slices: Slices, root: BrainRoot) -> Iterator[Finding]:
-    """Yield slices beyond the end of a population, which Python silently shortens."""
-    for source, node, neurons, index in slices:
-        try:
-            of, bounds = evaluate(neurons, root), evaluate([index.start, index.stop], root)
-        except NrpError:  # reported where it is used
-            continue
-        beyond = [
-            one for one in bounds if isinstance(one, int) and isinstance(of, Selection) and one > of.size
-        ]
-        if beyond:
-            message = f"{neurons!r} has {of.size} neurons, 0..{of.size - 1}; {beyond[-1]} is beyond them"
-            yield found_in(source, Code.NRP211, node, message, Level.WARNING)
-
-
 def _code_of(error: Exception, mapping: ParameterMapping | None) -> Code:
     is_device = isinstance(mapping, (MapSpikeSink, MapSpikeSource))
     return code_of(error, Code.NRP240 if is_device else Code.NRP210)
@@ -326,35 +278,3 @@ def at_most(finding: Finding, level: Level) -> Finding:
     """Return a finding with its level lowered to a limit."""
     is_worse = finding.level is Level.ERROR and level is not Level.ERROR
     return replace(finding, level=level) if is_worse else finding
-
-
-def _scripts_from(path: Path) -> list[PythonSource]:
-    """Return a brain script and the modules beside it that it imports.
-
-    A file that is not Python is left out: whatever executes it reports that, or knows another version of it.
-    """
-    found: dict[Path, PythonSource | None] = {}
-    waiting = [path]
-    while waiting:
-        file = waiting.pop(0)
-        if file not in found and file.suffix == ".py" and file.is_file():
-            found[file] = source = _read_script(file)
-            waiting += _imported_files(source) if source is not None else ()
-    return [source for source in found.values() if source is not None]
-
-
-def _read_script(file: Path) -> PythonSource | None:
-    try:
-        return python_listing(file).sources[0]
-    except TransferFunctionError:
-        return None
-
-
-def _imported_files(source: PythonSource) -> Iterator[Path]:
-    folder = source.path.parent
-    for node in ast.walk(source.tree):
-        match node:
-            case ast.Import(names):
-                yield from (folder / f"{one.name.replace('.', '/')}.py" for one in names)
-            case ast.ImportFrom(module=str(module)):
-                yield folder / f"{module.replace('.', '/')}.py"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from typing import Final
 
 from nrp_core.checks.static_experiment import at_most
 from nrp_core.checks.validate import check, validate
@@ -15,8 +14,6 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level, Weight
 from nrp_core.findings.problems import is_warning, lines_of, ordered
 
-_COMPARISONS: Final = Code.NRP202
-"""What the section 'comparison' cannot vary, which a run does not read."""
 _ANNOUNCED: set[tuple[str, Finding]] = set()
 """What this process has announced about experiments that it opens."""
 
@@ -42,7 +39,7 @@ def experiment_warnings(read: Callable[[], Experiment], until_s: float | None = 
     """
     found = _guarded(lambda: validate(_lasting(read(), until_s)))
     warnings = (at_most(one, Level.WARNING) for one in found)
-    return [finding for finding in warnings if is_warning(finding) and finding.code is not _COMPARISONS]
+    return [finding for finding in warnings if is_warning(finding)]
 
 
 def announcement(name: str, problems: Iterable[Finding]) -> str:
@@ -66,7 +63,6 @@ def new_warnings(found: Iterable[Finding], known: Iterable[Finding]) -> Iterator
     for finding in found:
         warning = at_most(finding, Level.WARNING)
         is_new = warning.level is Level.WARNING and warning.weight is not Weight.INCOMPLETE
-        is_new &= warning.code is not _COMPARISONS
         if is_new and not any(warning.message in message for message in messages):
             yield warning
 

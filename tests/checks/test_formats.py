@@ -79,7 +79,7 @@ def test_a_code_is_explained(nrp: Callable[..., tuple[int, str, str]]) -> None:
 
 
 def test_a_code_is_explained_to_programs(nrp: Callable[..., tuple[int, str, str]]) -> None:
-    assert json.loads(nrp("explain", "NRP203", "--json")[1])["why"] == Code.NRP203.why
+    assert json.loads(nrp("explain", "NRP201", "--json")[1])["why"] == Code.NRP201.why
     assert len(json.loads(nrp("explain", "--json")[1])["codes"]) == len(Code)
 
 

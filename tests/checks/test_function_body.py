@@ -141,7 +141,7 @@ FAILS = [
     ("helper(eyes(0))", "NRP240"),
     ("if t > 5000:\n    helper(t)", "NRP248"),
     ("if 41 <= t:\n    helper(t)", "NRP248"),
-    ("import time\ntime.sleep(1)", "NRP243"),
+    ("import time\ntime.sleep(1)", "NRP357"),
     ("from random import random\nhelper(random())", "NRP243"),
     ("helper(eyes[3].rate)", "NRP240"),
     ("helper(wheel[0])", "NRP240"),

@@ -17,7 +17,6 @@ CELLS = {
     "IF_curr_exp(v_rest=-65000.0)": "v_rest of the population 'cells' is -65000 mV; is it meant in uV?",
     "IF_curr_exp(v_rest=0.0, v_thresh=15e3)": "v_thresh of the population 'cells' is 15000 mV; is it",
     "SpikeSourcePoisson(rate=1e6)": "rate of the population 'cells' is 1e+06 Hz; is it meant in mHz?",
-    "SpikeSourcePoisson(rate=10.0, duration=1.0)": "fires 0.02 spikes in all: the duration is 1 ms",
     "SpikeSourceArray(spike_times=[0.1, 0.2, 0.3])": "follow each other after 0.1 ms; is it meant in s?",
 }
 SYNAPSES = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
@@ -10,8 +9,7 @@ import pytest
 from nrp_core.checks.code import statements
 from nrp_core.checks.validate import validate, validate_file
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.findings import Code, Finding, Level
-from nrp_core.running import open_run
+from nrp_core.findings import Finding, Level
 
 TWIST = "Topic('/husky/cmd_vel', geometry_msgs.msg.Twist)"
 
@@ -243,18 +241,3 @@ def test_an_experiment_made_in_python_can_be_checked(husky: Path) -> None:
     assert {finding.level for finding in validate(experiment.with_source(type(experiment.source)({})))} == {
         Level.NOTE
     }
-
-
-def test_realistic_cameras_in_a_scene_without_light_are_a_warning(husky: Path) -> None:
-    realistic = ["world.options.renderer=realistic"]
-    assert "NRP295" not in codes(validate_file(husky, realistic))
-    room = husky / "room.sdf"
-    text = room.read_text()
-    without = re.sub(r"<light .*?</light>", "", text, flags=re.DOTALL)
-    assert without != text
-    room.write_text(without)
-    assert "NRP295" in codes(validate_file(husky, realistic))
-    assert "NRP295" not in codes(validate_file(husky))
-    with open_run(husky, [*realistic, "duration=0.1 s", "criteria=null"]) as run:
-        run.run()
-        assert Code.NRP295 in {problem.code for problem in run.result().problems}

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from nrp_core.checks.code.imports import Imports
-from nrp_core.checks.code.statements import FAILURES, MisfitError, Statements, Written, changed_names
+from nrp_core.checks.code.statements import FAILURES, MisfitError, Statements, changed_names
 from nrp_core.checks.code.syntax import Function, own_nodes, stub_of
 from nrp_core.checks.code.values import Known, Shape, has_attribute, names_of
 from nrp_core.dsl.device_kinds import DeviceKind
@@ -20,7 +20,6 @@ from nrp_core.dsl.loading import Listing, PythonSource
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, MapVariable
 from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping
 from nrp_core.dsl.rewards import MapReward
-from nrp_core.dsl.selection import Selector
 from nrp_core.dsl.weights import MapWeights
 from nrp_core.errors import CapabilityError, ExperimentError, Instead, TopicError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
@@ -117,7 +116,24 @@ def _makes_functions(node: ast.AST) -> bool:
     return getattr(node, "attr", getattr(node, "id", "")) in _MAKERS
 
 
-class Declarations(Statements):
+class _File(Statements):
+    """Follows the statements and imports of a file, and notes the mistakes in them."""
+
+    _imports: Imports
+    _source: PythonSource
+    findings: list[Finding]
+
+    def statement(self, node: ast.stmt) -> None:
+        if not isinstance(node, ast.Import | ast.ImportFrom):
+            super().statement(node)
+            return
+        for imported in self._imports.of(node, self.path):
+            self.names[imported.name] = imported.shape
+            if imported.error:
+                self.findings.append(found_in(self._source, Code.NRP218, node, imported.error))
+
+
+class Declarations(_File):
     """Reads the declarations of a listing.
 
     Args:
@@ -126,7 +142,6 @@ class Declarations(Statements):
     Attributes:
         functions: the declared transfer functions.
         findings: the mistakes in their declarations.
-        slices: for each choice of neurons by a slice: its source, its place, the neurons and the slice.
         is_complete: whether all declarations could be read.
     """
 
@@ -138,8 +153,7 @@ class Declarations(Statements):
         super().__init__({name: Known(value) for name, value in listing.names.items()}, ours, Path(), changed)
         self.divide = listing.divide
         self.functions: list[Declared] = []
-        self.findings: list[Finding] = []
-        self.slices: list[tuple[PythonSource, ast.expr, Selector, slice]] = []
+        self.findings = []
         self.is_complete = True
         self._is_read = True
         self._reached: set[int] = set()
@@ -167,11 +181,6 @@ class Declarations(Statements):
 
     def statement(self, node: ast.stmt) -> None:
         match node:
-            case ast.Import() | ast.ImportFrom():
-                for imported in self._imports.of(node, self.path):
-                    self.names[imported.name] = imported.shape
-                    if imported.error:
-                        self.findings.append(found_in(self._source, Code.NRP218, node, imported.error))
             case ast.FunctionDef(decorator_list=[_, *_]) | ast.AsyncFunctionDef(decorator_list=[_, *_]):
                 self._reached.add(id(node))
                 made = self._function(node)
@@ -235,8 +244,8 @@ class Declarations(Statements):
             return None
         declared = Declared(stub_of(node, self.path), node, self._source, self.local, {}, self._imports)
         others = [one for one, value in decorators if value is None]
-        declared.is_read = self._is_read and all(map(self._keeps_function, others))
         declared.is_named = not others
+        declared.is_read = self._is_read and declared.is_named
         for one, value in reversed(made):
             if not self._apply(declared, one, value):
                 self.is_complete = False
@@ -244,12 +253,6 @@ class Declarations(Statements):
         if not any(found.code is Code.NRP219 for found in self.findings[before:]):
             self.findings += _unmapped(declared)
         return declared
-
-    def item(self, node: ast.Subscript, owner: Shape, index: Shape) -> Shape:
-        match owner, index:
-            case Known(Selector() as neurons), Known(slice() as chosen):
-                self.slices.append((self._source, node, neurons, chosen))
-        return super().item(node, owner, index)
 
     def _decorator(self, node: ast.expr) -> Any:
         """Return the object that a decorator names; None if it is unknown or not one of ours."""
@@ -281,11 +284,6 @@ class Declarations(Statements):
             self._is_read &= not is_mapping  # its parameter is unknown
             return None if is_mapping else _plain(value)
         return None
-
-    def _keeps_function(self, node: ast.expr) -> bool:
-        """Return whether a decorator of the user returns the function that it is given."""
-        found = self.quietly(node)
-        return isinstance(found, Known) and isinstance(found.value, Written) and _returns_first(found.value)
 
     def _substitute_of(self, node: ast.expr) -> Any:
         """Return a substitute for a refused decorator, so that the rest is still checked."""
@@ -346,7 +344,7 @@ class Declarations(Statements):
         return True
 
 
-class _Module(Statements):
+class _Module(_File):
     """Reads a module beside a file.
 
     Args:
@@ -360,20 +358,11 @@ class _Module(Statements):
     def __init__(self, source: PythonSource, imports: Imports) -> None:
         super().__init__({}, (), source.path, changed_names(source.tree))
         self._imports, self._source = imports, source
-        self.findings: list[Finding] = []
+        self.findings = []
         for node in ast.walk(source.tree):  # names set in branches and functions may exist, too
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
                 self.names[node.id] = None
         self.follow_file(source.tree.body)
-
-    def statement(self, node: ast.stmt) -> None:
-        if not isinstance(node, ast.Import | ast.ImportFrom):
-            super().statement(node)
-            return
-        for imported in self._imports.of(node, self.path):
-            self.names[imported.name] = imported.shape
-            if imported.error:
-                self.findings.append(found_in(self._source, Code.NRP218, node, imported.error))
 
 
 def missing_name(owner: Shape, node: ast.Attribute) -> tuple[str, Instead | None]:
@@ -404,20 +393,6 @@ def _filled(name: str, shape: Shape) -> Shape:
 def _unchanged(message: Any) -> Any:
     """Represent a function of the user."""
     return message
-
-
-def _returns_first(written: Written) -> bool:
-    """Return whether a function returns its first argument, and calls nothing that could add a mapping."""
-    first = next((one.arg for one in written.node.args.args), "")
-    nodes = list(own_nodes(written.node.body))
-    returns = [one.value for one in nodes if isinstance(one, ast.Return)]
-    stored = {one.id for one in nodes if isinstance(one, ast.Name) and not isinstance(one.ctx, ast.Load)}
-    return (
-        bool(returns)
-        and all(isinstance(one, ast.Name) and one.id == first for one in returns)
-        and first not in stored
-        and not any(isinstance(one, ast.Call) for one in nodes)
-    )
 
 
 def _unmapped(declared: Declared) -> Iterator[Finding]:

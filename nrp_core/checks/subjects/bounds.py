@@ -37,20 +37,9 @@ def check_colors(function: CheckedFunction) -> Iterator[Finding]:
     """Look for bounds of colours that no pixel meets, or that are in another scale than OpenCV's."""
     for node in function.declared.own:
         match node:
-            case ast.Call(func, [_, *bounds], []) if function.body.shape(func) == Known(find_centroid_hsv):
-                numbers = [
-                    _numbers(function, one.value if isinstance(one, ast.Starred) else one) for one in bounds
-                ]
-                if (
-                    len(bounds) == 1
-                    and isinstance(bounds[0], ast.Starred)
-                    and isinstance(bounds[0].value, ast.Name)
-                ):
-                    found = function.body.shape(bounds[0].value)
-                    numbers = list(found.value) if isinstance(found, Known) else []
-                if len(numbers) != 2 or None in numbers:
-                    continue
-                wrong = wrong_bounds(*numbers)  # type: ignore[arg-type]
+            case ast.Call(func, [_, low, high], []) if function.body.shape(func) == Known(find_centroid_hsv):
+                numbers = _numbers(function, low), _numbers(function, high)
+                wrong = "" if None in numbers else wrong_bounds(*numbers)  # type: ignore[arg-type]
             case ast.Call(func, [_, low, high], []) if last_name(func) == "inRange":
                 wrong = _wrong_bytes(_numbers(function, low), _numbers(function, high))
             case _:
@@ -145,7 +134,7 @@ def check_distances(static: StaticExperiment) -> Iterator[Finding]:
             match node:
                 case ast.Compare(one, [ast.Gt() | ast.GtE() | ast.Lt() | ast.LtE()], [other]):
                     for distance, bound in ((one, other), (other, one)):
-                        reach_m = _reach_of_distance(function, distance, scanners)
+                        reach_m = _reach_m(function, distance, scanners)
                         limit_m = function.body.constant(bound)
                         if reach_m is not None and limit_m is not None and limit_m > reach_m:
                             message = (
@@ -156,27 +145,17 @@ def check_distances(static: StaticExperiment) -> Iterator[Finding]:
                             yield function.declared.finding(Code.NRP380, node, message, Level.WARNING)
 
 
-def _reach_of_distance(function: CheckedFunction, node: ast.expr, scanners: dict[str, float]) -> float | None:
+def _reach_m(function: CheckedFunction, node: ast.expr, scanners: dict[str, float]) -> float | None:
     """Return the reach of the scanner that measured a distance, m; None if it is not known to be one."""
     match _assigned_value(function, node):
-        case ast.Call(ast.Attribute(ranges, "min" | "max"), [], []) | ast.Call(_, [ranges, *_], []) as call:
-            if (isinstance(call.func, ast.Attribute) and not call.args) or last_name(call.func) in _SELECTING:
-                distances = _reach_of_ranges(function, ranges, scanners)
-                return distances or _reach_of_distance(function, ranges, scanners)
-        case ast.Subscript(ranges, index) if not isinstance(index, ast.Slice):
-            return _reach_of_ranges(function, ranges, scanners)
-    return None
-
-
-def _reach_of_ranges(function: CheckedFunction, node: ast.expr, scanners: dict[str, float]) -> float | None:
-    """Return the reach of the scanner whose distances these are, ``scan.value.ranges`` or a part of them."""
-    match _assigned_value(function, node):
-        case ast.Subscript(ranges, ast.Slice()):
-            return _reach_of_ranges(function, ranges, scanners)
         case ast.Attribute(message, "ranges"):
             match _assigned_value(function, message):
                 case ast.Attribute(ast.Name(name), "value"):
                     return scanners.get(name)
+        case ast.Subscript(ranges) | ast.Call(ast.Attribute(ranges, "min" | "max"), [], []):
+            return _reach_m(function, ranges, scanners)
+        case ast.Call(func, [ranges, *_]) if last_name(func) in _SELECTING:
+            return _reach_m(function, ranges, scanners)
     return None
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from nrp_core.checks.check import checks_experiment
 from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.checks.subjects.time_conditions import conditions
 from nrp_core.dsl.parameters import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.refusals import world_lacks
@@ -35,16 +36,11 @@ def check_sensors(static: StaticExperiment) -> Iterator[Finding]:
                 message = f"'{name}' gets no messages: {lacking[adapter.name]}"
                 node = examined.declared.nodes.get(name)
                 yield examined.declared.finding(Code.NRP216, node, message, Level.WARNING)
-    experiment = static.experiment
-    for event, what in experiment.events.items():
-        if what.when is not None and what.when.topic is not None and what.when.topic.name in lacking:
-            message = f"'{event}' never happens: {lacking[what.when.topic.name]}"
-            place = experiment.place("events", event, "when", "topic", "name")
-            yield place.finding(Code.NRP216, message, Level.WARNING)
-    for criterion, asked in experiment.criteria.items():
-        if asked.topic_stays is not None and asked.topic_stays.name in lacking:
-            message = f"'{criterion}' is never met: {lacking[asked.topic_stays.name]}"
-            place = experiment.place("criteria", criterion, "topic_stays", "name")
+    for keys, condition in conditions(static.experiment, "topic", "topic_stays"):
+        if condition.name in lacking:
+            never = "never happens" if keys[0] == "events" else "is never met"
+            message = f"'{keys[1]}' {never}: {lacking[condition.name]}"
+            place = static.experiment.place(*keys, "name")
             yield place.finding(Code.NRP216, message, Level.WARNING)
 
 
@@ -139,13 +135,9 @@ def _senses(scene: Scene) -> Iterator[tuple[str, str]]:
 def _commands(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yield the topic of each command with the capability that it needs."""
     for model in scene.models:
-        for controller in model.controllers:
-            yield controller.topic, "joint_control"
-        for pair in model.pair_controllers:
-            yield pair.topic, "joint_control"
-        for group in model.group_controllers:
-            yield group.topic, "joint_control"
-        for follower in model.trajectory_controllers:
-            yield follower.command_topic, "joint_control"
+        topics = [one.topic for one in model.controllers] + [one.topic for one in model.pair_controllers]
+        topics += [one.topic for one in model.group_controllers]
+        topics += [one.command_topic for one in model.trajectory_controllers]
+        yield from ((topic, "joint_control") for topic in topics)
     for service, need in _SERVICES.items():
         yield f"{PREFIX}{service}", need

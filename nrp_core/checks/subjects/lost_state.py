@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import Final
 
-from nrp_core.checks.check import checks_experiment, checks_function
+from nrp_core.checks.check import checks_function
 from nrp_core.checks.code.syntax import CHANGING, own_nodes, root_of
 from nrp_core.checks.code.values import Known
-from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
-from nrp_core.dsl.mappings import MapCSVRecorder
+from nrp_core.checks.static_experiment import CheckedFunction
 from nrp_core.findings import Code, Finding, Level
 
 _DISPLAYS: Final = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
@@ -110,22 +109,3 @@ def _loaded_once(function: CheckedFunction) -> Iterator[int]:
                         root = root_of(target)
                         if isinstance(root, ast.Name) and root.id in asked:
                             yield from (id(target), id(root))
-
-
-@checks_experiment(Code.NRP240)
-def check_recorders_of_one_file(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for two recorders with different headers whose rows go into one file."""
-    first: dict[object, tuple[str, list[str]]] = {}
-    for function in static.functions:
-        for name, mapping in function.function.mappings.items():
-            if not isinstance(mapping, MapCSVRecorder):
-                continue
-            headers = list(mapping.headers)
-            owner, others = first.setdefault(mapping.filename, (function.function.name, headers))
-            if headers != others:
-                message = (
-                    f"the rows of '{name}' have the columns {', '.join(headers)}, and go below those of "
-                    f"'{owner}' in '{mapping.filename}', which are {', '.join(others)}"
-                )
-                node = function.declared.nodes.get(name)
-                yield function.declared.finding(Code.NRP240, node, message, Level.WARNING)

@@ -11,7 +11,7 @@ from pyflakes.checker import Checker
 from nrp_core.checks.check import checks_experiment
 from nrp_core.checks.code.declarations import Declared, found_in
 from nrp_core.checks.code.syntax import own_nodes
-from nrp_core.checks.static_experiment import StaticExperiment, at_most
+from nrp_core.checks.static_experiment import StaticExperiment
 from nrp_core.dsl.functions import name_taken_message
 from nrp_core.dsl.loading import PythonSource
 from nrp_core.errors import Instead, did_you_mean
@@ -25,8 +25,6 @@ def check_names(static: StaticExperiment) -> Iterator[Finding]:
         yield from _undefined(listing.sources, set(listing.names))
     for source in static.neighbours:
         yield from _undefined([source], set())
-    for source in static.scripts:  # it was executed, so an undefined name is one that it did not reach
-        yield from (at_most(one, Level.WARNING) for one in _undefined([source], set()))
 
 
 def _undefined(sources: Iterable[PythonSource], known: set[str]) -> Iterator[Finding]:

@@ -8,7 +8,7 @@ import inspect
 from collections.abc import Iterable, Iterator
 from math import isnan
 from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -30,12 +30,12 @@ from nrp_core.checks.code.values import (
     item_of,
     names_of,
 )
-from nrp_core.checks.static_experiment import CheckedFunction
+from nrp_core.checks.static_experiment import CheckedFunction, sent_value
 from nrp_core.dsl.devices import Device, DeviceGroup, attribute_hint
-from nrp_core.dsl.mappings import CSVRecorder, MapCSVRecorder, MapSpikeSink, MapSpikeSource, Variable
+from nrp_core.dsl.mappings import CSVRecorder, MapSpikeSink, MapSpikeSource, Variable
 from nrp_core.dsl.parameters import PublishedTopic, SubscribedTopic
 from nrp_core.dsl.weights import Weights
-from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.errors import Instead, TopicError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import TopicInfo, check_message
@@ -59,24 +59,39 @@ _FIELD_TYPES: Final[dict[Any, tuple[str, tuple[type, ...]]]] = {
 }
 
 
-# -- attributes
+class _Failure(NamedTuple):
+    """An operation that fails."""
+
+    node: ast.AST
+    message: str
+    level: Level = Level.ERROR
+    instead: Instead | None = None
 
 
 @checks_function(Code.NRP240)
-def check_attributes(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for attributes that do not exist or cannot be set."""
-    for node in function.body.nodes:
-        if not isinstance(node, ast.Attribute):
-            continue
-        owner = function.body.shape(node.value)
-        adapter = adapter_of(owner)
-        if not has_attribute(owner, node.attr):
-            message, instead = _missing_attribute(function, node, owner)
-            yield function.declared.finding(Code.NRP240, node, message, instead=instead)
-        elif adapter is not None and isinstance(node.ctx, ast.Store) and not can_set(adapter, node.attr):
-            level = Level.WARNING if isinstance(adapter, SubscribedTopic) else Level.ERROR
-            message = f"{_described(function, owner)}: '{node.attr}' is read-only"
-            yield function.declared.finding(Code.NRP240, node, message, level)
+def check_operations(function: CheckedFunction) -> Iterator[Finding]:
+    """Look for attributes, settings, calls, items, computations and messages that fail."""
+    for failures in (_attribute, _setting, _weights, _call, _items, _computation, _sent_value, _row):
+        for node in function.body.nodes:
+            for failure in failures(function, node):
+                yield function.declared.finding(Code.NRP240, *failure)
+
+
+# -- attributes
+
+
+def _attribute(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
+    """Yield an attribute that does not exist or cannot be set."""
+    if not isinstance(node, ast.Attribute):
+        return
+    owner = function.body.shape(node.value)
+    adapter = adapter_of(owner)
+    if not has_attribute(owner, node.attr):
+        message, instead = _missing_attribute(function, node, owner)
+        yield _Failure(node, message, instead=instead)
+    elif adapter is not None and isinstance(node.ctx, ast.Store) and not can_set(adapter, node.attr):
+        level = Level.WARNING if isinstance(adapter, SubscribedTopic) else Level.ERROR
+        yield _Failure(node, f"{_described(function, owner)}: '{node.attr}' is read-only", level)
 
 
 def _missing_attribute(function: CheckedFunction, node: ast.Attribute, owner: Shape) -> tuple[str, Any]:
@@ -89,7 +104,7 @@ def _missing_attribute(function: CheckedFunction, node: ast.Attribute, owner: Sh
         return missing_name(owner, node)
     if is_number(owner):
         return f"'{written}' is a number and has no '{node.attr}'", None
-    if uncalled := not_called(owner):
+    if uncalled := _not_called(owner):
         return uncalled, None
     hint = did_you_mean(node.attr, names_of(owner))
     cls = class_of(owner)
@@ -108,68 +123,67 @@ def _described(function: CheckedFunction, owner: Shape) -> str:
     return f"a {kind}" if name is None else f"'{name}', a {kind}"
 
 
-def not_called(shape: Shape) -> str:
+def _not_called(shape: Shape) -> str:
     """Return that a value is a function or class, as one without its parentheses is; empty if not."""
     value: Any = shape.value if isinstance(shape, Known) else None
     kind = "class" if isinstance(value, type) else "function" if isinstance(value, _FUNCTIONS) else ""
     return f"'{value.__name__}' is a {kind}, not a value; call it: {value.__name__}(...)" if kind else ""
 
 
-# -- settings of devices
+# -- settings of devices, and fields of messages
 
 
-@checks_function(Code.NRP240)
-def check_settings(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for settings of devices that are refused: constants are tried on a device without a brain."""
-    for target, value in _assignments(function):
-        device = adapter_of(function.body.shape(target.value))
-        if not isinstance(device, Device | DeviceGroup) or not _is_setting(device, target.attr):
+def _setting(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
+    """Yield wrong fields, and settings that a device refuses: constants are tried on one without a brain."""
+    for target, value in _assignments(node):
+        owner, shape = function.body.shape(target.value), function.body.shape(value)
+        device, name, cls = adapter_of(owner), target.attr, class_of(owner)
+        if cls is not None and is_message(cls):
+            if wrong := _misfit(function, shape, hints(cls).get(name)):
+                yield _Failure(target, f"{name} of {type_name(cls)} must be {wrong}")
             continue
-        name, shape = target.attr, function.body.shape(value)
-        items = (
-            [function.body.shape(one) for one in value.elts]
-            if isinstance(value, ast.List | ast.Tuple)
-            else [shape]
-        )
-        wrong = _first(_no_number(function, one) for one in items)
-        if wrong:
-            yield function.declared.finding(Code.NRP240, target, f"'{name}' takes a number: {wrong}")
+        if not isinstance(device, Device | DeviceGroup) or not _is_setting(device, name):
+            continue
+        is_row = isinstance(value, ast.List | ast.Tuple)
+        items = list(map(function.body.shape, value.elts)) if is_row else [shape]  # type: ignore[attr-defined]
+        if wrong := _first(_no_number(function, one) for one in items):
+            yield _Failure(target, f"'{name}' takes a number: {wrong}")
         elif isinstance(value, ast.Compare) or any(class_of(one) is bool for one in items):
             unit = DEVICE_UNITS.get(name, "")
             message = (
                 f"'{name}' is in {unit} and is set to true or false, which is 1 or 0 {unit}; "
                 "write the value: 100.0 if ... else 0.0"
             )
-            yield function.declared.finding(Code.NRP240, target, message, Level.WARNING)
-        elif message := _refused_setting(device, name, shape, len(items), value):
-            yield function.declared.finding(Code.NRP240, target, message)
+            yield _Failure(target, message, Level.WARNING)
+        elif message := _refused_setting(device, name, shape, len(items) if is_row else None):
+            yield _Failure(target, message)
 
 
-def _assignments(function: CheckedFunction) -> Iterator[tuple[ast.Attribute, ast.expr]]:
-    """Yield the attributes that a body sets, with the value of each."""
-    for node in function.body.nodes:
-        match node:
-            case ast.Assign([ast.Attribute() as target], value):
-                yield target, value
-            case ast.Assign([ast.Tuple(targets)], ast.Tuple(values)):
-                pairs = zip(targets, values, strict=False)
-                yield from ((one, other) for one, other in pairs if isinstance(one, ast.Attribute))
+def _assignments(node: ast.AST) -> Iterator[tuple[ast.Attribute, ast.expr]]:
+    """Yield the attributes that a statement sets, with the value of each."""
+    match node:
+        case ast.Assign([ast.Attribute() as target], value):
+            yield target, value
+        case ast.Assign([ast.Tuple(targets)], ast.Tuple(values)):
+            pairs = zip(targets, values, strict=False)
+            yield from ((one, other) for one, other in pairs if isinstance(one, ast.Attribute))
 
 
 def _is_setting(device: Device | DeviceGroup, name: str) -> bool:
     return name in DEVICE_UNITS and has_attribute(Known(device), name) and can_set(device, name)
 
 
-def _refused_setting(
-    device: Device | DeviceGroup, name: str, shape: Shape, n_items: int, value: ast.expr
-) -> str:
-    """Return why a device refuses a value; empty if it does not, or if the value is unknown."""
+def _refused_setting(device: Device | DeviceGroup, name: str, shape: Shape, n_items: int | None) -> str:
+    """Return why a device refuses a value; empty if it does not, or if the value is unknown.
+
+    Args:
+        device: the device.
+        name: the setting.
+        shape: the value.
+        n_items: the number of values in a row.
+    """
     if not isinstance(shape, Known):
-        is_row = isinstance(value, ast.List | ast.Tuple)
-        if isinstance(value, ast.ListComp) and len(value.generators) == 1 and not value.generators[0].ifs:
-            source = value.generators[0].iter
-            is_row, n_items = isinstance(source, ast.List | ast.Tuple), len(getattr(source, "elts", ()))
-        is_misfit = is_row and isinstance(device, DeviceGroup) and n_items != len(device)
+        is_misfit = n_items is not None and isinstance(device, DeviceGroup) and n_items != len(device)
         return f"{n_items} values for '{name}' of {len(device)} devices" if is_misfit else ""
     before = getattr(device, name)
     try:
@@ -181,50 +195,33 @@ def _refused_setting(
     return ""
 
 
-# -- weights of projections
-
-
-@checks_function(Code.NRP240)
-def check_weights(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for weights that are set or frozen and cannot be."""
-    for node in function.body.nodes:
-        match node:
-            case ast.Subscript(ast.Attribute(owner, "values"), _, ast.Store()):
-                name = "values"
-            case ast.Attribute(owner, "values" | "plastic" as name, ast.Store()):
-                pass
-            case _:
-                continue
-        adapter, backend = adapter_of(function.body.shape(owner)), function.experiment.brain.backend
-        if isinstance(adapter, Weights) and (why := adapter.refusal(name, backend)):
-            yield function.declared.finding(
-                Code.NRP240, node, f"{_described(function, Known(adapter))}: {why}"
-            )
+def _weights(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
+    """Yield weights that are set or frozen and cannot be."""
+    match node:
+        case ast.Subscript(ast.Attribute(owner, "values" as name), _, ast.Store()) | ast.Attribute(
+            owner, "values" | "plastic" as name, ast.Store()
+        ):
+            adapter, backend = adapter_of(function.body.shape(owner)), function.experiment.brain.backend
+            if isinstance(adapter, Weights) and (why := adapter.refusal(name, backend)):
+                yield _Failure(node, f"{_described(function, Known(adapter))}: {why}")
 
 
 # -- calls
 
 
-@checks_function(Code.NRP240)
-def check_calls(function: CheckedFunction) -> Iterator[Finding]:
-    """Compare the arguments of functions and messages with their signatures and the types of fields."""
-    for node in function.body.nodes:
-        if not isinstance(node, ast.Call):
-            continue
-        callee = function.body.shape(node.func)
-        value = callee.value if isinstance(callee, Known) else None
-        cls = class_of(callee)
-        if (isinstance(callee, Known) and not callable(value)) or (
-            (isinstance(callee, Instance) and cls is not None and not callable(cls)) or is_number(callee)
-        ):
-            message = f"'{ast.unparse(node.func)}' is not a function and cannot be called"
-            yield function.declared.finding(Code.NRP240, node, message)
-        elif (
-            _has_known_signature(value)
-            and not any(isinstance(one, ast.Starred) for one in node.args)
-            and all(one.arg for one in node.keywords)
-        ):
-            yield from _check_arguments(function, node, value)
+def _call(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
+    """Yield a call of something else than a function, or with arguments that do not fit."""
+    if not isinstance(node, ast.Call):
+        return
+    callee = function.body.shape(node.func)
+    value = callee.value if isinstance(callee, Known) else None
+    cls = class_of(callee)
+    is_callable = callable(value) if isinstance(callee, Known) else cls is None or callable(cls)
+    is_whole = not any(isinstance(one, ast.Starred) for one in node.args)
+    if not is_callable or is_number(callee):
+        yield _Failure(node, f"'{ast.unparse(node.func)}' is not a function and cannot be called")
+    elif _has_known_signature(value) and is_whole and all(one.arg for one in node.keywords):
+        yield from _arguments(function, node, value)
 
 
 def _has_known_signature(callee: Any) -> bool:
@@ -240,86 +237,71 @@ def _has_known_signature(callee: Any) -> bool:
         return False
 
 
-def _check_arguments(function: CheckedFunction, node: ast.Call, callee: Any) -> Iterator[Finding]:
+def _arguments(function: CheckedFunction, node: ast.Call, callee: Any) -> Iterator[_Failure]:
     signature = inspect.signature(callee)
     named = {str(one.arg): one.value for one in node.keywords}
     try:
         bound = signature.bind(*node.args, **named)
     except TypeError as error:
-        if is_message(callee):
-            taken = f"{type_name(callee)}({', '.join(field.name for field in dataclasses.fields(callee))})"
-        else:
-            taken = f"{callee.__name__}({', '.join(signature.parameters)})"
-        yield function.declared.finding(Code.NRP240, node, f"{taken}: {error}")
+        name = type_name(callee) if is_message(callee) else callee.__name__
+        yield _Failure(node, f"{name}({', '.join(signature.parameters)}): {error}")
         return
     for name, value in bound.arguments.items() if is_message(callee) else ():
         if wrong := _misfit(function, function.body.shape(value), hints(callee).get(name)):
-            message = f"{name} of {type_name(callee)} must be {wrong}"
-            yield function.declared.finding(Code.NRP240, node, message)
+            yield _Failure(node, f"{name} of {type_name(callee)} must be {wrong}")
 
 
 # -- items
 
 
-@checks_function(Code.NRP240)
-def check_items(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for items of values without items, and for indices beyond a group of devices."""
-    for node in function.body.nodes:
-        match node:
-            case ast.Subscript(value, index):
-                owner, chosen = function.body.shape(value), function.body.shape(index)
-            case ast.For(_, value):
-                owner, chosen = function.body.shape(value), None
-            case _:
-                continue
-        match owner, chosen:
-            case Known(DeviceGroup() as group), Known(int() as place):
-                if not -len(group) <= place < len(group):
-                    written = ast.unparse(value)
-                    message = (
-                        f"'{written}' has {len(group)} devices, 0..{len(group) - 1}; {place} is out of range"
-                    )
-                    yield function.declared.finding(Code.NRP240, node, message)
-                continue
-        cls, adapter = class_of(owner), adapter_of(owner)
-        is_message_without = is_message(cls) and not hasattr(cls, "__getattr__")
-        is_known = is_number(owner) or adapter is not None or is_message_without
-        if is_known and not (hasattr(cls, "__getitem__") or hasattr(cls, "__iter__")):
-            message = f"'{ast.unparse(value)}' has no items"
-            yield function.declared.finding(
-                Code.NRP240, node if isinstance(node, ast.expr) else value, message
-            )
+def _items(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
+    """Yield items of a value without items, and indices beyond a group of devices."""
+    match node:
+        case ast.Subscript(value, index):
+            chosen = function.body.shape(index)
+        case ast.For(_, value):
+            chosen = None
+        case _:
+            return
+    owner, written = function.body.shape(value), ast.unparse(value)
+    match owner, chosen:
+        case Known(DeviceGroup() as group), Known(int() as place):
+            if not -len(group) <= place < len(group):
+                last = len(group) - 1
+                yield _Failure(
+                    node, f"'{written}' has {len(group)} devices, 0..{last}; {place} is out of range"
+                )
+            return
+    cls = class_of(owner)
+    is_message_without = is_message(cls) and not hasattr(cls, "__getattr__")
+    is_known = is_number(owner) or adapter_of(owner) is not None or is_message_without
+    if is_known and not (hasattr(cls, "__getitem__") or hasattr(cls, "__iter__")):
+        yield _Failure(node if isinstance(node, ast.expr) else value, f"'{written}' has no items")
 
 
 # -- computations
 
 
-@checks_function(Code.NRP240)
-def check_computations(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for values that are not numbers in computations and in arguments of numeric functions."""
-    for node in function.body.nodes:
-        if wrong := _wrong_computation(function, node):
-            yield function.declared.finding(Code.NRP240, node, wrong)
-
-
-def _wrong_computation(function: CheckedFunction, node: ast.AST) -> str:
-    shape = function.body.shape
+def _computation(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
+    """Yield a value that is not a number in a computation or as an argument of a numeric function."""
+    shape, wrong = function.body.shape, ""
     match node:
         case ast.BinOp(left, operation, right):
-            return _wrong_operands(function, operation, left, right)
+            wrong = _wrong_operands(function, operation, left, right)
         case ast.AugAssign(target, operation, value):
             loaded = ast.copy_location(ast.parse(ast.unparse(target), mode="eval").body, target)
-            return _wrong_operands(function, operation, loaded, value)
+            wrong = _wrong_operands(function, operation, loaded, value)
         case ast.UnaryOp(ast.USub() | ast.UAdd(), operand):
-            return _no_number(function, shape(operand))
+            wrong = _no_number(function, shape(operand))
         case ast.Compare(left, orders, others) if all(isinstance(one, _ORDERS) for one in orders):
-            return _first(_no_number(function, shape(one), is_operand=True) for one in (left, *others))
+            wrong = _first(_no_number(function, shape(one), is_operand=True) for one in (left, *others))
         case ast.Call(func, given, named):
             callee = shape(func)
             if isinstance(callee, Known) and _takes_values(callee.value):
                 values = (*given, *(each.value for each in named))
-                return _first(no_value(function, shape(one)) for one in values)
-    return ""
+                wrong = _first(_no_value(function, shape(one)) for one in values)
+    if wrong:
+        yield _Failure(node, wrong)
 
 
 def _first(reasons: Iterable[str]) -> str:
@@ -359,10 +341,10 @@ def _no_number(function: CheckedFunction, shape: Shape, *, is_operand: bool = Fa
     if dataclasses.is_dataclass(cls) and not any(hasattr(cls, name) for name in _ARITHMETIC):
         name = type_name(cls) if hasattr(cls, "__msgtype__") else cls.__name__
         return f"a {name} is not a number; its fields are {', '.join(names_of(shape)[:4])}"
-    return no_value(function, shape)
+    return _no_value(function, shape)
 
 
-def no_value(function: CheckedFunction, shape: Shape) -> str:
+def _no_value(function: CheckedFunction, shape: Shape) -> str:
     """Return why a parameter is not a value; empty if it may be one."""
     adapter = adapter_of(shape)
     if adapter is None or isinstance(adapter, DeviceGroup) or hasattr(type(adapter), "__add__"):
@@ -380,7 +362,7 @@ def _never_a_number(shape: Shape) -> str:
             return "None is not a number"
         case Known(float() as value) if isnan(value):
             return "the result is always nan, which topics and devices refuse"
-    return not_called(shape)
+    return _not_called(shape)
 
 
 def _list_and_number(left: Shape, right: Shape) -> str:
@@ -395,36 +377,13 @@ def _list_and_number(left: Shape, right: Shape) -> str:
 # -- messages
 
 
-@checks_function(Code.NRP240)
-def check_fields(function: CheckedFunction) -> Iterator[Finding]:
-    """Compare values assigned to fields of messages with the types of the fields."""
-    for target, value in _assignments(function):
-        cls = class_of(function.body.shape(target.value))
-        if cls is None or not is_message(cls):
-            continue
-        if wrong := _misfit(function, function.body.shape(value), hints(cls).get(target.attr)):
-            message = f"{target.attr} of {type_name(cls)} must be {wrong}"
-            yield function.declared.finding(Code.NRP240, target, message)
-
-
-@checks_function(Code.NRP240)
-def check_sent_values(function: CheckedFunction) -> Iterator[Finding]:
-    """Compare returned and sent values with the type of the topic."""
-    for node in function.body.nodes:
-        match node:
-            case ast.Return(ast.expr() as value) if (
-                function.returns_to is not None and node in function.declared.own
-            ):
-                info = function.returns_to
-            case ast.Call(ast.Attribute(owner, "send_message"), [value], []) if isinstance(
-                topic := adapter_of(function.body.shape(owner)), PublishedTopic
-            ):
-                info = topic.info
-            case _:
-                continue
+def _sent_value(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
+    """Yield a returned or sent value that does not fit its topic."""
+    if (sent := sent_value(function, node)) is not None:
+        info, value = sent
         shape = function.body.shape(value)
-        if (wrong := no_value(function, shape)) or (wrong := _refused_value(info, shape)):
-            yield function.declared.finding(Code.NRP240, node, wrong)
+        if wrong := _no_value(function, shape) or _refused_value(info, shape):
+            yield _Failure(node, wrong)
 
 
 def _refused_value(info: TopicInfo, shape: Shape) -> str:
@@ -453,7 +412,7 @@ def _refused_value(info: TopicInfo, shape: Shape) -> str:
 
 def _misfit(function: CheckedFunction, shape: Shape, hint: Any) -> str:
     """Return the type of a field if a value does not fit it, else an empty text."""
-    if wrong := no_value(function, shape) or not_called(shape):
+    if wrong := _no_value(function, shape) or _not_called(shape):
         return f"a value: {wrong}"
     cls = class_of(shape)
     if cls is None or cls is hint or (isinstance(hint, type) and issubclass(cls, hint)):
@@ -477,27 +436,13 @@ def _kind_of(cls: type) -> str:
 # -- recorders
 
 
-@checks_function(Code.NRP240)
-def check_recorders(function: CheckedFunction) -> Iterator[Finding]:
-    """Compare the headers of recorders, and the rows with them."""
-    for name, mapping in function.function.mappings.items():
-        node = function.declared.nodes.get(name)
-        if isinstance(mapping, MapCSVRecorder) and isinstance(node, ast.Call):
-            written = [*node.args[2:3], *(one.value for one in node.keywords if one.arg == "headers")]
-            twice = next((one for one in mapping.headers if mapping.headers.count(one) > 1), None)
-            if any(isinstance(one, ast.Constant) for one in written):
-                message = f"headers are a list of texts, as ['t', 'x'], not {ast.unparse(written[0])}"
-                yield function.declared.finding(Code.NRP240, node, message, Level.WARNING)
-            elif twice is not None:
-                message = f"two columns have the header '{twice}'"
-                yield function.declared.finding(Code.NRP240, node, message, Level.WARNING)
-    for call in function.body.nodes:
-        match call:
-            case ast.Call(ast.Attribute(owner, "record_entry"), values, []) if isinstance(
-                recorder := adapter_of(function.body.shape(owner)), CSVRecorder
-            ):
-                is_whole = not any(isinstance(one, ast.Starred) for one in values)
-                if is_whole and len(values) != len(recorder.headers):
-                    count = len(recorder.headers)
-                    message = f"a row of {len(values)} under {count} headers: {', '.join(recorder.headers)}"
-                    yield function.declared.finding(Code.NRP240, call, message, Level.WARNING)
+def _row(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
+    """Yield a row of a recorder that does not have a value for each header."""
+    match node:
+        case ast.Call(ast.Attribute(owner, "record_entry"), values, []):
+            recorder = adapter_of(function.body.shape(owner))
+            is_whole = not any(isinstance(one, ast.Starred) for one in values)
+            if isinstance(recorder, CSVRecorder) and is_whole and len(values) != len(recorder.headers):
+                headers = ", ".join(recorder.headers)
+                message = f"a row of {len(values)} under {len(recorder.headers)} headers: {headers}"
+                yield _Failure(node, message, Level.WARNING)

@@ -25,7 +25,6 @@ from nrp_core.world.scene.devices import MountedSensor, View
 from nrp_core.world.scene.merged_bodies import Body, bodies_of
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.posture import body_poses
-from nrp_core.world.sensors.camera import Camera
 
 COVERED: Final = 0.9
 """Share of rays on the own robot of a sensor that sees only that; cameras above a gripper reach a half."""
@@ -71,17 +70,6 @@ def check_own_robot_views(static: StaticExperiment) -> Iterator[Finding]:
                     )
                     place = static.experiment.place("world", "robots", model.name)
                     yield place.finding(Code.NRP374, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP295)
-def check_light(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for realistic images of a scene without light."""
-    renderer = getattr(static.world.options, "renderer", None) if static.world else None
-    if static.scene is None or static.scene.lights or renderer != "realistic":
-        return
-    if any(isinstance(sensor, Camera) for _, link in static.scene.links() for sensor in link.sensors):
-        message = "the scene has no light: images of the realistic renderer are dark"
-        yield static.experiment.place("world", "scene").finding(Code.NRP295, message, Level.WARNING)
 
 
 def _robots(static: StaticExperiment) -> list[Model]:

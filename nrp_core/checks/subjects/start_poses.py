@@ -45,22 +45,6 @@ def check_start_joints(static: StaticExperiment) -> Iterator[Finding]:
             yield place.finding(Code.NRP264, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP291)
-def check_start_places(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for robots that start inside each other."""
-    if static.scene is None:
-        return
-    first: dict[tuple[float, ...], str] = {}
-    for model in static.scene.models:
-        if model.name not in static.experiment.world.robots:
-            continue
-        other = first.setdefault(tuple(model.pose.position), model.name)
-        if other != model.name:
-            place = static.experiment.place("world", "robots", model.name, "pose")
-            message = f"'{model.name}' starts in the same place as '{other}'; give it a 'pose' of its own"
-            yield place.finding(Code.NRP291, message, Level.WARNING)
-
-
 @checks_experiment(Code.NRP291, Code.NRP292, Code.NRP306)
 def check_start_poses(static: StaticExperiment) -> Iterator[Finding]:
     """Check the start poses of robots and of the loose models of the room."""
@@ -131,12 +115,9 @@ def falling_models(scene: Scene, robots: Iterable[str]) -> Iterator[str]:
 
 
 def _inside_each_other(models: list[Model]) -> Iterator[tuple[str, Code, str]]:
-    """Yield each robot that starts inside another one, but not at its origin: every check reports that."""
+    """Yield each robot that starts inside another one."""
     for other, model in combinations(models, 2):
-        overlap = None
-        if other.pose.position != model.pose.position:
-            overlap = deepest_overlap(model, list(solids_of(other)))
-        if overlap is not None:
+        if overlap := deepest_overlap(model, list(solids_of(other))):
             message = (
                 f"the robot '{model.name}' starts inside the robot '{other.name}': '{overlap.part}' is "
                 f"{overlap.depth_m:.2f} m deep in '{overlap.room}'"

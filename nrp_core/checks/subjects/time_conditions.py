@@ -11,39 +11,32 @@ from nrp_core.checks.code.values import NUMBER
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
 from nrp_core.cle.latency import paths
 from nrp_core.clock import NS_PER_S, milliseconds, seconds
-from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.making.maker import with_parameters
-from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, During, Event, causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.section import Key
-from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.quantities import time_ns
 
 
 @checks_experiment(Code.NRP248)
 def check_events(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events after the end of the run, and for events that wait for each other."""
-    experiment = static.experiment
-    for name, event in experiment.events.items():
-        duration_s = f"{seconds(experiment.duration):g} s"
-        if event.at is not None and event.at >= experiment.duration:
-            message = f"'{name}' is at {seconds(event.at):g} s, and the run ends at {duration_s}"
-            yield experiment.place("events", name, "at").finding(Code.NRP248, message, Level.WARNING)
-        if event.when is not None and event.when.after > experiment.duration:
-            message = (
-                f"'{name}' is {seconds(event.when.after):g} s after another, and the run lasts {duration_s}"
-            )
-            yield experiment.place("events", name, "when", "after").finding(
-                Code.NRP248, message, Level.WARNING
-            )
-        causes = causes_of(name, experiment.events)
+    experiment, events = static.experiment, static.experiment.events
+    late = {name for name, event in events.items() if _is_late(name, event, experiment)}
+    for name, event in events.items():
+        causes = causes_of(name, events)
         if name in causes:
             message = f"'{name}' waits for itself: {' -> '.join([name, *causes])}"
-            place = experiment.place("events", name, "when", "event")
+            yield experiment.place("events", name, "when", "event").finding(
+                Code.NRP248, message, Level.WARNING
+            )
+        elif name in late and late.isdisjoint(causes):
+            first, end = (f"{seconds(ns):g} s" for ns in (earliest_ns(name, events), experiment.duration))
+            after = f", after {' and '.join(map(repr, causes))}" if causes else ""
+            is_fixed = event.at is not None
+            when = f"is at {first}" if is_fixed else f"comes at {first} at the earliest{after}"
+            place = experiment.place("events", name, *(("at",) if is_fixed else ("when", "after")))
+            message = f"'{name}' {when}, and the run ends at {end}"
             yield place.finding(Code.NRP248, message, Level.WARNING)
-        yield from _comes_too_late(name, experiment)
 
 
 @checks_experiment(Code.NRP248)
@@ -59,30 +52,12 @@ def check_limits_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
             yield experiment.place("criteria", name, "within_of", "time").finding(
                 Code.NRP248, message, Level.WARNING
             )
-        elif criterion.within_of is not None and criterion.within_of.event in experiment.events:
-            first_ns = earliest_ns(criterion.within_of.event, experiment.events)
-            if first_ns < experiment.duration < first_ns + criterion.within_of.time:
-                message = (
-                    f"'{name}' allows {seconds(criterion.within_of.time):g} s after "
-                    f"'{criterion.within_of.event}', which is at {seconds(first_ns):g} s at the earliest, "
-                    f"and the run ends at {seconds(experiment.duration):g} s"
-                )
-                yield experiment.place("criteria", name, "within_of", "time").finding(
-                    Code.NRP248, message, Level.NOTE
-                )
 
 
-def _comes_too_late(name: str, experiment: Experiment) -> Iterator[Finding]:
-    """Yield events that follow others so late that the run is over."""
-    events, end_ns = experiment.events, experiment.duration
-    first_ns, causes = earliest_ns(name, events), causes_of(name, events)
-    alone_ns = max([_delay_ns(events[name]), *(earliest_ns(one, events) for one in causes)])
-    if causes and alone_ns <= end_ns < first_ns:
-        message = (
-            f"'{name}' comes at {seconds(first_ns):g} s at the earliest, after "
-            f"{' and '.join(map(repr, causes))}, and the run ends at {seconds(end_ns):g} s"
-        )
-        yield experiment.place("events", name, "when", "after").finding(Code.NRP248, message, Level.WARNING)
+def _is_late(name: str, event: Event, experiment: Experiment) -> bool:
+    """Return whether an event cannot happen before the end; one at a given time must be before it."""
+    first_ns = earliest_ns(name, experiment.events)
+    return first_ns >= experiment.duration if event.at is not None else first_ns > experiment.duration
 
 
 def earliest_ns(name: str, events: Mapping[str, Event]) -> int:
@@ -181,47 +156,6 @@ def check_topics_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
         if keys[0] == "criteria" and name in experiment.topics and name not in published:
             message = f"no transfer function and no event publishes on '{wanted.name}': it has no value"
             yield experiment.place(*keys, "name").finding(Code.NRP212, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP202, Code.NRP248)
-def check_varied_settings(static: StaticExperiment) -> Iterator[Finding]:
-    """Try a value from each range of a comparison."""
-    experiment = static.experiment
-    if not experiment.source.value:  # it was created in Python
-        return
-    own = _wrong_parameters(experiment_of(experiment.source)) if experiment.comparison.vary else []
-    for key, values in experiment.comparison.vary.items():
-        message = ""
-        try:
-            changed = experiment_of(experiment.source, [values.override(key, experiment.seed)])
-        except ExperimentError as error:
-            message = error.message
-        else:
-            known = _named(experiment)
-            message = "".join(
-                f"there is no '{name}'{did_you_mean(name, known)}" for name in _named(changed) - known
-            )
-            message = message or "; ".join(one for one in _wrong_parameters(changed) if one not in own)
-        end_ns = experiment.duration
-        if not message and key.startswith("events.") and key.endswith((".at", ".when.after")):
-            latest_ns = time_ns(f"{values.high:.9g} {values.unit}")
-            if latest_ns >= end_ns:
-                late = f"up to {seconds(latest_ns):g} s, and the run ends at {seconds(end_ns):g} s"
-                place = experiment.place("comparison", "vary", key)
-                yield place.finding(Code.NRP248, f"'{key}' is {late}", Level.WARNING)
-        if message:
-            message = f"'{key}' cannot be varied: {message}"
-            yield experiment.place("comparison", "vary", key).finding(Code.NRP202, message)
-
-
-def _wrong_parameters(experiment: Experiment) -> list[str]:
-    found = Collector(experiment.source)
-    with_parameters(experiment, found)
-    return [one.message for one in found.findings if one.code is Code.NRP288]
-
-
-def _named(experiment: Experiment) -> set[str]:
-    return {*experiment.events, *experiment.criteria, *experiment.world.robots}
 
 
 def _periods(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], During]]:

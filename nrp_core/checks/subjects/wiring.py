@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from itertools import combinations
 from typing import Final
-
-import numpy as np
 
 from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.syntax import root_of
 from nrp_core.checks.code.values import Known, names_of
 from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
-from nrp_core.dsl.devices import Device, DeviceGroup
 from nrp_core.dsl.functions import TransferFunction
-from nrp_core.dsl.mappings import MapCSVRecorder, MapSpikeSource, MapVariable, Variable
+from nrp_core.dsl.mappings import MapSpikeSource, MapVariable, Variable
 from nrp_core.dsl.parameters import Adapter
-from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
 
 _WIRING: Final = {"connector", "weight", "delay", "receptor_type", "synapse_type"}
@@ -60,30 +55,6 @@ def _only_read(function: CheckedFunction) -> set[str]:
             if not reads or isinstance(parents.get(id(parent)), ast.Call | ast.Subscript):
                 others.add(node.id)
     return set(function.function.parameters) - others
-
-
-@checks_experiment(Code.NRP229)
-def check_driven_neurons(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for sources of the same kind that drive the same neurons."""
-    sources = [
-        (examined.declared, name, mapping, _neurons(examined.adapters[name]))
-        for examined in static.functions
-        for name, mapping in examined.function.mappings.items()
-        if isinstance(mapping, MapSpikeSource) and name in examined.adapters and examined.function.active
-    ]
-    for (owner, first, one, ids), (declared, second, other, others) in combinations(sources, 2):
-        both = np.intersect1d(ids, others)
-        if one.kind is other.kind and both.size:
-            where = f"'{first}'" + ("" if owner is declared else f" of '{owner.function.name}'")
-            message = f"'{second}' drives neurons that {where} also drives: {other.selector!r}"
-            node = declared.nodes.get(second)
-            yield declared.finding(Code.NRP229, node, message, Level.WARNING)
-
-
-def _neurons(adapter: Adapter) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    devices = list(adapter) if isinstance(adapter, DeviceGroup) else [adapter]
-    ids = [device.selection.ids for device in devices if isinstance(device, Device)]
-    return np.concatenate([np.empty(0, dtype=np.int64), *ids])
 
 
 @checks_experiment(Code.NRP229)
@@ -166,17 +137,6 @@ def _used_attribute(
     return next((one for one in found if one.attr in names), None)
 
 
-@checks_function(Code.NRP210)
-def check_shared_keys(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for variables that have a key for all functions and are local."""
-    for name, mapping in function.function.mappings.items():
-        node = function.declared.nodes.get(name)
-        is_local = isinstance(mapping, MapVariable) and mapping.global_key is None
-        if is_local and isinstance(node, ast.Call) and any(one.arg == "global_key" for one in node.keywords):
-            message = f"'{name}' is not shared: global_key has an effect only with scope=nrp.GLOBAL"
-            yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
-
-
 @checks_experiment(Code.NRP330)
 def check_shared_variables(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a variable that one function only reads and another only sets under the same name."""
@@ -218,30 +178,3 @@ def _uses_of_value(function: CheckedFunction, name: str) -> tuple[bool, bool]:
                 reads |= isinstance(context, ast.Load)
                 sets |= not isinstance(context, ast.Load)
     return reads, sets
-
-
-# -- settings of the experiment
-
-
-@checks_experiment(Code.NRP279)
-def check_settings_without_effect(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for settings of images without a camera, and of CSV files without a recorder."""
-    experiment = static.experiment
-    own = experiment.source.place.path
-    for keys, message in _idle(static):
-        place, found = experiment.source.nearest(keys)
-        if found == keys and place.place.path in (None, own):  # a file that it extends is for others, too
-            yield place.place.finding(Code.NRP279, message, Level.WARNING)
-
-
-def _idle(static: StaticExperiment) -> Iterator[tuple[tuple[Key, ...], str]]:
-    """Yield the keys of each setting without effect, with the message about it."""
-    scene, robots = static.scene, static.experiment.world.robots
-    models = {} if scene is None else {model.name: model for model in scene.models}
-    sensors = [sensor for model in models.values() for link in model.links for sensor in link.sensors]
-    if models.keys() >= robots.keys() and not any(sensor.views for sensor in sensors):
-        for name in ("image_scale", "renderer"):
-            yield ("world", "options", name), f"'{name}' has no effect: no robot has a camera"
-    mappings = [one for each in static.declared for one in each.function.mappings.values()]
-    if static.is_complete and not any(isinstance(one, MapCSVRecorder) for one in mappings):
-        yield ("csv_folder",), "'csv_folder' has no effect: no function has a CSV recorder"
