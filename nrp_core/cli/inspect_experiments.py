@@ -76,7 +76,7 @@ def declared_parameters(file: Path) -> tuple[list[ParameterValue], list[Finding]
     for kind in (FUNCTIONS, BRAIN):
         read_parameters(file, kind, into=declared)
     # a call may be read as one of both kinds
-    mistakes = dict.fromkeys(Finding.of(one, Code.NRP288) for one in declared.mistakes)
+    mistakes = dict.fromkeys(Finding.of(one, Code.NRP202) for one in declared.mistakes)
     return [ParameterValue(one, one.default) for one in declared.parameters.values()], list(mistakes)
 
 

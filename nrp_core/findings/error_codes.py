@@ -24,7 +24,7 @@ _CODES: Final = {
     CapabilityError: Code.NRP216,
     SlowScriptError: Code.NRP239,
     EndlessScriptError: Code.NRP208,
-    ParameterError: Code.NRP288,
+    ParameterError: Code.NRP202,
     TriggerError: Code.NRP210,
     OutsideFolderError: Code.NRP210,
 }

@@ -192,7 +192,7 @@ def test_an_unknown_name_is_a_mistake_of_its_intervention(brain: str) -> None:
     with pytest.raises(InvalidExperimentError) as raised, opened(brain, settings):
         pass
     (finding,) = raised.value.findings
-    assert (finding.code, finding.level) == (Code.NRP335, Level.ERROR)
+    assert (finding.code, finding.level) == (Code.NRP202, Level.ERROR)
 
 
 def test_an_intervention_that_meets_no_synapse_is_a_warning(brain: str) -> None:

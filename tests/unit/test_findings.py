@@ -121,10 +121,10 @@ def test_collected_findings_are_kept_once_and_in_their_order() -> None:
     found = Findings()
     for _ in range(2):
         found.add(Code.NRP258, "the mesh 'a.dae' is replaced", subject="a.dae")
-        found.add(Code.NRP261, "the plugin 'p' has no effect", subject="p")
+        found.add(Code.NRP260, "the plugin 'p' has no effect", subject="p")
     assert [finding.subject for finding in found] == ["a.dae", "p"]
     assert {finding.level for finding in found} == {Level.WARNING}
-    assert [finding.subject for finding in found.of(Code.NRP261)] == ["p"]
+    assert [finding.subject for finding in found.of(Code.NRP260)] == ["p"]
     assert "the plugin 'p' has no effect" in found
     assert "the plugin" not in found
 

@@ -37,7 +37,7 @@ def explain(
         str | None,
         typer.Argument(
             metavar="CODE|FILE",
-            help="A code such as NRP203; or an experiment (its name or file), a recording, a brain script or "
+            help="A code such as NRP201; or an experiment (its name or file), a recording, a brain script or "
             "transfer functions. By default, list all codes.",
             autocompletion=_subjects,
         ),

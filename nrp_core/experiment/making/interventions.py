@@ -37,7 +37,7 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
     has_synapses = any(projection.size for projection in network.projections)  # before a run it has none
     whole = network = _with_controls(network, experiment, collector)
     for i, intervention in enumerate(experiment.brain.interventions):
-        with collector.during(Code.NRP335, *_KEYS, i, always=True):
+        with collector.during(Code.NRP202, *_KEYS, i, always=True):
             change, idle = intervention.change, intervention.idle(experiment.duration)
             if idle:
                 message = f"'{intervention.name}' has no effect: it {idle}"
@@ -65,7 +65,7 @@ def _with_controls(network: Network, experiment: Experiment, collector: Collecto
     seeds = Seeds(experiment.seed).child("controls")
     for i, section in enumerate(experiment.brain.controls):
         keys = ("brain", "controls", i)
-        with collector.during(Code.NRP335, *keys, always=True):
+        with collector.during(Code.NRP202, *keys, always=True):
             before, network = network, section.control(network, seeds.child(str(i)))
             if any(projection.size for projection in before.projections) and _are_equal(before, network):
                 message = f"'{section.name}' changes nothing: the synapses stay the same"
@@ -108,7 +108,7 @@ def check_capabilities(experiment: Experiment, capabilities: BrainCapabilities, 
     """Check that a brain can change weights during a run, if the experiment needs it."""
     for i, intervention in enumerate(experiment.brain.interventions):
         if intervention.at and intervention.change and WEIGHTS not in capabilities.changes:
-            with collector.during(Code.NRP335, *_KEYS, i):
+            with collector.during(Code.NRP202, *_KEYS, i):
                 raise CapabilityError(
                     f"'{experiment.brain.backend}' cannot change weights during a run, so "
                     f"'{intervention.name}' can act only from the start: leave out 'at'"

@@ -274,7 +274,7 @@ def _check_values(
     declared: Declared, given: Mapping[str, object], collector: Collector, *keys: Key
 ) -> dict[str, ParameterValue]:
     for mistake in declared.mistakes:
-        with collector.during(Code.NRP288):
+        with collector.during(Code.NRP202):
             raise mistake
     for parameter in () if declared.mistakes else declared.unused:
         message = f"nothing reads the parameter '{parameter.name}': every value gives the same result"
@@ -284,7 +284,7 @@ def _check_values(
     unread = {mistake.path for mistake in declared.mistakes}
     for name, message in wrong.items():
         if name in declared.parameters or not unread:  # an unreadable declaration may be the one for it
-            collector.add(Code.NRP288, message, *keys, name)
+            collector.add(Code.NRP202, message, *keys, name)
     return {
         name: ParameterValue(
             one,

@@ -224,7 +224,7 @@ def _require_steps(
     """Require that the steps of both sides divide the step of the loop."""
     brain_step_ns = brain.capabilities.resolution_ns if brain else None
     world_step_ns = world.capabilities.step_ns if world else None
-    with collector.during(Code.NRP207, *place_of_step(experiment)):
+    with collector.during(Code.NRP372, *place_of_step(experiment)):
         StepPlan(experiment.timestep, brain_step_ns, world_step_ns)
 
 
@@ -264,11 +264,11 @@ def build_network(experiment: Experiment, collector: Collector, build: Build | N
             keys = ("brain", "populations", error.subject or "")
             collector.add(Code.NRP211, error.message, *keys, subject=error.subject)
     # a declaration of a parameter that is wrong ends the script, too
-    known = {(one.path, one.line) for one in collector.findings[:before] if one.code is Code.NRP288}
+    known = {(one.path, one.line) for one in collector.findings[:before] if one.code is Code.NRP202}
     collector.findings[before:] = [
         one
         for one in collector.findings[before:]
-        if one.code not in (Code.NRP208, Code.NRP288) or (one.path, one.line) not in known
+        if one.code not in (Code.NRP208, Code.NRP202) or (one.path, one.line) not in known
     ]
     return None
 
@@ -338,7 +338,7 @@ def _make_scene(
 ) -> Scene | None:
     scene, robots, maker = None, experiment.world.robots, maker_of(experiment)
     if experiment.world.scene is None and not (world is not None and world.capabilities.own_scene):
-        collector.add(Code.NRP203, "'world' needs the key 'scene'", "world")
+        collector.add(Code.NRP201, "'world' needs the key 'scene'", "world")
         return None
     with collector.during(Code.NRP209, "world", "scene"):
         scene = maker.room(experiment)

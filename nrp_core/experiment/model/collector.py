@@ -60,7 +60,7 @@ def _finding(
     if detail["type"] == "missing":
         thing = f"value {last + 1}" if isinstance(last, int) else f"the key '{last}'"
         section = f"'{what}'" if what else whole
-        return reached.place.finding(Code.NRP203, f"{section} needs {thing}"), (*keys, last)
+        return reached.place.finding(Code.NRP201, f"{section} needs {thing}"), (*keys, last)
     cause = detail.get("ctx", {}).get("error")
     code = Code.NRP204 if isinstance(cause, MissingFileError) else Code.NRP202
     message = f"{what}: {describe_fault(detail)}" if what and detail["loc"] else describe_fault(detail)

@@ -64,7 +64,7 @@ def at_the_end(
             f"the run went on to {seconds(now_ns):g} s, and the duration of the experiment is "
             f"{seconds(experiment.duration):g} s"
         )
-        yield experiment.place("duration").finding(Code.NRP353, message, Level.WARNING)
+        yield experiment.place("duration").finding(Code.NRP279, message, Level.WARNING)
     missed = {name: causes_of(name, experiment.events) for name in experiment.events if name not in times}
     reported = [name for name in missed if _is_reported(name, experiment, found)]
     for name, causes in missed.items():

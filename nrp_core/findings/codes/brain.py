@@ -27,14 +27,6 @@ BRAIN_LEFT_OUT = Explanation(
     Weight.INCOMPLETE,
 )
 
-UNCONNECTED = Explanation(
-    "A population without connections, without excitatory input, or without a path to a device.",
-    "Its neurons do not affect the robot: they never fire, or their spikes have no target.",
-    "Connect it, or remove it; often a projection or a device names another population by mistake.",
-    "{n} populations are not connected, or never fire",
-    Weight.REMARK,
-)
-
 IMPLAUSIBLE = Explanation(
     "A value of the network is probably in another unit, or a population fires as often as no neuron does.",
     "The network is simulated unchanged. PyNN's units are ms, mV, nF, nA, uS and Hz.",
@@ -51,18 +43,11 @@ UNLIKE_SCRIPT = Explanation(
     Weight.REMARK,
 )
 
-IMPOSSIBLE_VARIANT = Explanation(
-    "An intervention in the brain, or a control of its wiring, cannot be applied.",
-    "The run would show the unchanged brain.",
-    "Use one of the names in the message, or leave out the intervention or control.",
-    "{n} interventions or controls cannot be applied",
-    Weight.ALTERED,
-)
-
 UNREACHABLE_THRESHOLD = Explanation(
-    "Synapses or a device are too weak to make a cell fire.",
+    "The inputs of a population cannot make a cell fire: there are none, or they are too weak.",
     "The cells never fire, so their targets and devices do not receive spikes.",
-    "Increase the weights (nA for cells with currents, uS with conductances), or lower the threshold.",
+    "Connect the population, increase the weights (nA for cells with currents, uS with conductances), or "
+    "lower the threshold.",
     "{n} populations cannot fire with the weights of their inputs",
     Weight.ALTERED,
 )

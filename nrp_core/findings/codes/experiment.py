@@ -11,26 +11,19 @@ NOT_READABLE = Explanation(
 )
 
 UNKNOWN_KEY = Explanation(
-    "A key that the format does not have.",
-    "The key would be ignored, and the intended setting would keep its default.",
-    "Use the key or command that the message suggests; `nrp schema experiment` lists those of experiments.",
-    "{n} unknown keys",
+    "A key that the format does not have, or one that it requires is missing.",
+    "An unknown key would be ignored; a required one does not have a default value.",
+    "Use the key or command that the message names; `nrp schema experiment` lists those of experiments.",
+    "{n} unknown or missing keys",
     Weight.ALTERED,
 )
 
 WRONG_VALUE = Explanation(
-    "A value, option or override of the wrong kind, or out of range.",
+    "A value, option, parameter, override or intervention of the wrong kind, out of range, or not declared.",
     "The run would differ from what you intended.",
-    "Write a key and a value of the kind that the message names, within its limits.",
-    "{n} wrong values, options or overrides",
-    Weight.ALTERED,
-)
-
-MISSING_KEY = Explanation(
-    "A required key is missing.",
-    "The key does not have a default value.",
-    "Add the key; `nrp schema experiment` shows its format.",
-    "{n} missing keys",
+    "Write a key and a value of the kind that the message names, within its limits; `nrp inspect EXPERIMENT` "
+    "lists the parameters.",
+    "{n} wrong values, options or parameters",
     Weight.ALTERED,
 )
 
@@ -39,14 +32,6 @@ MISSING_FILE = Explanation(
     "What uses it cannot be built, or does without it.",
     "Correct the path, which is relative to the folder of the file that contains it, or install the module.",
     "{n} files or modules do not exist",
-    Weight.ALTERED,
-)
-
-STEPS_DO_NOT_DIVIDE = Explanation(
-    "Time steps that do not divide each other.",
-    "Brain and world synchronize at the end of every loop step, so both must reach that time exactly.",
-    "Choose a loop period that is a multiple of the time steps of both sides.",
-    "{n} time steps do not divide each other",
     Weight.ALTERED,
 )
 
@@ -72,14 +57,4 @@ DEGREES = Explanation(
     "Write the unit: `180 deg`.",
     "{n} angles without a unit exceed a full turn",
     Weight.REMARK,
-)
-
-WRONG_PARAMETER = Explanation(
-    "A parameter that is not declared, a value that does not fit, or a declaration that contradicts itself "
-    "or cannot be read.",
-    "The script would run with another value than the one that you intended.",
-    "Declare it with literals; use a declared name, and a value of its type, in a unit that can be "
-    "converted, within its range; `nrp inspect EXPERIMENT` lists the parameters.",
-    "{n} parameters do not fit",
-    Weight.ALTERED,
 )

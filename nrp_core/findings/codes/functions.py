@@ -85,10 +85,11 @@ WRONG_CALL = Explanation(
 )
 
 NOT_REPRODUCIBLE = Explanation(
-    "A function depends on the wall clock or on a global random generator.",
-    "Two runs with the same seed will differ; while a function sleeps, simulated time does not advance.",
-    "Use `t` for the time, and noise devices or a seeded generator in a variable for randomness.",
-    "{n} functions depend on the wall clock or on a global random generator",
+    "A function uses something outside the run: the wall clock, a global random generator, or the process.",
+    "Two runs with the same seed will differ, or the run ends early.",
+    "Use `t` for the time, and noise devices or a seeded generator in a variable for randomness; return to "
+    "do nothing, and end a run with its `duration`.",
+    "{n} functions use a clock, a random generator or a process outside the run",
     Weight.REMARK,
 )
 
@@ -122,14 +123,6 @@ WRITES_FILE = Explanation(
     "Record values with the CSV recorder, `nrp.MapCSVRecorder`.",
     "{n} places where functions write files",
     Weight.REMARK,
-)
-
-ENDS_PROCESS = Explanation(
-    "A function ends the process, or handles its signals.",
-    "The loop, the brain and the world share that process: the run ends early, or cannot be interrupted.",
-    "Return from the function to do nothing; limit a run with its `duration` or with `--until`.",
-    "{n} places where functions end the process or handle its signals",
-    Weight.ALTERED,
 )
 
 MESSAGE_OVERWRITTEN = Explanation(

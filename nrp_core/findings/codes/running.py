@@ -35,26 +35,18 @@ REPORTED = Explanation(
 )
 
 NO_EFFECT = Explanation(
-    "An option, parameter or intervention has no effect, or a bad one, in this experiment.",
-    "The results do not change; the run may be slower than it could be.",
+    "An option, parameter, intervention or duration has no effect, or a bad one, in this run.",
+    "What it names has no effect; the run may be slower, or longer, than it could be.",
     "Remove or change what the message names.",
     "{n} options, parameters or interventions have no useful effect",
     Weight.REMARK,
 )
 
 SERVICE_REFUSED = Explanation(
-    "A request or goal was rejected.",
-    "The requested change was not made.",
-    "Correct the request as the message says.",
-    "{n} requests were rejected",
-    Weight.ALTERED,
-)
-
-CALLBACK_FAILED = Explanation(
-    "A callback of the experiment raised an error.",
-    "The message, timer event or result that it was called for had no effect.",
-    "Correct the callback.",
-    "{n} callbacks raised an error",
+    "A request or goal was rejected, or a callback of the experiment raised an error.",
+    "The requested change was not made, or the message or event had no effect.",
+    "Correct the request or the callback as the message says.",
+    "{n} requests were rejected or callbacks failed",
     Weight.ALTERED,
 )
 
@@ -63,14 +55,6 @@ MESSAGE_LOST = Explanation(
     "The receiver does not get the message.",
     "Correct the type or the values as the message says.",
     "{n} messages or topics were not carried",
-    Weight.ALTERED,
-)
-
-LATE = Explanation(
-    "The loop does not keep up with a body that runs in real time.",
-    "Commands reach the body later than in a simulation.",
-    "Use a longer time step of the loop, a faster brain backend, or a slower body.",
-    "{n} times the loop was late",
     Weight.ALTERED,
 )
 
@@ -96,12 +80,4 @@ INTERRUPTED = Explanation(
     "Run the experiment again; `--until` ends a run early without an interruption.",
     "{n} interruptions",
     Weight.INCOMPLETE,
-)
-
-BEYOND_THE_END = Explanation(
-    "A run that continued beyond the duration of its experiment.",
-    "Criteria and results are those of the longer run, which other runs of the experiment do not have.",
-    "Increase `duration` in the experiment, or end the run at the duration, as `run.run()` does.",
-    "{n} runs continued beyond the duration of the experiment",
-    Weight.REMARK,
 )

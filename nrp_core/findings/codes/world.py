@@ -35,18 +35,10 @@ MESH_REPLACED = Explanation(
 )
 
 PART_LEFT_OUT = Explanation(
-    "A part of a robot or room is left out, or exists only in another physics engine.",
-    "The part is not simulated; the rest of the model is.",
-    "Correct the part as the message says, or remove it from the file.",
-    "{n} parts of models are left out",
-    Weight.ALTERED,
-)
-
-UNKNOWN_PLUGIN = Explanation(
-    "A plugin of a robot or room is not supported.",
-    "Whatever the plugin would do in Gazebo does not happen here.",
-    "No action is needed if the experiment does not need it; see docs/reference/scenes.md.",
-    "{n} plugins have no effect",
+    "A part or plugin of a robot or room is left out, or exists only in another physics engine.",
+    "It is not simulated; the rest of the model is.",
+    "Correct the part as the message says, or remove it; docs/reference/scenes.md lists the plugins.",
+    "{n} parts or plugins of models are left out",
     Weight.ALTERED,
 )
 
@@ -99,14 +91,6 @@ NO_GROUND = Explanation(
     Weight.ALTERED,
 )
 
-NO_LIGHT = Explanation(
-    "Cameras render light and shadows in a scene without a light.",
-    "Their images are dark: only ambient light and glowing objects are visible.",
-    "Add a <light> to the room, include model://sun, or use the raster renderer, which does not need lights.",
-    "{n} scenes have no light",
-    Weight.REMARK,
-)
-
 BEYOND_LIMIT = Explanation(
     "A command, or a part of it, is beyond what its joint or drive can do.",
     "A joint goes to its limit instead; a drive ignores motions that it cannot perform.",
@@ -140,9 +124,11 @@ LENGTH_UNIT = Explanation(
 )
 
 STEP_UNIT = Explanation(
-    "A time step is probably in another unit, or does not suit the loop or its environment.",
-    "The run is slow or inaccurate, or the robot reacts late.",
-    "Write steps with their unit; 20 ms is usual for the loop, and 1 to 5 ms for physics.",
+    "A time step is probably in another unit, does not suit the loop, or does not divide that of the loop.",
+    "The run is slow or inaccurate, or the robot reacts late; both sides must reach the end of each loop "
+    "step exactly.",
+    "Write steps with their unit; 20 ms is usual for the loop, and 1 to 5 ms for physics. Choose a loop step "
+    "that is a multiple of the time steps of both sides.",
     "{n} time steps do not suit",
     Weight.REMARK,
 )

@@ -81,7 +81,7 @@ def f(t): pass
 """
     with opened(code) as run:
         run.run_until(0.1)
-        (told,) = [one.message for one in run.problems if one.code is Code.NRP281]
+        (told,) = [one.message for one in run.problems if one.code is Code.NRP280]
         assert told == "'own' was stopped by ValueError: no"
 
 

@@ -135,7 +135,7 @@ def test_names_of_another_robot_or_of_no_joint_command_nothing() -> None:
 
 def test_a_plugin_that_ran_controllers_is_reported_only_where_joints_ignore_commands() -> None:
     told, another = (
-        Finding(Code.NRP261, f"the plugin '{name}' is unknown and has no effect", Level.WARNING, subject=name)
+        Finding(Code.NRP260, f"the plugin '{name}' is unknown and has no effect", Level.WARNING, subject=name)
         for name in ("gazebo_ros_control", "another")
     )
     arm = replace(ARM, warnings=(told, another))

@@ -44,9 +44,9 @@ def test_without_its_brain_the_pole_falls(cart_pole):
     [
         (["world.options.env=CartPol-v1"], Code.NRP202, "Did you mean: `CartPole`"),
         (["criteria.balances.topic_stays.name=/env/terminatd"], Code.NRP212, "/env/terminated"),
-        (["world.options.timestep=30 ms"], Code.NRP207, "30 ms"),
+        (["world.options.timestep=30 ms"], Code.NRP372, "30 ms"),
         (["world.options.envs=CartPole-v1"], Code.NRP202, "did you mean 'env'"),
-        (["world.backend=mujoco", "world.options=null"], Code.NRP203, "'world' needs the key 'scene'"),
+        (["world.backend=mujoco", "world.options=null"], Code.NRP201, "'world' needs the key 'scene'"),
     ],
 )
 def test_a_mistake_is_found_before_the_run(cart_pole, overrides, code, message):

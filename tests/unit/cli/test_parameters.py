@@ -122,7 +122,7 @@ def test_a_wrong_value_is_one_finding_with_its_line_before_a_script_runs(folder,
         line = text[: text.index("brain:")].count("\n") + 2
         file.write_text(text.replace("model: brain.py", f"model: brain.py, parameters:\n  {{{value}}}"))
     (finding,) = errors(validate_file(folder))
-    assert (finding.code.name, finding.path, finding.line) == ("NRP288", file, line)
+    assert (finding.code.name, finding.path, finding.line) == ("NRP202", file, line)
     assert message in finding.message
     with pytest.raises(InvalidExperimentError) as caught:
         Run(load_experiment(folder))
@@ -133,12 +133,12 @@ def test_a_declaration_that_is_not_literal_is_one_finding_with_its_line(folder):
     file = folder / "brain.py"
     file.write_text(BRAIN.replace('"delay", 1.0', '"delay", 2 * cells'))
     (finding,) = errors(validate_file(folder, ["brain.parameters.delay=3"]))
-    assert (finding.code.name, finding.path, finding.line) == ("NRP288", file, 5)
+    assert (finding.code.name, finding.path, finding.line) == ("NRP202", file, 5)
 
 
 @pytest.mark.parametrize(
     ("wrong", "code"),
-    [('"delay", low=5, high=0', "NRP288"), ('"delay", 9.0, low=0, high=5', "NRP288")],
+    [('"delay", low=5, high=0', "NRP202"), ('"delay", 9.0, low=0, high=5', "NRP202")],
 )
 def test_a_declaration_that_ends_the_script_is_one_finding(folder, wrong, code):
     file = folder / "brain.py"
@@ -199,7 +199,7 @@ def test_inspect_shows_the_parameters_of_an_experiment_and_of_its_files(nrp, fol
         "file": "brain.py", "line": 4, "set_by": None,
     }  # fmt: skip
     wrong = nrp("inspect", folder, "-s", "brain.parameters.cells=3")
-    assert (wrong.code, wrong.err.count("NRP288")) == (3, 1)
+    assert (wrong.code, wrong.err.count("NRP202")) == (3, 1)
 
 
 def test_a_parameter_is_explained_with_its_value_and_who_set_it(nrp, folder, tmp_path):
@@ -249,7 +249,7 @@ def test_a_declaration_that_cannot_be_read_is_told_by_inspect_and_explain(nrp, f
     file = folder / "brain.py"
     file.write_text(BRAIN.replace('"delay", 1.0', '"delay", 2 * cells'))
     for command in ("inspect", "explain"):
-        assert nrp(command, file).err.count("NRP288") == 1
+        assert nrp(command, file).err.count("NRP202") == 1
 
 
 def test_a_script_that_runs_by_itself_has_the_defaults(tmp_path):

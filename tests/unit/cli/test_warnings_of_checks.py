@@ -84,7 +84,7 @@ def test_an_error_is_followed_by_the_doubts_that_may_be_its_cause(nrp: Nrp, expe
     assert done.code == 3
     assert "error: " in done.err
     assert f"warning: {robot}" in done.err
-    assert "is unknown and has no effect [NRP261]" in done.err
+    assert "is unknown and has no effect [NRP260]" in done.err
 
 
 def test_a_check_that_fails_is_told_and_the_run_takes_place(
@@ -101,7 +101,7 @@ def test_a_check_that_fails_is_told_and_the_run_takes_place(
 
 def test_a_long_run_that_was_asked_for_with_a_unit_is_said_once(nrp: Nrp, experiment: Path) -> None:
     done = nrp("run", experiment, "-s", "duration=100ms", "-s", "criteria=null", "--until", "2s")
-    assert done.out.count("the duration of the experiment is 0.1 s [NRP353]") == 1
+    assert done.out.count("the duration of the experiment is 0.1 s [NRP279]") == 1
     assert "duration" not in done.err
 
 

@@ -65,14 +65,14 @@ def errors(folder: Path) -> list[Finding]:
         ("brain.py", "weight=0.1", "wieght=0.1", "NRP208"),
         ("brain.py", "n = sim", "import no_such_module\nn = sim", "NRP208"),
         ("brain.py", "delay=1.0", "delay=19000.0", "NRP216"),
-        ("brain.py", 'n", 4,', 'n", 40,', "NRP288"),
+        ("brain.py", 'n", 4,', 'n", 40,', "NRP202"),
         (
             "brain.py",
             "circuit =",
             'sim.parameter("n", 5)\ncircuit =',
-            "NRP288",
+            "NRP202",
         ),
-        ("brain.py", 'n", 4,', 'n", 2 * 2,', "NRP288"),
+        ("brain.py", 'n", 4,', 'n", 2 * 2,', "NRP202"),
         ("experiment.yaml", "brain.py", "drive.txt", "NRP208"),
     ],
 )

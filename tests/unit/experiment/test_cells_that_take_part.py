@@ -36,13 +36,13 @@ def check(tmp_path: Path) -> Check:
 
 def test_cells_that_nothing_drives_are_found_although_others_are_driven_and_read(check: Check) -> None:
     wheels = [(f"nrp.brain.feelers[{part}]", f"nrp.brain.wheels[{part}]") for part in (":CELLS", "CELLS:")]
-    (found,) = check(Code.NRP290, "steer.py", *wheels)
+    (found,) = check(Code.NRP377, "steer.py", *wheels)
     assert "no cell of the population 'feelers' can fire, and its synapses transmit none" in found
 
 
 def test_a_brain_that_no_function_uses_is_not_doubted(check: Check) -> None:
     """As in an environment whose agent drives the robot itself."""
     assert (
-        check(Code.NRP290, "experiment.yaml", ("transfer_functions: [steer.py]", "transfer_functions: []"))
+        check(Code.NRP377, "experiment.yaml", ("transfer_functions: [steer.py]", "transfer_functions: []"))
         == []
     )

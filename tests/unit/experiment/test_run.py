@@ -157,10 +157,10 @@ def test_a_run_goes_on_after_its_result_was_asked_for_at_the_end(open_run: Open)
     run = open_run("events.red.at=4 s", "criteria.arrives.within_of.time=1 s", "criteria.stays_near=null")
     run.run()
     assert run.result().passed is False
-    assert Code.NRP353 not in {one.code for one in run.problems}
+    assert Code.NRP279 not in {one.code for one in run.problems}
     run.run_until(4.5)
     assert run.result().passed is True
-    (problem,) = (one for one in run.problems if one.code is Code.NRP353)
+    (problem,) = (one for one in run.problems if one.code is Code.NRP279)
     assert "went on to 4.5 s, and the duration of the experiment is 3 s" in problem.message
 
 

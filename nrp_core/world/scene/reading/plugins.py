@@ -127,7 +127,7 @@ def warn_of_plugin(plugin: Element, reading: Reading) -> None:
     name = plugin_name(plugin)
     if name not in _INFRASTRUCTURE:
         message = f"the plugin '{name}' is unknown and has no effect"
-        reading.notes.warn(plugin, Code.NRP261, message, subject=name)
+        reading.notes.warn(plugin, Code.NRP260, message, subject=name)
 
 
 _ALIKE: Final = 0.8
@@ -169,7 +169,7 @@ def check_parameters(plugin: Element, reading: Reading) -> None:
 
 def warn_of_parameters(plugin: Element, notes: Notes) -> None:
     """Do the same where there is no reading yet."""
-    if notes.has(Code.NRP261, plugin_name(plugin)):  # no parameter of it has an effect
+    if notes.has(Code.NRP260, plugin_name(plugin)):  # no parameter of it has an effect
         return
     name = f"the plugin '{plugin_name(plugin)}'"
     problems = list(_problems(plugin, name))

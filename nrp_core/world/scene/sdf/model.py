@@ -262,7 +262,7 @@ def _plugin_or_warning(
             raise
         name = plugin_name(plugin)
         message = f"the plugin '{name}' is left out: {error.message}"
-        reading.notes.warn(plugin, Code.NRP261, message, subject=name)
+        reading.notes.warn(plugin, Code.NRP260, message, subject=name)
         return Actuators(), links
 
 

@@ -71,7 +71,7 @@ def test_a_brain_of_a_person_runs_with_interventions_and_without_them_again() ->
 
         _do(visitor, "set", path=f"{made}/effect", field="cells", text="circit")
         (wrong,) = [one for one in validate(_husky("brain.interventions=[{silence: circit}]"))
-                    if one.code.name == "NRP335"]  # fmt: skip
+                    if one.code.name == "NRP202"]  # fmt: skip
         answer = visitor.call("designer/run")
         for found in (visitor.call("designer/check")["findings"], answer["findings"]):
             (error,) = [one for one in found if one["weight"] == "error"]

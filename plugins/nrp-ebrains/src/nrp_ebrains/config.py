@@ -244,7 +244,7 @@ def _missing(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
 
 def _missing_file(name: str | None, tree: Tree, key: Key, *above: Key) -> Iterator[Finding]:
     if name is None:
-        yield tree.place_of(*above).finding(Code.NRP203, f"'{key}' is missing")
+        yield tree.place_of(*above).finding(Code.NRP201, f"'{key}' is missing")
         return
     place = tree.place_of(*above, key)
     if not file_in(place.folder, name).is_file():

@@ -226,7 +226,7 @@ def maker_for(experiment: Experiment, options: Options) -> ConfigurationMaker:
     if configuration.timestep_ns != experiment.timestep:
         place = experiment.place("timestep")
         message = f"the engines of {path.name} need a time step of {configuration.timestep_ns / 1e6:g} ms"
-        raise InvalidExperimentError([place.finding(Code.NRP207, message)])
+        raise InvalidExperimentError([place.finding(Code.NRP372, message)])
     return ConfigurationMaker(path, configuration, notes)
 
 

@@ -76,7 +76,7 @@ def with_commanded_joints(model: Model, sources: Iterable[str], others: Collecti
 
 def _is_served(warning: Finding) -> bool:
     """Return whether a warning is about the plugin that these controllers replace."""
-    return warning.code is Code.NRP261 and warning.subject == "gazebo_ros_control"
+    return warning.code is Code.NRP260 and warning.subject == "gazebo_ros_control"
 
 
 def _followers(

@@ -279,7 +279,7 @@ class RosEngine(Engine):
         if self._time.late_ns > _MUCH_NS and not self._was_late:
             self._was_late = True
             self.warnings.add(
-                Code.NRP283,
+                Code.NRP278,
                 f"the loop does not keep up with the body: at {seconds(self.now_ns):g} s it was "
                 f"{milliseconds(self._time.late_ns):.0f} ms late",
             )

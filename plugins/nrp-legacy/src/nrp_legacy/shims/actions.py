@@ -106,7 +106,7 @@ class Movement:
                 self._done()
             except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
                 self._graph.warn(
-                    Code.NRP281, f"a callback of an action raised {type(error).__name__}: {error}"
+                    Code.NRP280, f"a callback of an action raised {type(error).__name__}: {error}"
                 )
 
     def drop(self) -> None:

@@ -59,7 +59,7 @@ class Listener:
             try:
                 self.callback(as_in_ros1(stamped.message))
             except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
-                graph.warn(Code.NRP281, f"a callback of {self.topic} raised {type(error).__name__}: {error}")
+                graph.warn(Code.NRP280, f"a callback of {self.topic} raised {type(error).__name__}: {error}")
 
     def renew(self) -> None:
         """Subscribe again at the next call."""

@@ -193,7 +193,7 @@ class Worker:
             error, self._task.error = self._task.error, None
             self.exitcode = 1
             self._started.graph.warn(
-                Code.NRP281,
+                Code.NRP280,
                 f"'{self.name}' was stopped by {type(error).__name__}: {error}",
                 subject=self.name,
             )

@@ -128,7 +128,7 @@ class Timer:
             try:
                 self._callback(event)
             except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
-                graph.warn(Code.NRP281, f"a callback of a timer raised {type(error).__name__}: {error}")
+                graph.warn(Code.NRP280, f"a callback of a timer raised {type(error).__name__}: {error}")
             if self._once:
                 self.shutdown()
                 return
