@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.checks.network_units import unlikely_units
-from nrp_core.checks.synaptic_effects import LEAKY_CELLS
 from nrp_core.checks.unreachable_thresholds import unreached_thresholds
 from nrp_core.findings import Code, Finding, Findings
 
@@ -35,18 +34,13 @@ class NetworkSummary:
     findings: list[Finding] = field(default_factory=list)
 
 
-NOT_EXCITED: Final = (
-    "no synapse and no device excites it, and its own current does not take it to its threshold"
-)
-
-
 def summary_of(network: Network) -> NetworkSummary:
     """Return the facts about a complete network."""
     findings = [*Findings(unlikely_units(network), general=Code.NRP297)]
     findings += Findings(network.remarks, general=Code.NRP308)
     others = _acting_by_voltage(network) | _excited_by_currents(network)
     unreached = {label: why for label, why in unreached_thresholds(network).items() if label not in others}
-    return NetworkSummary(_joined(network), dict.fromkeys(mute(network), NOT_EXCITED) | unreached, findings)
+    return NetworkSummary(_joined(network), unreached, findings)
 
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
@@ -165,34 +159,3 @@ def _text(values: np.ndarray[Any, Any]) -> str:
 
 def _array(text: str, kind: type) -> np.ndarray[Any, Any]:
     return np.frombuffer(base64.b64decode(text), dtype=kind)
-
-
-def mute(network: Network) -> list[str]:
-    """Return the labels of the populations that act on no others unless a device drives them.
-
-    They do not act by their voltages, have no synapse that excites, and their resting potential with their
-    constant current, ``v_rest + i_offset tau_m / cm``, is below the threshold, as their initial voltage is.
-    """
-    excited = {one.post for one in network.projections if _may_excite(one, network.populations[one.post])}
-    excited |= _acting_by_voltage(network) | _excited_by_currents(network)
-    return [label for label, one in network.populations.items() if label not in excited and _rests_below(one)]
-
-
-def _may_excite(projection: Projection, post: Population) -> bool:
-    if projection.neuromodulation is not None:
-        return False
-    if projection.rewiring is not None or projection.plasticity or projection.is_electrical:
-        return True
-    if post.is_conductance_based and projection.receptor == "inhibitory":
-        cells = post.parameters
-        return bool(projection.size and (cells["e_rev_I"] >= cells["v_thresh"]).any())
-    return bool(np.any(projection.weight >= 0))  # a function may raise a weight of 0
-
-
-def _rests_below(population: Population) -> bool:
-    cells = population.parameters
-    if population.cell_type not in LEAKY_CELLS or not cells or not population.size:
-        return False
-    rest_mv = cells["v_rest"] + np.maximum(cells["i_offset"], 0.0) * cells["tau_m"] / cells["cm"]
-    begins_mv = population.initial_values.get("v", cells["v_rest"])
-    return bool((np.maximum(rest_mv, begins_mv) < cells["v_thresh"]).all())

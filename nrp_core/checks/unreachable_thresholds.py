@@ -1,4 +1,4 @@
-"""Populations whose synapses are too weak to make any cell fire, however often their sources do."""
+"""Populations that nothing excites, or whose synapses are too weak, however often their sources fire."""
 
 from __future__ import annotations
 
@@ -20,17 +20,22 @@ PEAK_FACTOR: Final = 10.0
 """The voltage exceeds its mean by random input: at most so many means and peaks are counted."""
 
 
+NOT_EXCITED: Final = (
+    "no synapse and no device excites it, and its own current does not take it to its threshold"
+)
+
+
 def unreached_thresholds(network: Network) -> dict[str, str]:
-    """Return a sentence for each population that its synapses cannot take to its threshold.
+    """Return a sentence for each population that its synapses cannot take to its threshold, if it has any.
 
     A population is not among them if anything about its inputs is unknown: other cells than leaky ones,
     synapses whose weights change or that appear while the network runs, equations.
     """
-    inputs: dict[str, list[Projection]] = {}
+    inputs: dict[str, list[Projection]] = {label: [] for label in network.populations}
     for projection in network.projections:
-        inputs.setdefault(projection.post, []).append(projection)
+        inputs[projection.post].append(projection)
         if projection.is_electrical:
-            inputs.setdefault(projection.pre, []).append(projection)
+            inputs[projection.pre].append(projection)
     found = {}
     for label, projections in inputs.items():
         cells = network.populations[label]
@@ -38,7 +43,9 @@ def unreached_thresholds(network: Network) -> dict[str, str]:
         if distance_mv is None or distance_mv <= 0.0:
             continue
         highest_mv = _highest_voltage_mv(network, cells, projections, distance_mv)
-        if highest_mv is not None and 0.0 < highest_mv < distance_mv:
+        if highest_mv == 0.0:
+            found[label] = NOT_EXCITED
+        elif highest_mv is not None and highest_mv < distance_mv:
             found[label] = (
                 f"its synapses move a cell by {highest_mv:.2g} mV at most, and its threshold is "
                 f"{distance_mv:.3g} mV away; are weights in another unit?"
@@ -80,8 +87,8 @@ def _largest_exciting_weight(projection: Projection, cells: Population) -> float
         if reversal is None or not (reversal > cells.parameters["v_rest"]).any():
             return 0.0
     weight = float(np.max(extremes(stored_form(projection, "weight"))))
-    limits = projection.synapse_parameters.get("w_max", np.zeros(1))
-    return max(weight, float(np.max(limits)), 0.0)
+    largest = max(weight, float(np.max(projection.synapse_parameters.get("w_max", np.zeros(1)))))
+    return None if largest == weight == 0.0 else max(largest, 0.0)  # a function may raise a weight of 0
 
 
 def _highest_rate_hz(cells: Population) -> float:

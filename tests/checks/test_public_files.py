@@ -21,8 +21,8 @@ import pytest
 import yaml
 
 from nrp_core.brain.files.script import load_network
+from nrp_core.checks.network_summary import summary_of
 from nrp_core.checks.network_units import unlikely_units
-from nrp_core.checks.unreachable_thresholds import unreached_thresholds
 from nrp_core.checks.validate import validate_file
 from nrp_core.errors import NrpError
 from nrp_core.findings import Code, Finding, Level
@@ -168,7 +168,7 @@ def test_pynns_examples_are_in_their_units(tmp_path: Path) -> None:
             continue
         n_loaded += 1
         leading_on = {projection.pre for projection in network.projections}
-        silent = [one for label, one in unreached_thresholds(network).items() if label in leading_on]
+        silent = [one for label, one in summary_of(network).unreached.items() if label in leading_on]
         found[path.name] = [*unlikely_units(network), *silent]
     assert n_loaded >= 8
     assert {name: sentences for name, sentences in found.items() if sentences} == {}
