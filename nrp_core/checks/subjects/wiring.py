@@ -103,14 +103,6 @@ def check_rebound_parameters(function: CheckedFunction) -> Iterator[Finding]:
                         f"did you mean '{name}.{used.attr} = ...' there?"
                     )
                     yield function.declared.finding(Code.NRP253, used, message, Level.WARNING)
-            case ast.For(ast.Name(name), _, body) if name in function.function.parameters or name == "t":
-                end = body[-1].end_lineno or 0
-                if later := [one for one in reads if one.id == name and one.lineno > end]:
-                    line = min(one.lineno for one in later)
-                    message = (
-                        f"this loop overwrites '{name}', which is used again in line {line}: use another name"
-                    )
-                    yield function.declared.finding(Code.NRP253, node, message, Level.WARNING)
 
 
 def _is_part_of(value: ast.expr, name: str) -> bool:
