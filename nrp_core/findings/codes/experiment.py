@@ -13,7 +13,7 @@ NOT_READABLE = Explanation(
 UNKNOWN_KEY = Explanation(
     "A key that the format does not have, or one that it requires is missing.",
     "An unknown key would be ignored; a required one does not have a default value.",
-    "Use the key or command that the message names; `nrp schema experiment` lists those of experiments.",
+    "Use the key or command that the message suggests; `nrp schema experiment` lists those of experiments.",
     "{n} unknown or missing keys",
     Weight.ALTERED,
 )
