@@ -1,4 +1,4 @@
-"""Compile numeric kernels with Numba if it is installed; otherwise they run, slower, as Python.
+"""Compile numeric kernels with Numba; with ``NUMBA_DISABLE_JIT=1`` they run, slower, as Python.
 
 Compiled code is kept in the user's cache directory, in a folder for each state of the sources. Numba itself
 checks only the file of a function, so it would reuse code after a change in another file. The sources of a
@@ -17,27 +17,22 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
+import numba
 import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba.core import caching, event, types
+from numba.core.types.containers import BaseTuple
+from numba.extending import intrinsic
 
 from nrp_core._support.cache import cache_root, mark_used, prune_at_exit, writable_folder
+from nrp_core._support.dispatcher import CachedKernel
 from nrp_core._support.stopwatch import work
 
 F = TypeVar("F", bound=Callable[..., Any])
 A = TypeVar("A")
 Argument = str | np.dtype[Any]
 
-try:
-    import numba
-    from llvmlite import ir  # type: ignore[import-untyped]
-    from numba.core import caching, event, types
-    from numba.core.types.containers import BaseTuple
-    from numba.extending import intrinsic
-
-    from nrp_core._support.dispatcher import CachedKernel
-
-    COMPILED = not numba.config.DISABLE_JIT
-except ImportError:
-    COMPILED = False
+COMPILED = not numba.config.DISABLE_JIT
 
 _logger = logging.getLogger(__name__)
 
@@ -72,7 +67,7 @@ def _compile(function: F, *, inline: bool) -> F:
 
 
 def c_function(function: Callable[..., Any], result: str, arguments: tuple[Argument, ...]) -> Any:
-    """Compile a function for calls by its ``address``, and keep it as :func:`jit` does; needs Numba.
+    """Compile a function for calls by its ``address``, and keep it as :func:`jit` does.
 
     Args:
         function: the function; arguments of a pointer type become arrays by ``numba.carray``.
@@ -95,7 +90,7 @@ def _kind_of(argument: Argument) -> Any:
 
 def cache_folder() -> Path:
     """Return the folder in which compiled code is kept; a temporary one if it cannot be written."""
-    chosen = numba.config.CACHE_DIR if COMPILED else ""
+    chosen = numba.config.CACHE_DIR
     return writable_folder(Path(chosen)) if chosen else writable_folder(cache_root()) / "kernels"
 
 

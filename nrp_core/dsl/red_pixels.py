@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.jit import COMPILED, inlined, jit
+from nrp_core._support.jit import inlined, jit
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -25,8 +25,6 @@ def count_red(pixels: Pixels) -> tuple[int, int]:
     """
     height, width, _ = pixels.shape
     half = width // 2
-    if not COMPILED:
-        return _count_by_hues(pixels[:, :half]), _count_by_hues(pixels[:, half:])
     if width % (2 * _BLOCK) or not pixels.flags.c_contiguous:
         return int(_count(pixels[:, :half])), int(_count(pixels[:, half:]))
     words = pixels.reshape(height, 3 * width).view(np.uint64)
@@ -71,13 +69,3 @@ def _count(pixels: Pixels) -> int:
             pixel = pixels[row, column]
             found += _is_red(int(pixel[0]), int(pixel[1]), int(pixel[2]))
     return found
-
-
-def _count_by_hues(pixels: Pixels) -> int:
-    import cv2
-
-    if not pixels.size:
-        return 0
-    hues = cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2HSV)
-    least, most = np.array((0, 30, 30), np.uint8), np.array((0, 255, 255), np.uint8)
-    return cv2.countNonZero(cv2.inRange(hues, least, most))

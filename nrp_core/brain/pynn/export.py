@@ -50,10 +50,6 @@ def rewirings_of(projections: Iterable[Any], labels: Mapping[Any, str]) -> dict[
     return found | {key: replace(found[key], stream=label) for key, label in seeded.items()}
 
 
-_NO_CELLS = (type(None), str, int, float, list, tuple, set)
-"""Kinds of values that a script may take for a circuit."""
-
-
 def views_of(
     variables: Mapping[str, Any], populations: Mapping[str, Selection], state: State
 ) -> dict[str, IntArray]:
@@ -73,7 +69,6 @@ def views_of(
     if isinstance(circuit, Mapping):
         named |= {str(label): cells for label, cells in circuit.items() if _is_cells(cells)}
     views = {name: _existing_ids(name, cells, state) for name, cells in named.items()}
-    _tell_of_no_cells(variables, state)
     if populations and not _is_cells(circuit):
         raise NetworkError(
             f"the script has no circuit from which to take '{next(iter(populations))}': name a population, "
@@ -86,19 +81,6 @@ def views_of(
     for text in find_shadowed({**labels, **views}, chosen):
         state.remark(text)
     return views | chosen
-
-
-def _tell_of_no_cells(variables: Mapping[str, Any], state: State) -> None:
-    """Tell of a circuit, or parts of one, that is not cells; a function of that name is one of the script."""
-    circuit = variables.get(CIRCUIT, ())
-    if isinstance(circuit, Mapping):
-        for label, cells in circuit.items():
-            if not _is_cells(cells):
-                state.remark(f"'{label}' of '{CIRCUIT}' is {cells!r:.60}, not cells, so it names none")
-    elif CIRCUIT in variables and isinstance(circuit, _NO_CELLS):
-        state.remark(
-            f"'{CIRCUIT}' is {circuit!r:.60}; it must be a population, view, assembly or a dictionary of them"
-        )
 
 
 def _is_cells(value: object) -> bool:

@@ -15,8 +15,6 @@ IN_VAIN = {
     "a.record('v', to_file='v.pkl')": "the data of 'a' are not written to 'v.pkl': the script only builds",
     "import nrp_core; net = nrp_core.Network({})":
         "the network 'net' has no effect: that of a script is called 'network'",
-    "circuit = 'a'": "'circuit' is 'a'; it must be a population, view, assembly or a dictionary of them",
-    "circuit = {'a': a, 'b': 3}": "'b' of 'circuit' is 3, not cells, so it names none",
 }  # fmt: skip
 AS_MEANT = [
     "sim.Projection(a, a, sim.AllToAllConnector(), rule, source=None, label='p')",

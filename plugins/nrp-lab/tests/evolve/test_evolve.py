@@ -220,16 +220,6 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
             "search.yaml:5:28: vary.events.go.publish.value: a search needs a r",
         ),
         (
-            f"{{criterion_distance.stays_near: 1, time_to_event.arrives: -1}}\n{MISSING}",
-            "{criteria.arrives: 2, criteria.stays_near: -1}\ngoal: 3\n",
-            "search.yaml:9:7: goal: 3 is out of reach: the objective is at most 2",
-        ),
-        (
-            f"{{criterion_distance.stays_near: 1, time_to_event.arrives: -1}}\n{MISSING}",
-            "{criterion_distance.arrives: -1, degree.arrives: 2}\ngoal: 2.5\n",
-            "search.yaml:9:7: goal: 2.5 is out of reach: the objective is at most 2",
-        ),
-        (
             "population: 3",
             "population: 3\noptimizer: cma",
             "a search has no key 'optimizer'; did you mean 'o",

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PlainValidator, PositiveInt, WithJsonSchema, model_validator
 
 from nrp_core.experiment import Tree, form_of
 from nrp_lab.sweep.model import SEED, Choices, Design, ManyRuns, SweepFile, read_many_runs
 
-_UP_TO_1: Final = ("criteria", "degree")
-_FROM_0: Final = (*_UP_TO_1, "time_to_event", "criterion_distance", "distance", "activity", "rate", "cv")
-"""The metrics that are never above 1, and those that are never below 0."""
 Weights = dict[str, float]
 """The factor of each measure, ``metric.part``, in a weighted sum."""
 
@@ -76,18 +73,7 @@ class EvolveFile(ManyRuns):
                 )
         if self.goal is not None and len(self.objective) > 1:
             raise ValueError("goal: a search with several objectives has no goal")
-        if self.goal is not None:
-            highest = sum(self._highest(name, weight) for name, weight in self.objective[0].items())
-            if self.goal > highest:
-                raise ValueError(f"goal: {self.goal:g} is out of reach: the objective is at most {highest:g}")
         return self
-
-    def _highest(self, name: str, weight: float) -> float:
-        """Return the largest contribution of a measure to the objective."""
-        metric, otherwise = name.partition(".")[0], self.missing.get(name, 0.0)
-        if weight > 0:
-            return weight * max(1.0, otherwise) if metric in _UP_TO_1 else inf
-        return weight * min(0.0, otherwise) if metric in _FROM_0 else inf
 
     @property
     def names(self) -> tuple[str, ...]:

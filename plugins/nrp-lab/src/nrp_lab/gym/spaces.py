@@ -21,7 +21,6 @@ from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.base import find_layout
 
-_IMAGE = "sensor_msgs/msg/Image"
 _LONGEST_WAIT_STEPS = 500
 
 

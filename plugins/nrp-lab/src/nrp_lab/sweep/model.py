@@ -176,7 +176,6 @@ SEED = "seed"
 GRID = "grid"
 SAMPLED = ("random", "sobol", "latin")
 GIVEN = "given"
-_PARTS = 2
 
 
 @dataclass(frozen=True, slots=True)

@@ -297,8 +297,6 @@ def read_table(folder: Path) -> SweepTable:
     Raises:
         ExperimentError: the folder does not contain a sweep, or no run has ended.
     """
-    import csv
-
     about = read_about(folder)
     path = folder / CSV
     if not path.is_file():
