@@ -6,9 +6,10 @@ import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from struct import unpack_from
 
 import pytest
-from browsing import HUSKY, PATIENCE_MS, Cockpits, Watched, box_of, running, seen
+from browsing import HUSKY, PATIENCE_MS, Cockpits, Watched, box_of, running, seen, wait_until
 from nrp_bibi import bibi_text, read_bibi
 from nrp_bibi.model.functions import Neuron2Robot, PythonTransferFunction
 from nrp_bibi.model.selectors import Index
@@ -263,6 +264,35 @@ def test_python_is_wired_and_undo_works_wherever_the_focus_is(watched: Watched):
         page.evaluate("() => document.activeElement.blur()")
         page.keyboard.press("Control+z")
         expect(made).to_have_count(0)
+
+
+def test_wires_show_the_latest_values_of_the_run(watched: Watched) -> None:
+    with cockpit(experiment="slalom_pioneer") as opened:
+        page = watched.open(opened.address, 1280, 720)
+        page.get_by_role("link", name="Designer").click()
+        read = page.locator(".react-flow__edge[aria-label*='reads neurons'] .react-flow__edge-text")
+        expect(read).to_have_count(2)
+        assert read.all_text_contents() == ["\N{EN DASH}"] * 2
+        page.get_by_role("button", name="Play").click()
+        wait_until(page, 1.0)
+        page.get_by_role("button", name="Pause").click()
+        page.get_by_role("button", name="Play").wait_for()
+        topics = [f"/brain/devices/drive/{side}/rate" for side in ("left", "right")]
+        with opened.visit() as visitor:
+            visitor.subscribe(*topics)
+            visitor.until(lambda: all(visitor.heard[topic] for topic in topics))
+            rates_hz = [unpack_from("<d", visitor.heard[topic][-1].payload, 4)[0] for topic in topics]
+        assert all(rates_hz)
+        shown_hz = seen(
+            page,
+            lambda: [float(text.removesuffix(" Hz")) for text in read.all_text_contents()],
+            lambda shown: sorted(shown) == pytest.approx(sorted(rates_hz), rel=5e-3),
+        )
+        assert len(shown_hz) == 2
+        sent = page.locator(".react-flow__edge[aria-label*='cmd_vel'] .react-flow__edge-text")
+        expect(sent).to_have_text(
+            re.compile(r"\d 0 0 " + "\N{HORIZONTAL ELLIPSIS}$")
+        )  # the first numbers of a Twist
 
 
 def test_a_shipped_model_that_is_typed_in_is_no_change_and_what_is_wrong_has_a_badge(

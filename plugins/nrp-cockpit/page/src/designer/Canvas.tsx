@@ -15,6 +15,7 @@ import { useEffect, useMemo } from "react";
 import { boxTypes } from "./boxes";
 import { type BoxNode, edgesOf, keyOf, nodesOf, partOfWire } from "./flow";
 import { Legend } from "./Legend";
+import { LiveWire } from "./LiveWire";
 import { Loop } from "./Loop";
 import { Refused } from "./Refused";
 import { beginWire, endWire, leaveField, place, select, useDesign } from "./store";
@@ -30,7 +31,7 @@ function endAt(event: MouseEvent | TouchEvent, { toHandle }: FinalConnectionStat
   return toHandle?.id ?? below?.dataset.end ?? null;
 }
 
-const EDGE_TYPES = { loop: Loop };
+const EDGE_TYPES = { loop: Loop, live: LiveWire };
 
 /** The legend and the controls stand at the foot. */
 const FIT = { padding: { top: "24px", left: "24px", right: "24px", bottom: "52px" }, maxZoom: 1 } as const;

@@ -1,6 +1,7 @@
 import { type Edge, MarkerType, type Node } from "@xyflow/react";
 import { functionOf } from "./model";
 import type { Box, DesignState, WireData } from "./types";
+import { carriedBy } from "./wireValue";
 
 export type BoxNode = Node<{ box: Box }, Box["kind"]>;
 
@@ -60,24 +61,26 @@ export function edgesOf(state: DesignState, selected: string): Edge[] {
       ariaLabel: `${wire.source_end} to ${wire.target_end}, ${MEANINGS[wire.kind]}`,
       selected: isSelected,
       style: { stroke: COLOURS[wire.kind], strokeWidth: isSelected ? 3 : 1.5 },
-      data: { part: wire.part ?? "" },
-      ...(wire.label
-        ? {
-            label: wire.label,
-            pathOptions: { curvature: 0.25 + BEND * before },
-            ...(wire.source === wire.target ? loopOf(state, wire, before) : {}),
-            markerEnd: {
-              type: MarkerType.ArrowClosed,
-              color: COLOURS[wire.kind],
-              markerUnits: "userSpaceOnUse",
-              width: 20,
-              height: 20,
-            },
-          }
-        : {}),
+      ...(state.kind === "functions" ? { type: "live" } : {}),
+      data: { part: wire.part ?? "", carries: carriedBy(wire, state.boxes) },
+      ...(wire.label ? labelled(state, wire, before) : {}),
     };
   });
 }
+
+/** A wire with its label and an arrow, bent away from those before it. */
+const labelled = (state: DesignState, wire: WireData, before: number) => ({
+  label: wire.label,
+  pathOptions: { curvature: 0.25 + BEND * before },
+  ...(wire.source === wire.target ? loopOf(state, wire, before) : {}),
+  markerEnd: {
+    type: MarkerType.ArrowClosed,
+    color: COLOURS[wire.kind],
+    markerUnits: "userSpaceOnUse",
+    width: 20,
+    height: 20,
+  },
+});
 
 /** A wire from a box to itself goes over the rows of the box. */
 const loopOf = (state: DesignState, wire: WireData, before: number) => ({

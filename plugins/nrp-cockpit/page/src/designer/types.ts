@@ -11,6 +11,8 @@ export interface Row {
   text: string;
   is_written?: boolean;
   neurons?: string;
+  /** The name that it has in the run, if it is a device. */
+  device?: string;
 }
 
 export interface Box {

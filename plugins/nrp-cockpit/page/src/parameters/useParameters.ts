@@ -1,6 +1,6 @@
 import { useCallback, useEffect, useState } from "react";
 import { command } from "../state/commands";
-import { useRun } from "../state/run";
+import { useRun, useTimesBack } from "../state/run";
 import type { Selection } from "../state/selection";
 import type { Parameters } from "./numbers";
 
@@ -21,17 +21,4 @@ export function useParameters(selected: Selection | null): [Parameters | null, (
     if (experiment) void read();
   }, [read, experiment, functions, back]);
   return [parameters, read];
-}
-
-/** How often time went back, or the run began anew. */
-function useTimesBack(): number {
-  const [times, setTimes] = useState(0);
-  useEffect(
-    () =>
-      useRun.subscribe(({ status }, before) => {
-        if (status && before.status && status.t_s < before.status.t_s) setTimes((count) => count + 1);
-      }),
-    [],
-  );
-  return times;
 }

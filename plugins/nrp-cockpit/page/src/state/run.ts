@@ -1,3 +1,4 @@
+import { useEffect, useState } from "react";
 import { create } from "zustand";
 import { type Link, wire } from "../wire";
 import { keepSame } from "./same";
@@ -71,3 +72,16 @@ export function missingOf({ experiment }: Pick<Run, "experiment">, capability: s
 
 export const useMissing = (capability: string): string | undefined =>
   useRun((run) => missingOf(run, capability));
+
+/** How often time went back, or the run began anew. */
+export function useTimesBack(): number {
+  const [times, setTimes] = useState(0);
+  useEffect(
+    () =>
+      useRun.subscribe(({ status }, before) => {
+        if (status && before.status && status.t_s < before.status.t_s) setTimes((count) => count + 1);
+      }),
+    [],
+  );
+  return times;
+}

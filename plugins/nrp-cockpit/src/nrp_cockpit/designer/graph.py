@@ -87,13 +87,13 @@ class Graph:
         for place, local in enumerate(function.local):
             yield _local_row(local, f"{path}/local/{place}")
         if isinstance(function, Neuron2Monitor):
-            yield self._device_row(function.device, f"{path}/device", path)
+            yield self._device_row(function.device, f"{path}/device", path, function.name)
             return
         for field in ("device", "device_group"):
             for place, device in enumerate(getattr(function, field, ())):
-                yield self._device_row(device, f"{path}/{field}/{place}", path)
+                yield self._device_row(device, f"{path}/{field}/{place}", path, function.name)
         if isinstance(returned, AnyDevice):
-            yield self._device_row(returned, f"{path}/return_value", path)
+            yield self._device_row(returned, f"{path}/return_value", path, function.name)
 
     def _python_rows(self, code: str, path: str) -> Iterator[dict[str, Any]]:
         """Yield what the decorators of Python functions connect, and add the wires."""
@@ -115,6 +115,7 @@ class Graph:
                 "path": end[1], "kind": "topic" if one.is_topic else "device", "is_written": one.is_written,
                 "name": f"{one.function}: {variable}" if several else variable,
                 "type": one.kind.rpartition(".")[2], "text": "", "neurons": one.neurons,
+                "device": f"{one.function}/{variable}",
             }  # fmt: skip
 
     def _topics_of(self, one: Connection) -> list[str]:
@@ -136,7 +137,7 @@ class Graph:
             "type": channel.type.rpartition(".")[2], "text": text_of(channel.body) if channel.body else "",
         }  # fmt: skip
 
-    def _device_row(self, device: AnyDevice, path: str, box: str) -> dict[str, Any]:
+    def _device_row(self, device: AnyDevice, path: str, box: str, function: str) -> dict[str, Any]:
         written = device.body is not None
         neurons = text_of(device.neurons)
         for population, chosen in _populations(device, neurons):
@@ -148,6 +149,7 @@ class Graph:
         return {
             "path": path, "kind": "device", "name": device.name, "is_written": written,
             "type": device.type.value, "text": text, "neurons": neurons,
+            "device": f"{function}/{device.name}",
         }  # fmt: skip
 
     # -- topics and populations

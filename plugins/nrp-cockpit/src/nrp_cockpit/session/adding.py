@@ -86,7 +86,7 @@ class Adding:
         """Return the files of models in the folder of the experiment and of its libraries, by their names."""
         path = self._run.experiment.source.place.path
         folders = [] if path is None else [path.parent]
-        found = {}
+        found: dict[str, Path] = {}
         for folder in (*folders, *self._run.experiment.models):
             for file in _model_files(folder):
                 inside = file.relative_to(folder)

@@ -1,0 +1,84 @@
+import { valueText } from "../plots/timeAxis";
+import type { Experiment } from "../state/types";
+import type { Box, WireData } from "./types";
+
+/** What goes through a wire: the messages of a topic, or the values of a device of the run. */
+export type Carried = { topic: string } | { device: string };
+
+const TOPIC = "topic:";
+
+/** What a wire of functions carries; null: what does not exist in a run by itself. */
+export function carriedBy({ source_end, target_end }: WireData, boxes: readonly Box[]): Carried | null {
+  for (const end of [source_end, target_end]) {
+    if (end.startsWith(TOPIC)) return { topic: end.slice(TOPIC.length) };
+    const row = boxes.flatMap(({ rows }) => rows ?? []).find(({ path }) => path === end);
+    if (row?.kind === "device" && row.device) return { device: row.device };
+  }
+  return null;
+}
+
+/** Where the values of a wire are heard, in which unit; a rate is known without hearing anything. */
+export interface Source {
+  topics: readonly string[];
+  unit: string;
+  rate_hz: number | null;
+}
+
+/** Of so many devices of a group the values are shown, and of so many numbers of a message. */
+const MOST = 3;
+/** Messages that would cost much and say little as numbers. */
+const LARGE = /(Image|PointCloud2?|EventArray|EventPacket|ModelStates|LinkStates)$/;
+
+/** Where the run says what a wire carries; null: it does not, as for what is drawn and does not run yet. */
+export function sourceOf(
+  carried: Carried | null,
+  { topics, devices }: Pick<Experiment, "topics" | "devices">,
+): Source | null {
+  if (carried === null) return null;
+  if ("topic" in carried) {
+    const topic = topics.find(({ name }) => name === carried.topic);
+    if (!topic) return null;
+    if (LARGE.test(topic.type)) return { topics: [], unit: "", rate_hz: topic.rate_hz };
+    return { topics: [topic.name], unit: topic.unit ?? "", rate_hz: null };
+  }
+  const found = devices.filter(
+    ({ name }) => name === carried.device || name.startsWith(`${carried.device}/`),
+  );
+  const [first] = found;
+  if (!first) return null;
+  return { topics: found.slice(0, MOST + 1).map(({ topic }) => topic), unit: first.unit, rate_hz: null };
+}
+
+const NOTHING = "–";
+
+/** The latest messages of the topics of a wire, in a few characters. */
+export function textOf(messages: readonly unknown[], unit: string): string {
+  const found = messages.flatMap((message) => leavesOf(message, MOST + 1));
+  if (found.length === 0) return NOTHING;
+  const shown = found.slice(0, MOST).map((leaf) => (typeof leaf === "string" ? leaf : shortText(leaf)));
+  return [...shown, found.length > MOST && "…", unit].filter(Boolean).join(" ");
+}
+
+const shortText = (value: number): string => (value === 0 ? "0" : valueText(value));
+
+export const rateText = (rate_hz: number | null): string =>
+  rate_hz === null ? NOTHING : `${valueText(rate_hz)} Hz`;
+
+/** The numbers and words of a message in their order, at most so many; not its header, nor the layout of an array. */
+function leavesOf(value: unknown, most: number): (number | string)[] {
+  if (typeof value === "number" || typeof value === "string") return [value];
+  if (typeof value === "bigint" || typeof value === "boolean") return [Number(value)];
+  const found: (number | string)[] = [];
+  for (const one of partsOf(value)) {
+    if (found.length >= most) break;
+    found.push(...leavesOf(one, most - found.length));
+  }
+  return found;
+}
+
+function partsOf(value: unknown): Iterable<unknown> {
+  if (ArrayBuffer.isView(value)) return value as unknown as Iterable<unknown>;
+  if (Array.isArray(value)) return value;
+  const fields = Object.entries(value ?? {}).filter(([name]) => name !== "header" && name !== "layout");
+  return fields.map(([, field]) => field);
+}
