@@ -16,7 +16,7 @@ from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses import ELECTRICAL, GRADED, STATIC, STDP
+from nrp_core.brain.network.synapses import CONTINUOUS, ELECTRICAL, GRADED, STATIC, STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 
 FOUND_BY: Found = {}
@@ -24,8 +24,8 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
 
 
 @found_by(
-    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "a_cell_can_act_on_itself",
+    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
     "a_snapshot_keeps_spikes_in_flight",
@@ -37,17 +37,18 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "an_injected_spike_acts_after_its_delay",
     "each_synapse_has_its_own_delay",
     "each_synapse_has_its_own_weight",
+    "equal_time_constants_follow_the_equations_or_are_refused",
     "every_kind_of_cell_can_be_recorded_under_its_own_id",
     "inhibition_keeps_a_cell_from_firing",
+    "input_during_a_refractory_period_acts_after_it",
     "many_cells_are_independent",
     "projections_between_the_same_populations_add_to_each_other",
-    "simultaneous_spikes_of_source_cells_all_act",
     "simultaneous_spikes_of_a_device_add_up",
+    "simultaneous_spikes_of_source_cells_all_act",
     "spikes_reach_the_connected_cell_and_no_other",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
-    "input_during_a_refractory_period_acts_after_it",
-    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class SwapsReceptors(SmallBrain):
     def receive(self, target: int, weight: float, receptor: str) -> None:
@@ -127,6 +128,7 @@ class SendsDeviceSpikesAtOnce(SmallBrain):
 
 @found_by(
     "a_current_adds_to_the_offset_of_its_cell",
+    "a_current_of_the_network_flows_at_its_times_again_after_a_reset",
     "a_late_device_acts_from_then_on",
     "a_source_acts_only_on_the_selected_neurons",
     "currents_of_several_sources_add_up",
@@ -139,8 +141,10 @@ class GivesCurrentsToTheNextNeuron(SmallBrain):
 
 
 @found_by(
-    "a_current_adds_to_the_offset_of_its_cell",
     "a_current_acts_from_the_moment_it_is_set",
+    "a_current_adds_to_the_offset_of_its_cell",
+    "a_current_of_the_network_flows_at_its_times_again_after_a_reset",
+    "a_current_out_of_a_cell_hyperpolarises_it_by_its_equations",
     "a_late_device_acts_from_then_on",
     "a_removed_device_has_no_effect",
     "a_source_acts_only_on_the_selected_neurons",
@@ -148,7 +152,6 @@ class GivesCurrentsToTheNextNeuron(SmallBrain):
     "currents_of_several_sources_add_up",
     "removing_one_of_two_currents_leaves_the_other",
     "the_values_of_a_source_go_to_its_neurons_in_their_order",
-    "a_current_out_of_a_cell_hyperpolarises_it_by_its_equations",
 )
 class TakesCurrentsOneWindowLate(SmallBrain):
     waiting: FloatArray | None = None
@@ -164,8 +167,10 @@ class TakesCurrentsOneWindowLate(SmallBrain):
 
 
 @found_by(
-    "a_current_adds_to_the_offset_of_its_cell",
     "a_current_acts_from_the_moment_it_is_set",
+    "a_current_adds_to_the_offset_of_its_cell",
+    "a_current_of_the_network_flows_at_its_times_again_after_a_reset",
+    "a_current_out_of_a_cell_hyperpolarises_it_by_its_equations",
     "a_late_device_acts_from_then_on",
     "a_removed_device_has_no_effect",
     "a_snapshot_keeps_a_current",
@@ -174,7 +179,6 @@ class TakesCurrentsOneWindowLate(SmallBrain):
     "currents_of_several_sources_add_up",
     "removing_one_of_two_currents_leaves_the_other",
     "the_values_of_a_source_go_to_its_neurons_in_their_order",
-    "a_current_out_of_a_cell_hyperpolarises_it_by_its_equations",
 )
 class TakesCurrentsInPicoamperes(SmallBrain):
     def _do_set_current(self, currents_na: FloatArray) -> None:
@@ -182,6 +186,7 @@ class TakesCurrentsInPicoamperes(SmallBrain):
 
 
 @found_by(
+    "a_current_of_the_network_flows_at_its_times_again_after_a_reset",
     "a_removed_device_has_no_effect",
     "removing_one_of_two_currents_leaves_the_other",
 )
@@ -249,6 +254,7 @@ class DrawsFromTheGlobalGenerator(SmallBrain):
 
 @found_by(
     "a_synaptic_potential_follows_its_equations",
+    "equal_time_constants_follow_the_equations_or_are_refused",
     "reading_changes_nothing",
     "state_is_returned_in_the_requested_order",
 )
@@ -283,6 +289,7 @@ class IsNeverRefractory(SmallBrain):
 @found_by(
     "a_device_acts_within_its_delay_and_a_step",
     "a_synaptic_potential_follows_its_equations",
+    "equal_time_constants_follow_the_equations_or_are_refused",
 )
 class HasSlowerSynapses(SmallBrain):
     def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
@@ -293,8 +300,9 @@ class HasSlowerSynapses(SmallBrain):
 @found_by(
     "a_cell_under_a_current_fires_at_the_times_of_its_equations",
     "a_current_acts_from_the_moment_it_is_set",
-    "a_synaptic_potential_follows_its_equations",
     "a_current_out_of_a_cell_hyperpolarises_it_by_its_equations",
+    "a_synaptic_potential_follows_its_equations",
+    "equal_time_constants_follow_the_equations_or_are_refused",
 )
 class LeaksTooFast(SmallBrain):
     def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
@@ -369,12 +377,12 @@ class PromisesRewards(EventBackend):
 class _Junctions(SmallBrain):
     """Has gap junctions, but only the first cell of each acts on the second."""
 
-    def outgoing(self) -> dict[int, list[tuple[int, float, float, str]]]:
-        return {}
+    def continuous(self) -> list[Projection]:
+        return [p for p in self.network.projections if p.synapse_type in CONTINUOUS]
 
     def integrate(self) -> None:
         s, alone = self.live, self.live.current
-        for p in self.network.projections:
+        for p in self.continuous():
             pre, post = (
                 self.network.offsets[name] + at for name, at in ((p.pre, p.pre_index), (p.post, p.post_index))
             )
@@ -384,12 +392,7 @@ class _Junctions(SmallBrain):
         s.current = alone
 
 
-@found_by(
-    "a_gap_junction_carries_current_both_ways",
-    "a_cell_does_not_fire_in_its_refractory_period",
-    "nothing_acts_before_its_delay",
-    "synaptic_input_outlasts_the_spikes_that_it_causes",
-)
+@found_by("a_gap_junction_carries_current_both_ways")
 class LetsJunctionsPassOneWay(SmallBackend):
     brain = _Junctions
 
@@ -402,7 +405,7 @@ class _Release(_Junctions):
 
     def integrate(self) -> None:
         s, alone = self.live, self.live.current
-        for p in self.network.projections:
+        for p in self.continuous():
             s.current = alone.copy()
             v = s.v[self.network.offsets[p.pre] + p.pre_index]
             np.add.at(s.current, p.post_index, p.weight * (v > p.synapse_parameters["v_th"]))
@@ -410,12 +413,7 @@ class _Release(_Junctions):
         s.current = alone
 
 
-@found_by(
-    "graded_release_follows_the_voltage_of_its_source",
-    "a_cell_does_not_fire_in_its_refractory_period",
-    "nothing_acts_before_its_delay",
-    "synaptic_input_outlasts_the_spikes_that_it_causes",
-)
+@found_by("graded_release_follows_the_voltage_of_its_source")
 class ReleasesAllOrNothing(SmallBackend):
     brain = _Release
 

@@ -228,8 +228,8 @@ class SharesOneResourceAmongSynapses(MinimalBrain):
 
 
 @found_by_with_short_term(
-    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "a_cell_can_act_on_itself",
+    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
     "a_reset_restores_depressed_synapses",
@@ -244,16 +244,17 @@ class SharesOneResourceAmongSynapses(MinimalBrain):
     "each_synapse_depresses_by_its_own_constants",
     "each_synapse_has_its_own_delay",
     "each_synapse_has_its_own_weight",
+    "equal_time_constants_follow_the_equations_or_are_refused",
     "every_kind_of_cell_can_be_recorded_under_its_own_id",
+    "input_during_a_refractory_period_acts_after_it",
     "many_cells_are_independent",
     "projections_between_the_same_populations_add_to_each_other",
-    "simultaneous_spikes_of_source_cells_all_act",
     "simultaneous_spikes_of_a_device_add_up",
+    "simultaneous_spikes_of_source_cells_all_act",
     "spikes_reach_the_connected_cell_and_no_other",
+    "synaptic_input_outlasts_the_spikes_that_it_causes",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
-    "input_during_a_refractory_period_acts_after_it",
-    "synaptic_input_outlasts_the_spikes_that_it_causes",
 )
 class ScalesJumpsByTheStep(MinimalBrain):
     def _post(self, target: IntArray, receptor: IntArray, weight: FloatArray, at_ms: FloatArray) -> None:

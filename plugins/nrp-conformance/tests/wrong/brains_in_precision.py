@@ -51,7 +51,8 @@ class RoundsWeightsToThirtyTwoBits(_StoresSynapses):
 @found_by("delays_are_used_as_precisely_as_they_are_given")
 class RoundsDelaysToATenth(_StoresSynapses):
     def stored(self, projection: Projection) -> Projection:
-        return replace(projection, delay_ms=np.maximum(0.1, np.round(projection.delay_ms, 1)))
+        delays_ms = projection.delay_ms  # 0 where synapses follow a voltage
+        return replace(projection, delay_ms=np.maximum(0.1 * (delays_ms > 0), np.round(delays_ms, 1)))
 
 
 @found_by("delays_are_used_as_precisely_as_they_are_given")

@@ -21,6 +21,7 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "a_synaptic_potential_follows_its_equations",
     "an_injected_spike_acts_like_a_spike_of_a_source",
     "each_synapse_has_its_own_delay",
+    "equal_time_constants_follow_the_equations_or_are_refused",
     "nothing_acts_before_its_delay",
 )
 class IgnoresDelays(SmallBrain):
@@ -33,6 +34,7 @@ class IgnoresDelays(SmallBrain):
     "a_spike_arrives_after_its_delay_and_not_before",
     "a_synaptic_potential_follows_its_equations",
     "an_injected_spike_acts_like_a_spike_of_a_source",
+    "equal_time_constants_follow_the_equations_or_are_refused",
     "input_during_a_refractory_period_acts_after_it",
 )
 class AddsAMillisecondToDelays(SmallBrain):
@@ -54,6 +56,7 @@ class UsesTheFirstDelayForAll(SmallBrain):
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
     "a_synaptic_potential_follows_its_equations",
     "an_injected_spike_acts_like_a_spike_of_a_source",
+    "equal_time_constants_follow_the_equations_or_are_refused",
     "projections_between_the_same_cells_keep_their_delays_and_receptors",
     "splitting_a_run_is_invisible",
 )
@@ -127,10 +130,11 @@ class RunsTooFar(SmallBrain):
 
 
 @found_by(
+    "a_synapse_starts_from_its_initial_value_or_that_is_refused",
     "a_synaptic_potential_follows_its_equations",
+    "equal_time_constants_follow_the_equations_or_are_refused",
     "splitting_a_run_is_invisible",
     "two_brains_in_one_process_do_not_disturb_each_other",
-    "a_synapse_starts_from_its_initial_value_or_that_is_refused",
 )
 class StartsEveryWindowAnew(SmallBrain):
     def _do_run_until(self, t_ns: int) -> None:
@@ -221,12 +225,13 @@ class KeepsSpikesInFlightOverAReset(SmallBrain):
 
 
 @found_by(
-    "after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one",
     "a_cell_starts_from_its_initial_potential_also_after_a_reset",
+    "a_current_of_the_network_flows_at_its_times_again_after_a_reset",
     "a_reset_brain_equals_a_fresh_one",
     "a_reset_forgets_spikes_in_transit",
     "a_reset_repeats_the_noise",
     "a_reset_with_another_seed_equals_a_brain_opened_with_it",
+    "after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one",
 )
 class KeepsTheMembraneOverAReset(SmallBrain):
     def _do_reset(self, seed: int) -> None:
@@ -236,13 +241,14 @@ class KeepsTheMembraneOverAReset(SmallBrain):
 
 
 @found_by(
-    "after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one",
     "a_cell_starts_from_its_initial_potential_also_after_a_reset",
-    "a_reset_forgets_spikes_in_transit",
+    "a_current_of_the_network_flows_at_its_times_again_after_a_reset",
     "a_reset_brain_equals_a_fresh_one",
+    "a_reset_forgets_spikes_in_transit",
     "a_reset_repeats_the_noise",
     "a_reset_with_another_seed_equals_a_brain_opened_with_it",
     "a_synapse_starts_from_its_initial_value_or_that_is_refused",
+    "after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one",
 )
 class ReseedsOnReset(SmallBrain):
     def _do_reset(self, seed: int) -> None:

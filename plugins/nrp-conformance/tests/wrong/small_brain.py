@@ -15,7 +15,7 @@ from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.synapses import STATIC
+from nrp_core.brain.network.synapses import CONTINUOUS, STATIC
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 
@@ -62,9 +62,9 @@ class SmallBrain(Brain):
         self.spikes: list[tuple[int, float]] = []
 
     def outgoing(self) -> dict[int, list[tuple[int, float, float, str]]]:
-        """Return target, weight, delay and receptor of the synapses of every neuron."""
+        """Return target, weight, delay and receptor of the synapses of every neuron that transmit spikes."""
         found: dict[int, list[tuple[int, float, float, str]]] = defaultdict(list)
-        for p in self.network.projections:
+        for p in (p for p in self.network.projections if p.synapse_type not in CONTINUOUS):
             pre, post = self.network.offsets[p.pre], self.network.offsets[p.post]
             columns = zip(p.pre_index, p.post_index, p.weight, p.delay_ms, strict=True)
             for i, j, weight, delay in columns:
