@@ -38,6 +38,9 @@ it("tells several projections to the same cells apart", () => {
   }));
   const [circuit] = populationsOf({ populations, projections: projections as Projection[] });
   expect(circuit?.parts?.map(({ name }) => name)).toEqual([`→ ${one}`, `→ ${other}`]);
+  const unnamed = projections.map((each) => ({ ...each, label: `circuit→circuit ${each.id}` }));
+  const [same] = populationsOf({ populations, projections: unnamed as Projection[] });
+  expect(same?.parts?.map(({ name }) => name)).toEqual(["→ circuit (1)", "→ circuit (2)"]);
 });
 
 it("lists the groups of cells with their sizes, over all populations", () => {

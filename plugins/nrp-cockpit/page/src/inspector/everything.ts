@@ -29,13 +29,11 @@ export const groupsOf = ({ groups }: Pick<Experiment, "groups">): Branch[] =>
     to: { kind: "group", name: group.name },
   }));
 
-/** The populations, each with the projections that leave it; several to the same cells have their own names. */
+/** The populations, each with the projections that leave it; several to the same cells are told apart. */
 export function populationsOf({
   populations,
   projections,
 }: Pick<Experiment, "populations" | "projections">): Branch[] {
-  const isOnly = ({ pre, post, excites }: Projection) =>
-    projections.filter((one) => one.pre === pre && one.post === post && one.excites === excites).length === 1;
   return populations.map(({ label, size }) => ({
     name: label,
     note: `${size}`,
@@ -43,9 +41,17 @@ export function populationsOf({
     parts: projections
       .filter(({ pre }) => pre === label)
       .map((projection) => ({
-        name: `${projection.excites ? "→" : "⊣"} ${isOnly(projection) ? projection.post : projection.label}`,
+        name: `${projection.excites ? "→" : "⊣"} ${endOf(projection, projections)}`,
         note: projection.excites ? "excites" : "inhibits",
         to: { kind: "projection", id: projection.id },
       })),
   }));
+}
+
+/** Where a projection ends; of several alike its own name, or a number where PyNN made that name of both ends. */
+function endOf(projection: Projection, all: readonly Projection[]): string {
+  const { pre, post, excites, label } = projection;
+  const alike = all.filter((one) => one.pre === pre && one.post === post && one.excites === excites);
+  if (alike.length === 1) return post;
+  return label.includes("→") ? `${post} (${alike.indexOf(projection) + 1})` : label;
 }

@@ -59,7 +59,7 @@ export function SpikesPanel() {
       </Panel>
     );
   return (
-    <Panel title="Spikes" sub={<span ref={count} />} tools={tools} className="plot">
+    <Panel title="Spikes" sub={<span ref={count} className="spikes-count" />} tools={tools} className="plot">
       <Raster
         populations={populations}
         groups={groups}
