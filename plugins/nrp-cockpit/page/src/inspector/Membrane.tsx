@@ -10,12 +10,11 @@ const EVERY_MS = 60;
 export function Membrane({ population, indices }: { population: string; indices: readonly number[] }) {
   const look = useLook<Sample>("membrane", { population, indices }, EVERY_MS);
   const samples = useRef<readonly Sample[]>([]);
-  if (look === null) return null;
   const title = indices.length > 1 ? "Membranes" : "Membrane";
-  if (typeof look === "string")
+  if (look === null || typeof look === "string")
     return (
       <Section title={title}>
-        <p className="mut f12">{look}</p>
+        <p className="mut f12">{look ?? "–"}</p>
       </Section>
     );
   samples.current = extended(samples.current, look);

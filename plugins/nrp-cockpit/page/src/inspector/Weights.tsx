@@ -25,11 +25,10 @@ export function Weights({ id }: { id: string }) {
   const unit = useRun(
     ({ experiment }) => experiment?.topics.find(({ name }) => name === summaryTopic(id))?.unit,
   );
-  if (seen === null) return null;
-  if (typeof seen === "string")
+  if (seen === null || typeof seen === "string")
     return (
       <Section title="Weights">
-        <p className="mut f12">{seen}</p>
+        <p className="mut f12">{seen ?? "–"}</p>
       </Section>
     );
   if (!seen.summary) return null;

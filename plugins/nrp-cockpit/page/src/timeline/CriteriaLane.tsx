@@ -21,6 +21,7 @@ export function CriteriaLane({ criteria, span }: { criteria: TimelineData["crite
       aria-label="Criteria"
       style={{ "--rows": count } as CSSProperties}
       data-few={criteria.length < 2}
+      data-many={criteria.length > 3}
     >
       {criteria.map(({ name, passed, from_s, to_s, text }, at) => {
         const { look, icon, words } = looks[`${passed}`];
