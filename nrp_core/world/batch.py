@@ -10,7 +10,6 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,6 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.simulation import State
-from nrp_core.world.batch_engine import batch_engine_of
-from nrp_core.world.drives.drive import DrivePart
 from nrp_core.world.messages.base import find_layout, type_name
 from nrp_core.world.messages.std_msgs import Float64MultiArray
 from nrp_core.world.render.cameras import SHARED
@@ -113,7 +110,8 @@ class WorldBatch(Closing):
             angular velocity (rad/s).
         """
         rows = np.empty((len(self), 13))
-        batch_engine_of([world.engine for world in self.worlds]).read_motions(model, rows)
+        for row, world in zip(rows, self.worlds, strict=True):
+            world.engine.read_motion(model, row)
         return rows
 
     def joint_states(self, model: str) -> JointStates:
@@ -181,14 +179,18 @@ class BatchPublication:
         if len(messages) != len(self._publications):
             copies = len(self._publications)
             raise TopicError(f"{self.topic.name}: {len(messages)} messages for {copies} copies of the world")
-        going = [number for number in range(len(messages)) if number not in self._batch.failures]
-        publications = [self._publications[number] for number in going]
-        if isinstance(messages, np.ndarray):
-            self._check_shape(messages)
-            publish_rows(publications, messages[going])
-            return
-        for number, publication in zip(going, publications, strict=True):
-            publication.publish(messages[number])
+        rows = messages if isinstance(messages, np.ndarray) else None
+        if rows is not None:
+            self._check_shape(rows)
+        for number, publication in enumerate(self._publications):
+            if number in self._batch.failures:
+                continue
+            if rows is None:
+                publication.publish(messages[number])
+            elif self._layout:
+                publication.publish_numbers(rows[number].tolist())
+            else:
+                publication.publish(Float64MultiArray(data=rows[number].copy()))
 
     def _check_shape(self, rows: FloatArray) -> None:
         numbers = len(self._layout.paths) if self._layout else len(commanded_elements(self.topic))
@@ -201,34 +203,6 @@ class BatchPublication:
 def commanded_elements(topic: TopicInfo) -> tuple[str, ...]:
     """Return the joints or muscles of a topic that commands a group, in the order of its numbers."""
     return topic.elements if topic.type is Float64MultiArray else ()
-
-
-def publish_rows(publications: Sequence[Publication], rows: FloatArray) -> None:
-    """Publish messages of numbers on the same topic of copies of a scene.
-
-    Args:
-        publications: the right to it in each copy.
-        rows: the numbers in the message for each, in the order of its fields or elements.
-
-    Raises:
-        TopicError: the topic cannot carry one of them.
-    """
-    if commanded_elements(publications[0].topic):
-        for publication, row in zip(publications, rows, strict=True):
-            publication.publish(Float64MultiArray(data=row.copy()))
-        return
-    parts = [publication.direct_receiver() for publication in publications]
-    if len({type(part) for part in parts}) == 1 and isinstance(parts[0], DrivePart) and isfinite(rows.sum()):
-        try:
-            parts[0].write_copies(parts, rows)
-        except BaseException as error:
-            with ExitStack() as failing:  # any of the copies may have taken theirs
-                for publication in publications:
-                    failing.callback(publication.board.fail, publication.name, error)
-            raise
-        return
-    for publication, row in zip(publications, rows.tolist(), strict=True):
-        publication.publish_numbers(row)
 
 
 def threads_for(worlds: Sequence[World]) -> int:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
-from nrp_core.world.batch_engine import BatchEngine
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
 from nrp_core.world.part import Part
 from nrp_core.world.raycast.beams import Beams
@@ -200,8 +199,6 @@ class Engine(JointCommands):
     Raises:
         CapabilityError: the scene needs a capability that the engine does not have.
     """
-
-    batch_engine: ClassVar[type[BatchEngine]] = BatchEngine
 
     def __init__(self, scene: Scene, capabilities: WorldCapabilities, *, seed: int, identity: str) -> None:
         self.scene = scene

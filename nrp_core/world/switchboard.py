@@ -291,7 +291,7 @@ class Switchboard:
             try:
                 part.write(name, layout.numbers(message) if layout else message, self._engine.now_ns)
             except BaseException as error:
-                self.fail(name, error)
+                self._fail(name, error)
                 raise
         elif name in self._bus:
             (self._received if self._bus[name] else self._unreceived).add(name)
@@ -303,26 +303,22 @@ class Switchboard:
         if self.observers:
             self.show(name, message)
 
-    def fail(self, name: str, error: BaseException) -> None:
+    def _fail(self, name: str, error: BaseException) -> None:
         """Mark the owner as failed by an error of a part; raise it as one of ours if it is not."""
         self._owner.fail(f"take a message on {name}", error)
 
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
         """Deliver the finite numbers of a message to the part that alone receives it, if there is one."""
-        part = self.direct_receiver(name)
+        self._owner.require_ready()
+        part = None if self.observers or name not in self._layouts else self._parts.get(name)
         if part is None:
             return False
         try:
             part.write(name, numbers, self._engine.now_ns)
         except BaseException as error:
-            self.fail(name, error)
+            self._fail(name, error)
             raise
         return True
-
-    def direct_receiver(self, name: str) -> Part | None:
-        """Return the part that alone receives the messages on a topic, if it takes them as numbers."""
-        self._owner.require_ready()
-        return None if self.observers or name not in self._layouts else self._parts.get(name)
 
     def _read_now(self, name: str) -> Stamped | None:
         owner = self._owner

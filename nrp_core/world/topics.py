@@ -9,7 +9,6 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Flag, auto
-from functools import partial
 from math import isfinite
 from typing import Any, Protocol
 
@@ -124,12 +123,6 @@ class Board(Protocol):
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
         """Deliver the finite numbers of a message to the part that alone receives it, if there is one."""
 
-    def direct_receiver(self, name: str) -> Any:
-        """Return the part that alone receives the messages, and as numbers; None if there is none."""
-
-    def fail(self, name: str, error: BaseException) -> None:
-        """Mark the world as failed by an error of that part; raise it as one of ours if it is not."""
-
 
 class Publication:
     """The right to publish on a topic.
@@ -138,15 +131,10 @@ class Publication:
         topic: the topic, by the name for messages to the user.
         name: its name, never an alias.
         board: delivers the messages.
-
-    Attributes:
-        direct_receiver: returns the part that alone receives the messages, and as numbers; None if there is
-            none.
     """
 
     def __init__(self, topic: TopicInfo, name: str, board: Board) -> None:
         self.topic, self.name, self.board = topic, name, board
-        self.direct_receiver: Callable[[], Any] = partial(board.direct_receiver, name)
 
     def publish(self, message: Any) -> None:
         """Publish a message; it takes effect at once.

@@ -1,21 +1,19 @@
-"""What acts in each physics step: the servos of wheel drives and velocity decay, also for several copies."""
+"""What acts in each physics step: the servos of wheel drives and velocity decay."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.world.batch_engine import BatchEngine
 from nrp_core.world.engine_kit.planar_servo import PlanarServo
 from nrp_core.world.engine_kit.simulated import Decay
 from nrp_core.world.rigid import BodyVelocity, Pose
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.library import mujoco
-from nrp_world_mujoco.motion import Floating, change_velocities, read_all
+from nrp_world_mujoco.motion import Floating
 
 
 class Drive:
@@ -62,46 +60,6 @@ class Drive:
     def forget(self) -> None:
         """Treat the next command as if it had been in force before."""
         self.command = None
-
-
-def set_target_velocities(drives: Sequence[Drive], velocities: Sequence[BodyVelocity]) -> None:
-    """Set the target velocities of the same drive in copies, as :meth:`Drive.set_velocity` does of one."""
-    servo, step_s = drives[0].servo, drives[0].step_s
-    new = [(drive, v) for drive, v in zip(drives, velocities, strict=True) if drive.command != v]
-    moved = [(drive, v) for drive, v in new if drive.command is not None]
-    if servo.limit and moved:
-        before, after = _together([drive.command for drive, _ in moved]), _together([v for _, v in moved])
-        change_velocities([drive.base for drive, _ in moved], lambda v, w: servo.changes(v, w, before, after))
-    if new:
-        target = _together([v for _, v in new])
-        controls = np.array([*servo.aims(target, step_s), *servo.spins(target)]).T
-        for (drive, v), row in zip(new, controls, strict=True):
-            drive.command = v
-            drive.control(row)
-
-
-def _together(velocities: Sequence[Any]) -> Any:
-    """Return velocities as one, whose components are arrays."""
-    return BodyVelocity(*np.array([(v.forward, v.left, v.turn) for v in velocities]).T)
-
-
-class MujocoBatchEngine(BatchEngine):
-    """Copies of a scene in MuJoCo."""
-
-    def read_motions(self, model: str, rows: FloatArray) -> None:
-        motions = [engine.motions[model] for engine in self._engines]
-        if all(type(motion) is Floating for motion in motions):
-            read_all(motions, rows)
-        else:
-            super().read_motions(model, rows)
-
-    def set_drives(self, model: str, drive: str, velocities: Sequence[BodyVelocity]) -> None:
-        drives = [engine.drives[model, drive] for engine in self._engines]
-        servo = drives[0].servo
-        if all(one.servo is servo or one.servo == servo for one in drives):
-            set_target_velocities(drives, velocities)
-        else:  # an event replaced the robot in a copy by another one
-            super().set_drives(model, drive, velocities)
 
 
 class Decays:

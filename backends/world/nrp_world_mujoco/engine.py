@@ -21,7 +21,7 @@ from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.control import Control
-from nrp_world_mujoco.drive import Decays, Drive, MujocoBatchEngine
+from nrp_world_mujoco.drive import Decays, Drive
 from nrp_world_mujoco.library import SAID, mujoco, scalar_first
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.muscles import ActuatorGroup, PresentState
@@ -30,7 +30,6 @@ from nrp_world_mujoco.muscles import ActuatorGroup, PresentState
 class MujocoEngine(JointedEngine):
     """A scene in MuJoCo; see :class:`~nrp_core.world.engine_kit.jointed.PhysicsOptions`."""
 
-    batch_engine = MujocoBatchEngine
     _built: Built
     _control: Control
     _drives: dict[tuple[str, str], Drive]

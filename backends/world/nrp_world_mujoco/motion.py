@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -82,23 +82,6 @@ class Floating:
         forward, left, turn = by(rotate_vector(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
         x, y, z = rotate_vector(qx, qy, qz, qw, (forward, left, 0.0))
         self.velocity[:] = vx + x, vy + y, vz + z, wx, wy, wz + turn
-
-
-def read_all(bases: Sequence[Floating], rows: FloatArray) -> None:
-    """Write the motions of bases as numbers, shape ``(bases, 13)``, as :meth:`Floating.read` does of one."""
-    x, y, z, qw, qx, qy, qz = np.array([base.position for base in bases]).T
-    vx, vy, vz, wx, wy, wz = np.array([base.velocity for base in bases]).T
-    rows.T[:] = x, y, z, qx, qy, qz, qw, vx, vy, vz, *rotate_vector(qx, qy, qz, qw, (wx, wy, wz))
-
-
-def change_velocities(bases: Sequence[Floating], by: Callable[[Any, Any], Any]) -> None:
-    """Change the velocities of bases, as :meth:`Floating.change_velocity` does of one, by arrays."""
-    _, _, _, qw, qx, qy, qz = np.array([base.position for base in bases]).T
-    vx, vy, vz, wx, wy, wz = np.array([base.velocity for base in bases]).T
-    forward, left, turn = by(rotate_vector(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
-    x, y, z = rotate_vector(qx, qy, qz, qw, (forward, left, 0.0))
-    for base, row in zip(bases, np.array([vx + x, vy + y, vz + z, wx, wy, wz + turn]).T, strict=True):
-        base.velocity[:] = row
 
 
 class _Jointed:

@@ -11,11 +11,9 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite
 from typing import Any, ClassVar, Final, Protocol
 
-from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import from_seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.batch_engine import batch_engine_of
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
@@ -97,11 +95,9 @@ class DrivePart(Part):
 
     Attributes:
         steers: whether joints follow its target velocity, by :meth:`_steer`.
-        ramps: whether its acceleration is limited, so that each copy takes its commands alone.
     """
 
     steers: ClassVar[bool] = False
-    ramps: ClassVar[bool] = False
 
     def __init__(self, drive: GroundDrive, model: Model, engine: Engine) -> None:
         self._drive, self._model, self._engine = drive, model.name, engine
@@ -139,27 +135,6 @@ class DrivePart(Part):
         self._engine.set_drive(self._model, self._drive.name, velocity)
         if self.steers:
             self._steer(velocity)
-
-    @staticmethod
-    def write_copies(parts: Sequence[DrivePart], rows: FloatArray) -> None:
-        """Command the same drive in copies of a scene.
-
-        Args:
-            parts: the part of each copy, all of one class.
-            rows: the finite numbers of a twist for each, shape ``(copies, 6)``.
-        """
-        if parts[0].ramps:
-            for part, row in zip(parts, rows.tolist(), strict=True):
-                part._command(row, part._engine.now_ns)
-            return
-        model, drive, engines = parts[0]._model, parts[0]._drive.name, [part._engine for part in parts]
-        velocities = [part._body_velocity(*row) for part, row in zip(parts, rows.tolist(), strict=True)]
-        batch_engine_of(engines).set_drives(model, drive, velocities)
-        for part, velocity, engine in zip(parts, velocities, engines, strict=True):
-            part._velocity = velocity
-            part.deadline_ns = None if part._timeout_ns is None else engine.now_ns + part._timeout_ns
-            if part.steers:
-                part._steer(velocity)
 
     def at_deadline(self, now_ns: int) -> None:
         self.set_target_velocity(BodyVelocity())

@@ -390,7 +390,6 @@ class LimitedDrivePart(WheelDrivePart):
 class RampedDrivePart(LimitedDrivePart):
     """Runs one whose acceleration has limits: the engine gets a new velocity in each step on the way."""
 
-    ramps = True
     _wanted = _before = BodyVelocity()
     _stop_ns: int | None = None
     _since_ns = -1

@@ -21,14 +21,12 @@ neither pitches its robot nor tips it over.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import copysign, hypot, sqrt
-from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.ackermann import Ackermann
 from nrp_core.world.drives.drive import driven_root, masses_in
@@ -205,18 +203,13 @@ class PlanarServo:
         Returns:
             The changes of the forward (m/s), leftward (m/s) and turning (rad/s) velocity.
         """
-        return self._change(linear, angular, before, after, _towards) if self.limit else (0.0, 0.0, 0.0)
-
-    def changes(self, linear: Any, angular: Any, before: Any, after: Any) -> Any:
-        """Return the changes in copies of a scene, as :meth:`change` does; all components are arrays."""
-        return self._change(linear, angular, before, after, _all_towards)
-
-    def _change(self, linear: Any, angular: Any, before: Any, after: Any, towards: Callable[..., Any]) -> Any:
+        if not self.limit:
+            return 0.0, 0.0, 0.0
         vx, vy, _ = linear
         wx, wy, wz = angular
         x, y, z = self.centre
         now = (vx + wy * z - wz * y, vy + wz * x - wx * z, wz)
-        forward, side, turn = map(towards, now, self._centre_velocity(before), self._centre_velocity(after))
+        forward, side, turn = map(_towards, now, self._centre_velocity(before), self._centre_velocity(after))
         return forward + turn * y, side - turn * x, turn
 
     def spins(self, velocity: BodyVelocity) -> tuple[float, ...]:
@@ -244,13 +237,6 @@ def _towards(velocity: float, before: float, after: float) -> float:
     """Return the change of a velocity when its command changes."""
     change, gap = after - before, after - velocity
     return copysign(min(abs(change), abs(gap)), change) if change * gap > 0 else 0.0
-
-
-def _all_towards(velocity: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Return :func:`_towards` of arrays."""
-    change, gap = after - before, after - velocity
-    nearer = np.where(np.abs(change) < np.abs(gap), change, gap)
-    return np.where(change * gap > 0, nearer, 0.0)
 
 
 def _sum(a: Vector, b: Vector) -> Vector:

@@ -86,12 +86,6 @@ def test_a_publication_delivers_what_fits_and_nothing_else(golden: Golden) -> No
         def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
             return False
 
-        def direct_receiver(self, name: str) -> None:
-            return None
-
-        def fail(self, name: str, error: BaseException) -> None:
-            raise error
-
     publication = Publication(COMMAND, "/husky/velocity", OneTopic())
     publication.publish(Twist())
     publication.publish_numbers([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])

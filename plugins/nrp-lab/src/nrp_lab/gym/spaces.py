@@ -16,10 +16,10 @@ from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.recording import numbers_in
 from nrp_core.world import Direction, TopicInfo
-from nrp_core.world.batch import commanded_elements, publish_rows
-from nrp_core.world.batch_engine import batch_engine_of
+from nrp_core.world.batch import commanded_elements
 from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.base import find_layout
+from nrp_core.world.messages.std_msgs import Float64MultiArray
 
 _LONGEST_WAIT_STEPS = 500
 
@@ -74,10 +74,6 @@ class ObservedMotion(Observed):
         row = np.empty(13)
         self._engine.read_motion(self._model, row)
         return row
-
-    @staticmethod
-    def read_all(copies: Sequence[ObservedMotion], rows: FloatArray) -> None:
-        batch_engine_of([observed._engine for observed in copies]).read_motions(copies[0]._model, rows)
 
 
 class ObservedJoints(Observed):
@@ -285,8 +281,8 @@ class Acted(ABC):
 
     @staticmethod
     def apply_all(copies: Sequence[Any], rows: FloatArray) -> None:
-        """Apply an action in several copies of a run, a row for each."""
-        for acted, values in zip(copies, rows.tolist(), strict=True):
+        """Apply an action in several copies of a run, a row for each; only the first one warns."""
+        for acted, values in zip(copies, copies[0]._rows_clipped(rows).tolist(), strict=True):
             acted.apply(values)
 
 
@@ -333,15 +329,9 @@ class ActedTopic(Acted):
             within = low <= value <= high
             numbers[place] = value if within else self._clipped(self._places.index(place), value)
         if self._has_elements:
-            publish_rows([self._publication], np.array([numbers]))
+            self._publication.publish(Float64MultiArray(data=np.array(numbers)))
         else:
             self._publication.publish_numbers(numbers)
-
-    @staticmethod
-    def apply_all(copies: Sequence[ActedTopic], rows: FloatArray) -> None:
-        numbers = np.zeros((len(copies), copies[0]._count))
-        numbers[:, copies[0]._places] = copies[0]._rows_clipped(rows)
-        publish_rows([acted._publication for acted in copies], numbers)
 
 
 class ActedSource(Acted):
