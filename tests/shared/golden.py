@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 import sys
+import tempfile
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from operator import itemgetter
@@ -22,7 +23,10 @@ E = TypeVar("E", bound=BaseException)
 FILE = "messages.txt"
 _REPOSITORY = Path(__file__).resolve().parents[2]
 _VARYING = (  # what differs between machines, runs and edits of the tests, and what stands for it
+    (re.compile(rf"{re.escape(tempfile.gettempdir())}/[\w-]+(/tmp\w{{8}})*(?=[/\s'\"])"), "TMP"),
     (re.compile(re.escape(sys.executable)), "PYTHON"),
+    (re.compile(r"\bport \d+"), "port N"),
+    (re.compile(r"Unable to synchronously open file.*"), "Unable to open file ..."),  # of HDF5
     (re.compile(rf"{re.escape(str(_REPOSITORY))}/(?!\.venv)"), ""),
     (re.compile(r"[^\s'\"]*/site-packages/"), "PACKAGES/"),
     (re.compile(r"(test_\w+\.py(:|\", line ))\d+"), r"\1N"),
@@ -62,7 +66,7 @@ class Golden:
         self, error: type[E] | tuple[type[E], ...], match: str = ""
     ) -> Iterator[pytest.ExceptionInfo[E]]:
         """As ``pytest.raises``, and the message is added; ``match`` is for names and values."""
-        with pytest.raises(error, match=match or None) as caught:
+        with pytest.raises(error, match=re.compile(match, re.DOTALL) if match else None) as caught:
             yield caught
         self(caught.value)
 

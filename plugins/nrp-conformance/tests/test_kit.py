@@ -7,6 +7,7 @@ from math import exp, log
 from types import FunctionType, SimpleNamespace
 
 import pytest
+from golden import Golden
 from nrp_conformance import BrainBackendTests, WorldBackendTests, proof
 from nrp_conformance.base import BackendTests
 from nrp_conformance.brain.comparison import chi_square_p_value, normal_p_value, require_likely
@@ -23,22 +24,22 @@ from nrp_core.errors import BackendError
 NAME = "test_time_does_not_run_backwards"
 
 
-def test_a_test_of_the_kit_cannot_be_replaced_quietly():
-    with pytest.raises(TypeError, match=r"Mine.test_time_does_not_run_backwards replaces a test"):
+def test_a_test_of_the_kit_cannot_be_replaced_quietly(golden: Golden):
+    with golden.raises(TypeError, match="Mine.test_time_does_not_run_backwards"):
         type("Mine", (BrainBackendTests,), {NAME: lambda self: None})
 
 
 @pytest.mark.parametrize("instead", [None, 3])
-def test_a_test_of_the_kit_cannot_be_taken_away(instead):
-    with pytest.raises(TypeError, match="replaces a test"):
+def test_a_test_of_the_kit_cannot_be_taken_away(instead, golden: Golden):
+    with golden.raises(TypeError):
         type("Mine", (WorldBackendTests,), {"test_left_is_left": instead})
 
 
-def test_an_expected_failure_needs_a_reason():
+def test_an_expected_failure_needs_a_reason(golden: Golden):
     def replacement(self):
         raise AssertionError
 
-    with pytest.raises(TypeError, match="replaces a test"):
+    with golden.raises(TypeError):
         type("Mine", (BrainBackendTests,), {NAME: pytest.mark.xfail(replacement)})
     type("Mine", (BrainBackendTests,), {NAME: pytest.mark.xfail(reason="the clock is round")(replacement)})
 
@@ -73,9 +74,9 @@ def test_one_parameter_of_a_test_can_be_expected_to_fail():
     ],
     ids=["fewer", "no marks", "another value", "another test", "no reason", "skipped", "one skipped"],
 )
-def test_the_other_parameters_stay_as_they_are(gaps, body):
+def test_the_other_parameters_stay_as_they_are(gaps, body, golden: Golden):
     replacement = pytest.mark.parametrize("gap", gaps)(FunctionType(body.__code__, globals()))
-    with pytest.raises(TypeError, match="replaces a test"):
+    with golden.raises(TypeError):
         type("Mine", (BrainBackendTests,), {PAIRED: replacement})
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_legacy.brains import load_brain, remark
 
 from nrp_core.brain.files import read_network, save_network
@@ -130,8 +131,8 @@ def test_a_script_without_a_circuit_is_named_as_the_cause(tmp_path: Path) -> Non
     ]
 
 
-def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(NetworkError, match=r"a brain must be a \.py or \.h5 file, not 'brain.sli'"):
+def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(NetworkError, match=r"\.h5.*'brain.sli'"):
         load_brain(tmp_path / "brain.sli", {}, 0)
 
 
@@ -164,7 +165,9 @@ def test_a_network_whose_weights_are_numbers_of_numpy_is_kept_in_a_file(tmp_path
     assert read_network(tmp_path / "brain.nrpnet").digest == network.digest
 
 
-def test_a_brain_of_2019_logs_divides_and_scales_its_synapses_by_a_function_of_nest(tmp_path: Path) -> None:
+def test_a_brain_of_2019_logs_divides_and_scales_its_synapses_by_a_function_of_nest(
+    tmp_path: Path, golden: Golden
+) -> None:
     text = (
         f"from __future__ import division\n{SETUP}from past.utils import old_div\nimport nest\n"
         "from hbp_nrp_excontrol.logs import clientLogger\n"
@@ -179,13 +182,13 @@ def test_a_brain_of_2019_logs_divides_and_scales_its_synapses_by_a_function_of_n
     # the lower branch of w exp(w) = -0.1 is below -1
     assert weight[0] > 1.0
     assert weight[0] * np.exp(-weight[0]) == pytest.approx(0.1, rel=1e-12)
-    with pytest.raises(
-        NetworkError, match=r"sli_func\('LambertW1', ...\) is not supported; did you mean 'Lamb"
-    ):
+    with golden.raises(NetworkError, match=r"sli_func\('LambertW1'"):
         loaded(tmp_path, text.replace("LambertWm1", "LambertW1"))
 
 
-def test_negative_weights_of_conductances_inhibit_by_their_size_as_in_nest(tmp_path: Path) -> None:
+def test_negative_weights_of_conductances_inhibit_by_their_size_as_in_nest(
+    tmp_path: Path, golden: Golden
+) -> None:
     line = "sim.Projection(circuit, circuit, sim.OneToOneConnector(), sim.StaticSynapse(weight={}, delay=1.0)"
     sizes = "sim.RandomDistribution('uniform', ({}, {}), rng=sim.NumpyRNG(seed=3))"
     (given,) = loaded(tmp_path, CELLS + line.format("-2e-4") + ")\n")[0].projections
@@ -194,7 +197,7 @@ def test_negative_weights_of_conductances_inhibit_by_their_size_as_in_nest(tmp_p
     assert np.ptp(given.weight) == 0
     assert given.weight[0] == pytest.approx(2e-4)
     assert np.all((drawn.weight > 1e-4) & (drawn.weight < 2e-4))
-    with pytest.raises(NetworkError, match="must be 0 or more on the excitatory receptor"):
+    with golden.raises(NetworkError):
         loaded(tmp_path, CELLS + line.format("-2e-4") + ", receptor_type='excitatory')\n")
     of_currents = CELLS.replace("IF_cond_alpha", "IF_curr_alpha") + line.format("-2e-4") + ")\n"
     (current,) = loaded(tmp_path, of_currents)[0].projections

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 from hbp_nrp_virtual_coach.simulation import Simulation
 from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
 
@@ -109,14 +110,14 @@ def test_an_edited_function_acts_and_keeps_its_source_and_the_state(launched: La
 
 
 def test_an_edit_that_gives_a_function_another_name_says_so(
-    launched: Launched, caplog: pytest.LogCaptureFixture
+    launched: Launched, caplog: pytest.LogCaptureFixture, golden: Golden
 ) -> None:
     simulation = launched()
     simulation.edit_transfer_function("drive", AHEAD)
     assert "is now called" not in caplog.text
     simulation.edit_transfer_function("drive", AHEAD.replace("def drive", "def steer"))
     assert "the transfer function 'drive' is now called 'steer', as in its text" in caplog.text
-    with pytest.raises(ExperimentError, match="no transfer function 'drive'"):
+    with golden.raises(ExperimentError, match="'drive'"):
         simulation.delete_transfer_function("drive")
 
 
@@ -131,7 +132,7 @@ def test_an_added_function_that_reads_a_topic_which_nobody_publishes_says_so(
     assert "the world has no topic '/gazebo/model_stats': it is silent unless a function" in caplog.text
 
 
-def test_an_edit_that_is_wrong_changes_nothing(launched: Launched) -> None:
+def test_an_edit_that_is_wrong_changes_nothing(launched: Launched, golden: Golden) -> None:
     simulation = launched()
     before = simulation.get_transfer_function("drive")
     for name, source, said in (
@@ -147,22 +148,24 @@ def test_an_edit_that_is_wrong_changes_nothing(launched: Launched) -> None:
     with pytest.raises(ExperimentError, match="'drive' already"):
         simulation.add_transfer_function(AHEAD)
     simulation.delete_transfer_function("drive")
-    with pytest.raises(ExperimentError, match="no transfer function 'drive'"):
+    with golden.raises(ExperimentError, match="'drive'"):
         simulation.get_transfer_function("drive")
 
 
-def test_saved_functions_are_those_of_the_next_launch(launched: Launched, corpus: Path) -> None:
+def test_saved_functions_are_those_of_the_next_launch(
+    launched: Launched, corpus: Path, golden: Golden
+) -> None:
     simulation = launched()
     simulation.edit_transfer_function("drive", AHEAD)
     simulation.save_transfer_functions()
     assert (corpus / "p3dx_2018" / "drive.py").read_text() == AHEAD
     assert launched().get_transfer_function("drive") == AHEAD
     simulation.add_transfer_function(POSE)
-    with pytest.raises(ExperimentError, match="'record_pose' is not saved"):
+    with golden.raises(ExperimentError, match="'record_pose'"):
         simulation.save_transfer_functions()
 
 
-def test_resets_pause_and_bring_back_what_they_name(launched: Launched) -> None:
+def test_resets_pause_and_bring_back_what_they_name(launched: Launched, golden: Golden) -> None:
     simulation = launched()
     simulation.add_transfer_function(POSE)
     simulation.edit_transfer_function("drive", AHEAD)
@@ -181,12 +184,12 @@ def test_resets_pause_and_bring_back_what_they_name(launched: Launched) -> None:
     assert simulation.get_state() == "paused"
     run_to(simulation, 2.0)
     assert xs(simulation)[-1] > xs(simulation)[49]  # the robot goes on from where it was
-    with pytest.raises(ExperimentError, match="no reset 'ful'; did you mean 'full'"):
+    with golden.raises(ExperimentError, match="'ful'.*'full'"):
         simulation.reset("ful")
 
 
 def test_another_brain_begins_at_zero_with_the_functions_that_there_are(
-    launched: Launched, caplog: pytest.LogCaptureFixture
+    launched: Launched, caplog: pytest.LogCaptureFixture, golden: Golden
 ) -> None:
     simulation = launched()
     simulation.edit_transfer_function("drive", AHEAD)
@@ -197,9 +200,9 @@ def test_another_brain_begins_at_zero_with_the_functions_that_there_are(
     simulation.edit_brain(brain + "\nmarked = True\n")
     assert simulation.get_brain().endswith("marked = True\n")
     assert simulation.get_transfer_function("drive") == AHEAD
-    with pytest.raises(ExperimentError, match="division by zero"):
+    with golden.raises(ExperimentError):
         simulation.edit_brain("1/0")
-    with pytest.raises(ExperimentError, match=r"'brain\.py' is the name of a file; give its text"):
+    with golden.raises(ExperimentError, match=r"'brain\.py'"):
         simulation.edit_brain("brain.py")
     assert simulation.get_brain().endswith("marked = True\n")
     assert "stopped" not in states
@@ -210,7 +213,7 @@ def test_another_brain_begins_at_zero_with_the_functions_that_there_are(
     assert "the brain is as it was" not in caplog.text
 
 
-def test_populations_are_read_and_named_anew(launched: Launched) -> None:
+def test_populations_are_read_and_named_anew(launched: Launched, golden: Golden) -> None:
     simulation = launched()
     populations = simulation.get_populations()
     assert populations == {
@@ -225,20 +228,20 @@ def test_populations_are_read_and_named_anew(launched: Launched) -> None:
     neurons = {float(row[0]) for row in simulation.get_csv_data("spikes.csv")[1:]}
     assert neurons
     assert neurons <= {0.0, 1.0, 2.0, 3.0}
-    with pytest.raises(ExperimentError, match="population 'actors' must be a dict"):
+    with golden.raises(ExperimentError, match="'actors'"):
         simulation.edit_populations({"actors": 1.5})  # type: ignore[dict-item]
     assert simulation.get_populations() == changed
 
 
-def test_state_machines_are_exchanged_in_a_run(launched: Launched) -> None:
+def test_state_machines_are_exchanged_in_a_run(launched: Launched, golden: Golden) -> None:
     simulation = launched("screens_2016", "duration=600s world.options.image_scale=0.25")
     name = "HuskyAwareScreenControlling"
     assert "wait_for_husky" in simulation.get_state_machine(name)
     simulation.delete_state_machine(name)
     simulation.add_state_machine("painter", MACHINE)
-    with pytest.raises(ExperimentError, match="a state machine 'painter' already"):
+    with golden.raises(ExperimentError, match="'painter'"):
         simulation.add_state_machine("painter", MACHINE)
-    with pytest.raises(ExperimentError, match="neither Python 3 nor Python 2"):
+    with golden.raises(ExperimentError):
         simulation.edit_state_machine("painter", "while")
     assert simulation.get_state_machine("painter") == MACHINE
     run_to(simulation, 1.0)
@@ -248,9 +251,9 @@ def test_state_machines_are_exchanged_in_a_run(launched: Launched) -> None:
     assert (latest.message.r, latest.message.g, latest.message.b) == (1.0, 0.0, 0.0)
 
 
-def test_a_recording_holds_the_run_since_it_began(launched: Launched, corpus: Path) -> None:
+def test_a_recording_holds_the_run_since_it_began(launched: Launched, corpus: Path, golden: Golden) -> None:
     simulation = launched()
-    with pytest.raises(LifecycleError, match="is not being recorded"):
+    with golden.raises(LifecycleError):
         simulation.stop_recording(True)
     simulation.start_recording()
     run_to(simulation, 1.0)
@@ -264,7 +267,7 @@ def test_a_recording_holds_the_run_since_it_began(launched: Launched, corpus: Pa
     assert simulation.stop_recording(False) is None
 
 
-def test_requests_after_the_end_are_refused_and_records_stay(launched: Launched) -> None:
+def test_requests_after_the_end_are_refused_and_records_stay(launched: Launched, golden: Golden) -> None:
     simulation = launched(settings="duration=1s")
     simulation.start()
     while simulation.get_state() != "stopped":
@@ -272,9 +275,9 @@ def test_requests_after_the_end_are_refused_and_records_stay(launched: Launched)
     assert len(simulation.get_csv_data("spikes.csv")) > 100
     simulation.stop()
     for action in (simulation.start, simulation.pause, simulation.print_transfer_functions):
-        with pytest.raises(LifecycleError, match="the simulation is stopped; launch the experiment again"):
+        with golden.raises(LifecycleError):
             action()
-    with pytest.raises(ExperimentError, match=r"a file 'spike.csv'; did you mean 'spikes.csv'"):
+    with golden.raises(ExperimentError, match="'spike.csv'.*'spikes.csv'"):
         simulation.get_csv_data("spike.csv")
 
 
@@ -304,33 +307,35 @@ def test_a_callback_that_fails_does_not_end_the_run(
     assert "a status callback failed" in caplog.text
 
 
-def test_wrong_arguments_are_refused_at_once(launched: Launched) -> None:
+def test_wrong_arguments_are_refused_at_once(launched: Launched, golden: Golden) -> None:
     simulation = launched()
-    with pytest.raises(ExperimentError, match="a status callback is a function, not None"):
+    with golden.raises(ExperimentError):
         simulation.register_status_callback(None)  # type: ignore[arg-type]
-    with pytest.raises(ExperimentError, match=r"populations are a dict of names and neurons, not \[1\]"):
+    with golden.raises(ExperimentError, match=r"\[1\]"):
         simulation.edit_populations([1])  # type: ignore[arg-type]
 
 
-def test_experiments_are_cloned_changed_and_deleted(coach: VirtualCoach, corpus: Path) -> None:
+def test_experiments_are_cloned_changed_and_deleted(
+    coach: VirtualCoach, corpus: Path, golden: Golden
+) -> None:
     name = coach.clone_experiment_to_storage("p3dx_2018")
     assert name == "p3dx_2018_0"
     coach.set_experiment_file(name, "drive.py", AHEAD)
     assert (corpus / name / "drive.py").read_text() == AHEAD
     assert coach.clone_experiment_to_storage("braitenberg_husky") == "braitenberg_husky_0"
     assert coach.clone_experiment_to_storage("p3dx_2018") == "p3dx_2018_1"
-    with pytest.raises(ExperimentError, match="lies outside of the experiment"):
+    with golden.raises(ExperimentError):
         coach.set_experiment_file(name, "../drive.py", AHEAD)
     coach.delete_cloned_experiment(name)
     assert not (corpus / name).exists()
     with pytest.raises(ExperimentError, match="'braitenberg_husky' is installed"):
         coach.delete_cloned_experiment("braitenberg_husky")
-    with pytest.raises(ExperimentError, match=r"no experiment 'p3dx_208' .*did you mean 'p3dx_2018"):
+    with golden.raises(ExperimentError, match="'p3dx_208'"):
         coach.launch_experiment("p3dx_208")
 
 
 def test_accounts_and_servers_are_accepted_and_mentioned_once(
-    corpus: Path, caplog: pytest.LogCaptureFixture
+    corpus: Path, caplog: pytest.LogCaptureFixture, golden: Golden
 ) -> None:
     from hbp_nrp_virtual_coach.settings import say_once
 
@@ -339,7 +344,7 @@ def test_accounts_and_servers_are_accepted_and_mentioned_once(
         VirtualCoach("http://148.187.97.12", storage_username="nrpuser", storage_password="password")
     assert caplog.text.count("accounts are not needed") == 1
     assert caplog.text.count("is not a folder") == 1
-    with pytest.raises(ExperimentError, match="no such folder of experiments"):
+    with golden.raises(ExperimentError):
         VirtualCoach(str(corpus / "nowhere"))
 
 
@@ -360,14 +365,14 @@ def test_parts_that_are_missing_and_functions_that_fail_are_logged(
     assert xs(simulation)[-1] > 0.3  # it runs again
 
 
-def test_an_error_of_an_engine_halts_and_a_full_reset_helps(launched: Launched) -> None:
+def test_an_error_of_an_engine_halts_and_a_full_reset_helps(launched: Launched, golden: Golden) -> None:
     simulation = launched(settings="duration=600s on_error=stop")
     simulation.edit_transfer_function("drive", AHEAD.replace("return", "1 / 0\n    return"))
     simulation.start()
     while simulation.get_state() == "started":
         time.sleep(0.01)
     assert simulation.get_state() == "halted"
-    with pytest.raises(LifecycleError, match=r"halted by an error: .*division by zero"):
+    with golden.raises(LifecycleError):
         simulation.start()
     simulation.edit_transfer_function("drive", AHEAD)
     simulation.reset("full")
@@ -375,7 +380,7 @@ def test_an_error_of_an_engine_halts_and_a_full_reset_helps(launched: Launched) 
 
 
 def test_the_available_names_are_printed(
-    coach: VirtualCoach, launched: Launched, capsys: pytest.CaptureFixture[str]
+    coach: VirtualCoach, launched: Launched, capsys: pytest.CaptureFixture[str], golden: Golden
 ) -> None:
     simulation = launched()
     coach.print_running_experiments()
@@ -392,7 +397,7 @@ spikes.csv
 run 0: spikes.csv
 """
     assert capsys.readouterr().out == expected
-    with pytest.raises(ExperimentError, match="does not have a run 3; runs: 0 to 0"):
+    with golden.raises(ExperimentError):
         coach.get_experiment_run_file("p3dx_2018", "csv", 3, "spikes.csv")
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_event import EventBackend
 from nrp_legacy.brains import NotedNetwork, inject_currents, load_brain
 
@@ -139,8 +140,8 @@ def test_unknown_models_are_reported_and_the_rest_is_built(tmp_path: Path) -> No
     assert [note.subject for note in network.notes] == ["music_event_in_proxy", "ht_synapse"]
 
 
-def test_a_call_that_cannot_be_names_its_line(tmp_path: Path) -> None:
-    with pytest.raises(NetworkError, match=r"brain\.py:3: .*all_to_al.*did you mean 'all_to_all'"):
+def test_a_call_that_cannot_be_names_its_line(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(NetworkError, match=r"brain\.py:3.*all_to_al.*'all_to_all'"):
         loaded(tmp_path, "import nest\na = nest.Create('iaf_psc_exp')\nnest.Connect(a, a, 'all_to_al')\n")
 
 
@@ -285,13 +286,15 @@ def test_nest_changes_and_reads_cells_of_pynn(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        ("nest.SetStatus(list(circuit.all_cells), {'V_thr': 1.0})", "no 'V_thr'.*did you mean 'V_th'"),
-        ("nest.Connect([3], [77])", "node 77 does not exist"),
-        ("nest.SetStatus([77], {'V_th': 1.0})", "node 77 does not exist"),
+        ("nest.SetStatus(list(circuit.all_cells), {'V_thr': 1.0})", "'V_thr'.*'V_th'"),
+        ("nest.Connect([3], [77])", "77"),
+        ("nest.SetStatus([77], {'V_th': 1.0})", "77"),
     ],
 )
-def test_cells_and_parameters_that_do_not_exist_are_named(tmp_path: Path, call: str, message: str) -> None:
-    with pytest.raises(NetworkError, match=message):
+def test_cells_and_parameters_that_do_not_exist_are_named(
+    tmp_path: Path, call: str, message: str, golden: Golden
+) -> None:
+    with golden.raises(NetworkError, match=message):
         loaded(tmp_path, CELLS_OF_PYNN + call + "\n")
 
 
@@ -315,9 +318,9 @@ def test_nodes_may_come_before_the_cells_of_pynn(tmp_path: Path) -> None:
     assert [cells.tolist() for cells in network.built.recorded] == [network.views["nodes"].tolist()]
 
 
-def test_nodes_and_cells_with_the_same_numbers_are_refused(tmp_path: Path) -> None:
+def test_nodes_and_cells_with_the_same_numbers_are_refused(tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "cells_of_pynn.py").write_text(CELLS_OF_PYNN)
-    with pytest.raises(NetworkError, match=r"'iaf_cond_alpha'.*before PyNN's populations.*create the popul"):
+    with golden.raises(NetworkError, match="'iaf_cond_alpha'.*PyNN's"):
         loaded(
             tmp_path, f"import nest\n{EARLY}from cells_of_pynn import circuit\nnest.Connect(circuit, heard)\n"
         )

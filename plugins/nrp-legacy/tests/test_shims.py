@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 from nrp_legacy.code import ignore_note
@@ -109,8 +110,8 @@ def test_grey_images_have_no_axis_of_channels() -> None:
     assert CvBridge().imgmsg_to_cv2(message, "rgb8").shape == (2, 3, 3)
 
 
-def test_an_encoding_that_is_not_known_is_refused() -> None:
-    with pytest.raises(CvBridgeError, match="unknown encoding 'yuv'; valid: mono8"):
+def test_an_encoding_that_is_not_known_is_refused(golden: Golden) -> None:
+    with golden.raises(CvBridgeError, match="'yuv'.*mono8"):
         CvBridge().cv2_to_imgmsg(IMAGE, "yuv")
 
 
@@ -153,10 +154,8 @@ def test_states_find_data_under_names_of_their_own() -> None:
     assert "number" not in machine.userdata
 
 
-def test_an_outcome_that_leads_nowhere_is_an_error_that_names_it() -> None:
-    with pytest.raises(
-        InvalidTransitionError, match="state 'one' ends with 'yess', which does not have a transition"
-    ):
+def test_an_outcome_that_leads_nowhere_is_an_error_that_names_it(golden: Golden) -> None:
+    with golden.raises(InvalidTransitionError, match="'one'.*'yess'"):
         machine(one=(lambda _data: "yess", {"yes": "end"})).execute()
 
 
@@ -332,7 +331,9 @@ def test_everything_that_experiments_import_is_there(tmp_path: Path) -> None:
     function.function(0.0, None)
 
 
-def test_a_missing_name_of_a_module_can_be_imported_and_is_named_where_it_is_used(tmp_path: Path) -> None:
+def test_a_missing_name_of_a_module_can_be_imported_and_is_named_where_it_is_used(
+    tmp_path: Path, golden: Golden
+) -> None:
     path = tmp_path / "tf.py"
     path.write_text(
         "from rospy import Nowhere\nimport keras.models, keras.layers\nfrom keras.models import Sequential\n"
@@ -341,9 +342,9 @@ def test_a_missing_name_of_a_module_can_be_imported_and_is_named_where_it_is_use
     names = Namespace(told.add, Library(tmp_path))
     module = names.scope.run(path)
     assert told.messages == ["module 'keras' is not installed: code that uses it fails"]
-    with pytest.raises(ImportError, match="'rospy' does not have 'Nowhere'"):
+    with golden.raises(ImportError, match="'rospy'.*'Nowhere'"):
         module.Nowhere()
-    with pytest.raises(ImportError, match="the module 'keras' is not installed"):
+    with golden.raises(ImportError, match="'keras'"):
         module.Sequential()
 
 

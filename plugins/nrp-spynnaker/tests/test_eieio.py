@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 
 import pytest
+from golden import Golden
 from nrp_spynnaker.live.packets import KEY_32_BIT, KEY_PAYLOAD_32_BIT, keys_of, packets
 
 
@@ -27,16 +28,16 @@ def test_keys_are_found_in_every_kind_of_packet(packet: str, keys: list[int]) ->
 
 
 @pytest.mark.parametrize(
-    ("packet", "message"),
+    "packet",
     [
-        ("01", "it has 1 bytes"),
-        ("01 40", "it is a command"),
-        ("01 80 04", "it ends before its prefix"),
-        ("02 08  01 00 07 00", "says that it has 2 keys, and has 1"),
+        "01",
+        "01 40",
+        "01 80 04",
+        "02 08  01 00 07 00",
     ],
 )
-def test_what_is_not_a_packet_of_spikes_is_refused(packet: str, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+def test_what_is_not_a_packet_of_spikes_is_refused(packet: str, golden: Golden) -> None:
+    with golden.raises(ValueError):
         keys_of(bytes.fromhex(packet))
 
 

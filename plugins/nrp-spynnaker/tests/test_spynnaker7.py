@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_spynnaker.dialect.other_modules import NoEquivalentError
 from spynnaker_scripts import HEAD, mapped, refused, run
 
@@ -68,16 +69,16 @@ def test_what_is_recorded_to_a_file_is_written_at_the_end(tmp_path: Path) -> Non
     assert np.loadtxt(placed).tolist() == [2.0, 0.0]
 
 
-def test_data_of_a_script_of_today_stay_those_of_neo(tmp_path: Path) -> None:
+def test_data_of_a_script_of_today_stay_those_of_neo(tmp_path: Path, golden: Golden) -> None:
     made = "cells = p.Population(1, p.SpikeSourceArray([2.0]))\ncells.record('spikes')\np.run(5)\n"
     script = run(
         tmp_path, f"{HEAD}{made}block = cells.getSpikes()\nrows = cells.getSpikes(compatible_output=True)\n"
     )
     assert script.block.segments[0].spiketrains[0].magnitude.tolist() == [2.0]
     assert script.rows.tolist() == [[0.0, 2.0]]
-    with pytest.raises(NetworkError, match=r"data are not written to 'x\.txt'"):
+    with golden.raises(NetworkError, match=r"'x\.txt'"):
         run(tmp_path, f"{HEAD}p.Population(1, p.SpikeSourceArray([2.0])).record('spikes', to_file='x.txt')\n")
-    with pytest.raises(NetworkError, match="which holds spikes, v or gsyn, not all"):
+    with golden.raises(NetworkError):
         run(tmp_path, f"{HEAD}{made}cells.write_data('x.txt')\n")
 
 
@@ -326,6 +327,6 @@ def test_a_script_with_functions_of_python_2_alone_is_in_it(tmp_path: Path) -> N
     assert own.halves == [0.0, 0.5]
 
 
-def test_what_is_neither_python_3_nor_2_is_one_error(tmp_path: Path) -> None:
-    with pytest.raises(NetworkError, match=r"script.py:3.*this is not Python"):
+def test_what_is_neither_python_3_nor_2_is_one_error(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(NetworkError, match="script.py:3"):
         run(tmp_path, f"{HEAD}if:\n")

@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_event.backend import EventBackend
 from nrp_brain_spinnaker import SpinnakerBackend
 from nrp_spynnaker.dialect import Dialect
@@ -248,13 +249,13 @@ def test_a_mechanism_of_two_populations_gives_them_one_stream_of_seeds(tmp_path:
         assert streams == {"full": "full", "gone": "", "y": "full", "z": "full"}
 
 
-def test_structural_plasticity_is_kept_in_files_and_refused_by_others(tmp_path: Path) -> None:
+def test_structural_plasticity_is_kept_in_files_and_refused_by_others(tmp_path: Path, golden: Golden) -> None:
     script = run(tmp_path, f"{HEAD}{STRUCTURAL}network = p.network()\n")
     save_network(script.network, tmp_path / "kept.nrpnet")
     kept = read_network(tmp_path / "kept.nrpnet")
     assert kept.digest == script.network.digest
     assert [one.rewiring for one in kept.projections] == [one.rewiring for one in script.network.projections]
-    with pytest.raises(CapabilityError, match="has no structural plasticity \\(projection 'stim→full'\\)"):
+    with golden.raises(CapabilityError, match="'stim→full'"):
         EventBackend().open(script.network, seed=0, options=EventBackend.options())
     assert {v.label: v.synapse_cores for v in mapped(script.network)} == {"stim": 0, "full": 1, "gone": 1}
 
@@ -293,7 +294,7 @@ def test_rewards_are_those_of_the_builder() -> None:
     assert Dialect(sim).simulator.extra_models.Neuromodulation is sim.Neuromodulation
 
 
-def test_rewards_are_kept_in_files_and_refused_by_other_backends(tmp_path: Path) -> None:
+def test_rewards_are_kept_in_files_and_refused_by_other_backends(tmp_path: Path, golden: Golden) -> None:
     network = run(tmp_path, HEAD + REWARDED).network
     save_network(network, tmp_path / "net.nrpnet")
     found = read_network(tmp_path / "net.nrpnet")
@@ -306,7 +307,7 @@ def test_rewards_are_kept_in_files_and_refused_by_other_backends(tmp_path: Path)
     assert reward.neuromodulation is not None
     assert reward.neuromodulation.data() == {"tau_c": 100.0, "tau_d": 5.0, "w_min": 0.0, "w_max": 20.0}
     without = replace(EventBackend().capabilities(EventBackend.options()), neuromodulation=False)
-    with pytest.raises(CapabilityError, match=r"no rewards and punishments .*'good→cells'.*'spinnaker' have"):
+    with golden.raises(CapabilityError, match="'good→cells'.*'spinnaker'"):
         without.require(found, "another")
 
 

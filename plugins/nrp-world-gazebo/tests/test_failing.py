@@ -34,7 +34,7 @@ def test_a_gazebo_that_hangs_is_given_up_and_ended(temporary, servers, until):
         world.run_until(20_000_000)
         (server,) = servers()
         os.kill(server, signal.SIGSTOP)
-        with pytest.raises(SimulationError, match=r"did not answer for 0\.5 s \(option step_timeout\)"):
+        with pytest.raises(SimulationError, match=r"0\.5 s.*step_timeout"):
             world.run_until(40_000_000)
     assert until(lambda: not servers())
     assert not list(temporary.iterdir())
@@ -42,7 +42,7 @@ def test_a_gazebo_that_hangs_is_given_up_and_ended(temporary, servers, until):
 
 def test_a_plugin_of_another_version_is_refused(servers, until, monkeypatch):
     monkeypatch.setattr("nrp_world_gazebo.process.VERSION", 99)
-    with pytest.raises(BackendLoadError, match=r"speaks version \d+ of the protocol, not 99.*scripts/gazebo"):
+    with pytest.raises(BackendLoadError, match=r"99.*scripts/gazebo"):
         opened()
     assert until(lambda: not servers())
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from golden import Golden
 from lxml import etree
 from nrp_world_gazebo.own_files import NotOwnError, folders_of, own_sdf
 
@@ -93,19 +94,19 @@ def test_only_a_planar_drive_takes_the_friction_of_its_wheels(tmp_path, physical
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ('version="1.6"', 'version="1.9"', "rover.sdf is SDF 1.9, and Gazebo 11 reads up to 1.7"),
-        ("rover.material</uri>", "other.material</uri>", "there is no 'materials/scripts/other.material'"),
+        ('version="1.6"', 'version="1.9"', "rover.sdf.*SDF 1.9.*11.*1.7"),
+        ("rover.material</uri>", "other.material</uri>", "'materials/scripts/other.material'"),
     ],
 )
-def test_a_file_that_gazebo_would_read_otherwise_is_written_anew(tmp_path, old, new, reason):
-    with pytest.raises(NotOwnError, match=reason):
+def test_a_file_that_gazebo_would_read_otherwise_is_written_anew(tmp_path, old, new, reason, golden: Golden):
+    with golden.raises(NotOwnError, match=reason):
         given(rover(tmp_path, PLAIN.replace(old, new)))
 
 
-def test_a_model_that_was_changed_or_has_no_file_is_written_anew(tmp_path):
+def test_a_model_that_was_changed_or_has_no_file_is_written_anew(tmp_path, golden: Golden):
     model = rover(tmp_path)
     more = replace(model, links=(*model.links, Link("mast", inertial=Inertial(1.0))))
-    with pytest.raises(NotOwnError, match="its links were changed"):
+    with golden.raises(NotOwnError):
         given(more)
-    with pytest.raises(NotOwnError, match="made in Python"):
+    with golden.raises(NotOwnError):
         given(Model("m", (Link("link", inertial=Inertial(1.0)),)))

@@ -1,6 +1,7 @@
 """What goes wrong at the start is one error that says what to do."""
 
 import pytest
+from golden import Golden
 from nrp_conformance.world.kit import robot
 from nrp_world_gazebo import GazeboBackend
 
@@ -21,22 +22,22 @@ def test_a_missing_program_is_named_with_the_remedy():
         opened(command="gzserver-12")
 
 
-def test_a_root_that_is_no_system_is_named(tmp_path):
-    with pytest.raises(BackendLoadError, match=f"root of Gazebo {tmp_path} is not the folder of a system"):
+def test_a_root_that_is_no_system_is_named(tmp_path, golden: Golden):
+    with golden.raises(BackendLoadError, match=f"{tmp_path}"):
         opened(root=tmp_path)
 
 
-def test_a_folder_with_too_long_a_name_for_a_socket_is_named(tmp_path, monkeypatch):
+def test_a_folder_with_too_long_a_name_for_a_socket_is_named(tmp_path, monkeypatch, golden: Golden):
     folder = tmp_path / ("x" * 90)
     folder.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(folder))
-    with pytest.raises(BackendLoadError, match=rf"{folder}, has too long a name.*export TMPDIR=/tmp"):
+    with golden.raises(BackendLoadError, match=f"{folder}.*TMPDIR=/tmp"):
         opened(command="sh")
     assert not list(folder.iterdir())
 
 
-def test_a_program_that_ends_is_quoted_with_its_last_line():
-    with pytest.raises(BackendLoadError, match=r"exit code 3:\s+\[Err\] no world") as caught:
+def test_a_program_that_ends_is_quoted_with_its_last_line(golden: Golden):
+    with golden.raises(BackendLoadError, match=r"3:\s+\[Err\]") as caught:
         opened(
             command=(
                 "sh",
@@ -48,8 +49,8 @@ def test_a_program_that_ends_is_quoted_with_its_last_line():
     assert "\n  [Err] [OpenAL" not in str(caught.value)
 
 
-def test_a_program_that_never_connects_is_given_up():
-    with pytest.raises(BackendLoadError, match=r"did not start within 0\.2 s"):
+def test_a_program_that_never_connects_is_given_up(golden: Golden):
+    with golden.raises(BackendLoadError, match=r"0\.2"):
         opened(command=("sh", "-c", "sleep 30"), start_timeout=0.2)
 
 
@@ -59,33 +60,33 @@ def missing(plugin):
     return "sh", "-c", f"echo '{told}'; exec sleep 30"
 
 
-def test_a_program_without_the_plugin_is_not_waited_for():
-    with pytest.raises(BackendLoadError, match=r"cannot load the plugin libnrp_gazebo\.so"):
+def test_a_program_without_the_plugin_is_not_waited_for(golden: Golden):
+    with golden.raises(BackendLoadError, match=r"libnrp_gazebo\.so"):
         opened(command=missing("libnrp_gazebo.so"))
 
 
-def test_a_missing_plugin_of_a_users_file_does_not_keep_it_from_starting():
-    with pytest.raises(BackendLoadError, match=r"did not start within 0\.3 s.*\n.*libgazebo_ros_laser\.so"):
+def test_a_missing_plugin_of_a_users_file_does_not_keep_it_from_starting(golden: Golden):
+    with golden.raises(BackendLoadError, match=r"0\.3.*libgazebo_ros_laser\.so"):
         opened(command=missing("libgazebo_ros_laser.so"), start_timeout=0.3)
 
 
-def test_a_port_that_was_taken_meanwhile_is_changed(tmp_path):
+def test_a_port_that_was_taken_meanwhile_is_changed(tmp_path, golden: Golden):
     taken = "echo 'Unable to start server[bind: Address already in use].' >&2"
     tried = tmp_path / "tried"
     third = f"[ $(wc -l < {tried}) -gt 2 ]"
     script = f'echo "$GAZEBO_MASTER_URI" >> {tried}; {third} || {{ {taken}; exit 255; }}; exit 7'
-    with pytest.raises(BackendLoadError, match="ended at its start with exit code 7"):
+    with golden.raises(BackendLoadError):
         opened(command=("sh", "-c", script))
     assert len(set(tried.read_text().split())) == 3
 
 
-def test_a_port_that_is_always_taken_is_one_error():
-    with pytest.raises(BackendLoadError, match=r"a port that was taken, 3 times:\s+.*Address already in use"):
+def test_a_port_that_is_always_taken_is_one_error(golden: Golden):
+    with golden.raises(BackendLoadError, match=r"3 times:\s+"):
         opened(command=("sh", "-c", "echo 'bind: Address already in use' >&2; exec sleep 30"))
 
 
-def test_images_without_a_display_are_refused_with_the_remedy(tmp_path, monkeypatch):
+def test_images_without_a_display_are_refused_with_the_remedy(tmp_path, monkeypatch, golden: Golden):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(BackendLoadError, match=r"only for a display, and there is none.*install xvfb"):
+    with golden.raises(BackendLoadError):
         opened(Scene((robot(),)), renderer="gazebo")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_world_gazebo.wire import VERSION, Channel, EndedError, RefusedError, contacts, frame, operation
@@ -49,10 +50,10 @@ def test_an_answer_that_arrives_in_pieces_is_put_together(content, size):
     there.close()
 
 
-def test_an_answer_with_an_error_is_refused_with_its_text():
+def test_an_answer_with_an_error_is_refused_with_its_text(golden: Golden):
     channel, there = pair()
     there.sendall(frame(b"\1no such joint"))
-    with pytest.raises(RefusedError, match="no such joint"):
+    with golden.raises(RefusedError):
         channel.ask(b"x")
     channel.close()
     there.close()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from golden import Golden
 
 from nrp_core.errors import CapabilityError, DivergedError, ExperimentError, SnapshotError, TopicError
 from nrp_core.findings import Code
@@ -52,19 +53,21 @@ def test_observations_arrive_whole_and_actions_reach_the_environment(open_world)
 @pytest.mark.parametrize(
     ("topic", "message", "error"),
     [
-        ("/env/action/steps", Int32(2), "/env/action/steps: data must be from -1 to 1, not 2"),
-        ("/env/action/steps", Bool(True), "carries std_msgs/msg/Int32, not Bool"),
+        ("/env/action/steps", Int32(2), "/env/action/steps.*-1"),
+        ("/env/action/steps", Bool(True), "std_msgs/msg/Int32"),
         (
             "/env/action/turns",
             Float64MultiArray(data=np.array([0.0, 2.5])),
-            r"/env/action/turns: number \[1\] must be from -1 to 2, not 2.5",
+            r"/env/action/turns.*\[1\].*-1.*2.5",
         ),
         ("/env/action/turns", Float64MultiArray(data=np.zeros(3)), "/env/action/turns: .* 2 numbers, not 3"),
     ],
 )
-def test_an_action_outside_of_its_space_is_refused_and_breaks_nothing(open_world, topic, message, error):
+def test_an_action_outside_of_its_space_is_refused_and_breaks_nothing(
+    open_world, topic, message, error, golden: Golden
+):
     world = open_world(CORRIDOR)
-    with pytest.raises(TopicError, match=error):
+    with golden.raises(TopicError, match=error):
         world.advertise(topic).publish(message)
     world.run_until(STEP_NS)
     assert world.engine.episodes.env.unwrapped.taken[0]["steps"] == 0
@@ -73,24 +76,24 @@ def test_an_action_outside_of_its_space_is_refused_and_breaks_nothing(open_world
 @pytest.mark.parametrize(
     ("env", "options", "kind", "error"),
     [
-        ("CartPol-v1", {}, ExperimentError, "Did you mean: `CartPole`"),
+        ("CartPol-v1", {}, ExperimentError, "`CartPole`"),
         ("no_such_module:X-v0", {}, ExperimentError, "no_such_module"),
         ("CartPole-v1", {"arguments": {"gravitas": 1}}, ExperimentError, "gravitas"),
-        ("CartPole-v1", {"first_action": 2}, ExperimentError, "must be in Discrete.2., not 2"),
-        ("CartPole-v1", {"first_action": 0.5}, ExperimentError, "must be in Discrete.2., not 0.5"),
-        ("CartPole-v1", {"first_action": [0, 1]}, ExperimentError, "needs 1 numbers, not 2"),
-        (CORRIDOR, {"first_action": 1}, ExperimentError, "an action of one topic, not 2"),
-        ("tests/Graphs-v0", {}, CapabilityError, "no message carries the values of a Graph space"),
+        ("CartPole-v1", {"first_action": 2}, ExperimentError, "Discrete.2"),
+        ("CartPole-v1", {"first_action": 0.5}, ExperimentError, "Discrete.2.*0.5"),
+        ("CartPole-v1", {"first_action": [0, 1]}, ExperimentError, ""),
+        (CORRIDOR, {"first_action": 1}, ExperimentError, ""),
+        ("tests/Graphs-v0", {}, CapabilityError, ""),
         (
             "CartPole-v1",
             {"scene": Scene((Model("husky", (Link("base"),)),))},
             CapabilityError,
-            "cannot contain 'husky': remove 'scene' and 'robots'",
+            "'husky'.*'scene'.*'robots'",
         ),
     ],
 )
-def test_what_cannot_be_opened_is_one_clear_error(open_world, env, options, kind, error):
-    with pytest.raises(kind, match=error):
+def test_what_cannot_be_opened_is_one_clear_error(open_world, env, options, kind, error, golden: Golden):
+    with golden.raises(kind, match=error):
         open_world(env, **options)
 
 
@@ -111,11 +114,11 @@ def test_an_environment_that_forgets_cannot_be_restored_in_silence(open_world):
         world.restore(snapshot)
 
 
-def test_a_value_that_is_not_a_number_is_an_error(open_world):
+def test_a_value_that_is_not_a_number_is_an_error(open_world, golden: Golden):
     world = open_world("tests/Lost-v0")
     world.run_until(STEP_NS)
     world.advertise("/env/action/steps").publish(Int32(1))
-    with pytest.raises(DivergedError, match="not a number"):
+    with golden.raises(DivergedError):
         world.run_until(2 * STEP_NS)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_experiments import worm
@@ -89,7 +90,7 @@ def test_other_names_of_the_column_of_transmitters_say_the_signs_as_well(tmp_pat
     assert edges_of(read_connectome(path).network) == {(0, 1, -0.55), (1, 0, 1.1)}
 
 
-def test_cells_with_names_are_wired_by_them(tmp_path: Path) -> None:
+def test_cells_with_names_are_wired_by_them(tmp_path: Path, golden: Golden) -> None:
     """In the columns of the worm's table (Cook et al. 2019), with blanks around the names."""
     edges = write(
         tmp_path / "edges.csv",
@@ -111,10 +112,10 @@ def test_cells_with_names_are_wired_by_them(tmp_path: Path) -> None:
     assert made.left_out == 1
     assert made.network.views["AVAL"].tolist() == [2]
     twice = write(tmp_path / "twice.feather", name=["DD01", "AVAL", "DD01"])
-    with pytest.raises(NetworkError, match="the neuron DD01 is in the column 'name' twice"):
+    with golden.raises(NetworkError, match="DD01.*'name'"):
         read_connectome(edges, twice)
     empty = write(tmp_path / "empty.csv", Source=["DD01", " "], Target=["AVAL", "DD01"], Weight=[1, 1])
-    with pytest.raises(NetworkError, match="the column 'Source' lacks 1 names"):
+    with golden.raises(NetworkError, match="'Source'"):
         read_connectome(empty)
 
 
@@ -167,7 +168,7 @@ def test_flywires_tables_have_signs_of_their_own(tmp_path: Path) -> None:
     assert edges_of(read_connectome(path).network) == {(0, 1, -0.55), (1, 0, 1.1)}
 
 
-def test_signs_in_a_column_of_their_own_are_used(tmp_path: Path) -> None:
+def test_signs_in_a_column_of_their_own_are_used(tmp_path: Path, golden: Golden) -> None:
     """Shiu's table without the column of the products; of its counts alone nothing is known."""
     ends = {"Presynaptic_ID": [1, 2], "Postsynaptic_ID": [2, 1], "Connectivity": [2, 4]}
     signed = write(tmp_path / "signed.parquet", **ends, Excitatory=[-1, 1])
@@ -175,7 +176,7 @@ def test_signs_in_a_column_of_their_own_are_used(tmp_path: Path) -> None:
     counted = write(tmp_path / "counted.parquet", **ends)
     assert edges_of(read_connectome(counted).network) == {(0, 1, 0.55), (1, 0, 1.1)}
     twice = write(tmp_path / "twice.parquet", **{**ends, "Connectivity": [-2, 4]}, Excitatory=[-1, 1])
-    with pytest.raises(NetworkError, match="'Connectivity' holds -2, and another column says the signs"):
+    with golden.raises(NetworkError, match="'Connectivity'.*-2"):
         read_connectome(twice)
 
 
@@ -195,42 +196,44 @@ def test_edges_of_unknown_transmitters_and_missing_positions_are_told(tmp_path: 
     [
         (
             {"prae": [1], "post": [2], "weight": [1]},
-            "no column for the source of an edge: .*; the table has the columns prae, post, weight",
+            "",
         ),
         (
             {"pre": [1.5], "post": [2], "weight": [1]},
-            "the column 'pre' holds double values; ids are whole numbers",
+            "'pre'",
         ),
         (
             {"pre": np.array([1, 2**64 - 1], np.uint64), "post": [2, 3], "weight": [1, 1]},
-            "the column 'pre' holds the id 18446744073709551615; ids go up to",
+            "'pre'.*18446744073709551615",
         ),
-        ({"pre": [1, -1], "post": [2, 3], "weight": [1, 1]}, "'pre' holds -1 for 1 ids, which stands for no"),
-        ({"pre": [1, None], "post": [2, 3], "weight": [1, 1]}, "the column 'pre' lacks 1 ids"),
+        ({"pre": [1, -1], "post": [2, 3], "weight": [1, 1]}, "'pre'.*-1"),
+        ({"pre": [1, None], "post": [2, 3], "weight": [1, 1]}, "'pre'"),
         (
             {"pre": [1], "post": [2], "weight": ["many"]},
-            "the column 'weight' holds string values, not numbers",
+            "'weight'",
         ),
-        ({"pre": [1], "post": [2], "weight": [float("nan")]}, "'weight' holds nan, not a number of synapses"),
+        ({"pre": [1], "post": [2], "weight": [float("nan")]}, "'weight'"),
         (
             {"pre": [1], "post": [2], "weight": [1], "nt_type": ["ABBA"]},
-            "'ABBA', a transmitter of unknown sign",
+            "'ABBA'",
         ),
     ],
 )
 def test_each_wrong_table_is_one_error_with_the_file_and_the_column(
-    columns: dict[str, list[object]], message: str, tmp_path: Path
+    columns: dict[str, list[object]], message: str, tmp_path: Path, golden: Golden
 ) -> None:
     path = write(tmp_path / "wrong.parquet", **columns)
-    with pytest.raises(NetworkError, match=message) as raised:
+    with golden.raises(NetworkError, match=message) as raised:
         read_connectome(path)
     assert "wrong.parquet" in str(raised.value)
 
 
-def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(tmp_path: Path) -> None:
+def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(
+    tmp_path: Path, golden: Golden
+) -> None:
     edges = write(tmp_path / "edges.csv", pre=[1], post=[2], weight=[1])
     twice = write(tmp_path / "neurons.csv", id=[1, 2, 1])
-    with pytest.raises(NetworkError, match="the neuron 1 is in the column 'id' twice"):
+    with golden.raises(NetworkError, match="'id'"):
         read_connectome(edges, twice)
     (tmp_path / "text.parquet").write_text("not a table")
     for name, message in (
@@ -240,15 +243,17 @@ def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(tmp_pat
     ):
         with pytest.raises(NetworkError, match=message):
             read_connectome(tmp_path / name)
-    with pytest.raises(NetworkError, match=r"no group is called 'MN8'"):
+    with golden.raises(NetworkError, match="'MN8'"):
         read_connectome(edges, write(tmp_path / "more.csv", id=[1, 2], type=["MN9", "MN9"]), groups=("MN8",))
 
 
 @pytest.mark.parametrize("suffix", WRITERS)
-def test_a_column_that_is_there_twice_is_refused_where_it_is_read(tmp_path: Path, suffix: str) -> None:
+def test_a_column_that_is_there_twice_is_refused_where_it_is_read(
+    tmp_path: Path, suffix: str, golden: Golden
+) -> None:
     columns, path = [pa.array([1, 2]) for _ in range(5)], tmp_path / f"edges{suffix}"
     WRITERS[suffix](pa.Table.from_arrays(columns, names=["pre", "post", "weight", "x", "weight"]), str(path))
-    with pytest.raises(NetworkError, match=r"edges.*: the column 'weight' is there twice"):
+    with golden.raises(NetworkError, match="'weight'"):
         read_connectome(path)
     WRITERS[suffix](pa.Table.from_arrays(columns, names=["pre", "post", "weight", "x", "x"]), str(path))
     assert read_connectome(path).network.projections[0].size == 2

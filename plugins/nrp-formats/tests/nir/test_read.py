@@ -10,6 +10,7 @@ import h5py
 import nir
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_formats import load_nir
 
 from nrp_core import load_network
@@ -373,22 +374,24 @@ def test_an_impossible_node_is_named(tmp_path: Path, nodes: Any, edges: Any, mes
         (
             "w/type",
             "Affnie",
-            "the node 'w' is of the type 'Affnie', which does not exist; did you mean 'Affine'",
+            "'w'.*'Affnie'.*'Affine'",
         ),
-        ("lif/v_leak", [b"x"], r"node 'lif' \(LIF\): v_leak is a text; it must be real"),
+        ("lif/v_leak", [b"x"], r"'lif' \(LIF\): v_leak"),
     ],
 )
-def test_a_wrong_dataset_of_a_file_is_named(tmp_path: Path, field: str, value: object, message: str) -> None:
+def test_a_wrong_dataset_of_a_file_is_named(
+    tmp_path: Path, field: str, value: object, message: str, golden: Golden
+) -> None:
     nodes = {"w": nir.Linear(np.ones((1, 1))), "lif": lif(1)}
     path = written(tmp_path, nodes, [("input", "w"), ("w", "lif")], 1)
     with h5py.File(path, "r+") as file:
         del file[f"node/nodes/{field}"]
         file[f"node/nodes/{field}"] = value
-    with pytest.raises(NetworkError, match=message):
+    with golden.raises(NetworkError, match=message):
         emitted(path, noise(1), method="euler")
 
 
-def test_a_file_is_a_brain_whose_inputs_devices_drive(tmp_path: Path) -> None:
+def test_a_file_is_a_brain_whose_inputs_devices_drive(tmp_path: Path, golden: Golden) -> None:
     from nrp_core.experiment.making.maker import network_from
 
     network = network_from(NETWORKS / "leaky.nir")
@@ -396,7 +399,7 @@ def test_a_file_is_a_brain_whose_inputs_devices_drive(tmp_path: Path) -> None:
     assert not network.populations["input"].is_source
     text = tmp_path / "text.nir"
     text.write_text("no network")
-    with pytest.raises(NetworkError, match=r"text.nir: is not a NIR file"):
+    with golden.raises(NetworkError, match="text.nir.*NIR"):
         network_from(text)
     script = tmp_path / "brain.py"
     script.write_text(

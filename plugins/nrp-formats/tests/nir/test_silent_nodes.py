@@ -8,6 +8,7 @@ from pathlib import Path
 import nir
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_formats import read_nir
 
 from nrp_core.checks.network_units import unlikely_units
@@ -75,7 +76,7 @@ def test_cells_with_an_infinite_threshold_are_reported_and_integrators_are_not(
     assert not [one for one in unlikely_units(network) if "v_thresh" in one]  # no cell is in uV
 
 
-def test_a_time_constant_shorter_than_a_step_is_reported(tmp_path: Path) -> None:
+def test_a_time_constant_shorter_than_a_step_is_reported(tmp_path: Path, golden: Golden) -> None:
     _remarks(tmp_path, 0.6, False)
     graph = nir.read(tmp_path / "net.nir")
     for dt, words in (
@@ -88,7 +89,7 @@ def test_a_time_constant_shorter_than_a_step_is_reported(tmp_path: Path) -> None
         assert [words is not None and words in one for one in found] == [True] * (words is not None)
     graph.metadata["dt"] = "1 ms"
     nir.write(tmp_path / "net.nir", graph)
-    with pytest.raises(NetworkError, match="dt is '1 ms'; it must be a number of seconds"):
+    with golden.raises(NetworkError, match="'1 ms'"):
         read_nir(tmp_path / "net.nir")
 
 

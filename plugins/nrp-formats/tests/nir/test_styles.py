@@ -14,6 +14,7 @@ import h5py
 import nir
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_formats import load_nir
 from scipy.signal import correlate
 
@@ -152,7 +153,7 @@ def test_files_of_early_versions_lack_what_later_ones_have(tmp_path: Path) -> No
     assert np.array_equal(emitted(path, {"input": inputs})["cells"], expected.reshape(STEPS, -1))
 
 
-def test_an_edge_may_name_one_of_several_inputs_of_a_subgraph(tmp_path: Path) -> None:
+def test_an_edge_may_name_one_of_several_inputs_of_a_subgraph(tmp_path: Path, golden: Golden) -> None:
     part = {
         "left": nir.Input(np.array([2])), "right": nir.Input(np.array([2])), "a": nir.Linear(WEIGHT),
         "b": nir.Linear(-WEIGHT), "cells": lif(3), "out": nir.Output(np.array([3])),
@@ -167,9 +168,7 @@ def test_an_edge_may_name_one_of_several_inputs_of_a_subgraph(tmp_path: Path) ->
     found = emitted(path, {"x": x, "y": y})
     assert np.array_equal(found["part.cells"], fired(x @ WEIGHT.T - y @ WEIGHT.T, 0.9, 1.0))
     path = written(tmp_path, graph, [("x", "part"), ("y", "part.right"), ("part", "output")])
-    with pytest.raises(
-        NetworkError, match=r"'part' has 2 nodes of kind Input; an edge must name one of them"
-    ):
+    with golden.raises(NetworkError, match="'part'"):
         emitted(path, {})
 
 
@@ -255,9 +254,9 @@ def test_metadata_that_say_subtract_are_asked_about(tmp_path: Path) -> None:
         assert sum("cells subtract their threshold" in text for text in sim.network().remarks) == told
 
 
-def test_another_reset_is_refused(tmp_path: Path) -> None:
+def test_another_reset_is_refused(tmp_path: Path, golden: Golden) -> None:
     path = written(tmp_path, chain(lif(3)), CHAIN)
-    with pytest.raises(NetworkError, match="reset is 'subtrct'; did you mean 'subtract'"):
+    with golden.raises(NetworkError, match="'subtrct'.*'subtract'"):
         emitted(path, {}, reset="subtrct")
 
 
@@ -278,7 +277,7 @@ def test_weights_of_three_dimensions_are_a_matrix_for_each_row_of_the_input(
     assert expected.sum() > 20
 
 
-def test_a_graph_without_an_input_is_refused_by_what_lacks(tmp_path: Path) -> None:
+def test_a_graph_without_an_input_is_refused_by_what_lacks(tmp_path: Path, golden: Golden) -> None:
     path = written(tmp_path, {"w": nir.Linear(WEIGHT), "cells": lif(3)}, [("w", "cells")])
-    with pytest.raises(NetworkError, match=r"node 'w' \(Linear\): no edge leads to it, and .* no node Input"):
+    with golden.raises(NetworkError, match="'w'"):
         emitted(path, {})

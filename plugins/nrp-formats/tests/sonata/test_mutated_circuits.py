@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import Golden
 from mutations import Tally, mutated, numbered
 from nrp_brain_event import EventBackend
 from nrp_formats.sonata import read_sonata
@@ -71,12 +72,12 @@ def test_a_mutated_circuit_is_usable_or_refused_in_clear_words(sound: Path, tmp_
     tally.check()
 
 
-def test_a_heap_in_which_the_library_would_search_for_ever_is_refused(sound: Path) -> None:
+def test_a_heap_in_which_the_library_would_search_for_ever_is_refused(sound: Path, golden: Golden) -> None:
     path = sound / "edges.h5"
     data = bytearray(path.read_bytes())
     heap = data.index(b"GCOL")
     free = data.index((4032).to_bytes(8, "little"), heap)  # what its two texts leave of its 4096 bytes
     data[free : free + 8] = bytes(8)
     path.write_bytes(data)
-    with pytest.raises(NetworkError, match=r"edges\.h5: the file is damaged"):
+    with golden.raises(NetworkError, match=r"edges\.h5"):
         read_sonata(sound / "circuit_config.json")

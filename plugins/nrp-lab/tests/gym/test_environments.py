@@ -11,6 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from golden import Golden
 from gymnasium.utils.env_checker import check_env
 from nrp_lab.gym import NrpEnv, make_env, make_vec
 from nrp_lab.gym.agent_run import Agent
@@ -83,26 +84,28 @@ def test_the_controls_of_a_group_of_muscles_are_one_action_within_0_and_1() -> N
 @pytest.mark.parametrize(
     ("settings", "action", "words"),
     [
-        ({"reward": lambda run, seen: None}, {}, "the reward at 0.02 s is None, not a finite number"),
-        ({"reward": lambda run, seen: np.zeros(2)}, {}, r"the reward at 0.02 s is array\(\[0., 0.\]\), not"),
-        ({"terminate": lambda run, seen: np.zeros(2)}, {}, "terminate returned .*, not true or false"),
-        ({"terminate": lambda run, seen: None}, {}, "terminate returned None, not true or false"),
-        ({"terminate": lambda run, seen: 0.4}, {}, "terminate returned 0.4, not true or false"),
+        ({"reward": lambda run, seen: None}, {}, "0.02"),
+        ({"reward": lambda run, seen: np.zeros(2)}, {}, r"0.02.*array\(\[0., 0.\]\)"),
+        ({"terminate": lambda run, seen: np.zeros(2)}, {}, ""),
+        ({"terminate": lambda run, seen: None}, {}, ""),
+        ({"terminate": lambda run, seen: 0.4}, {}, "0.4"),
         (
             {"act": {"source:feelers": (0.0, 9.0, 6.0)}},
             {"source:feelers": [1.0, 2.0]},
-            r"action 'source:feelers' has the shape \(1,\), not \(2,\)",
+            r"'source:feelers'.*\(1,\).*\(2,\)",
         ),
-        ({}, np.array([1.0]), r"an action is a dict with an array for nothing, not array\(\[1.\]\)"),
-        ({}, {"/pioneer/cmd": [1.0]}, "an action is a dict with an array for nothing, not {'/pioneer/cmd'"),
+        ({}, np.array([1.0]), r"array\(\[1.\]\)"),
+        ({}, {"/pioneer/cmd": [1.0]}, "{'/pioneer/cmd'"),
     ],
 )
-def test_what_an_agent_gives_is_checked(settings: dict[str, Any], action: Any, words: str) -> None:
+def test_what_an_agent_gives_is_checked(
+    settings: dict[str, Any], action: Any, words: str, golden: Golden
+) -> None:
     with closing(make_env("slalom_pioneer", observe=["rate:wheels"], **settings)) as made:
-        with pytest.raises(ExperimentError, match=r"reset.* comes before the first step"):
+        with golden.raises(ExperimentError):
             made.step(action)
         made.reset(seed=1)
-        with pytest.raises(ExperimentError, match=words):
+        with golden.raises(ExperimentError, match=words):
             made.step(action)
 
 
@@ -157,15 +160,13 @@ def test_bounds_come_from_the_messages_and_actions_move_the_robot() -> None:
     ],
 )
 def test_a_function_that_cannot_take_run_and_observation_is_refused(
-    name: str, given: Any, shown: str
+    name: str, given: Any, shown: str, golden: Golden
 ) -> None:
     settings = {"reward": None, "terminate": None, name: given}
     if not shown:
         Agent(["rate:wheels"], {}, steps=1, same_noise=False, **settings)
         return
-    with pytest.raises(
-        ExperimentError, match=f"{name} is a function of the run and the observation, {shown}"
-    ):
+    with golden.raises(ExperimentError, match=f"{name}.*{shown}"):
         Agent(["rate:wheels"], {}, steps=1, same_noise=False, **settings)
 
 
@@ -243,19 +244,19 @@ def test_a_mistake_is_named(observe: Any, act: Any, message: str) -> None:
     assert message in str(raised.value)
 
 
-def test_a_reward_that_is_no_number_and_half_a_step_are_refused() -> None:
+def test_a_reward_that_is_no_number_and_half_a_step_are_refused(golden: Golden) -> None:
     nowhere: dict[str, Any] = {"reward": lambda run, seen: float("nan")}
     with closing(make_env("slalom_pioneer", observe=["rate:wheels"], **nowhere)) as made:
         made.reset()
-        with pytest.raises(nrp_core.NrpError, match=r"the reward at 0\.02 s is nan, not a finite number"):
+        with golden.raises(nrp_core.NrpError, match=r"0\.02"):
             made.step({})
-    with pytest.raises(nrp_core.NrpError, match=r"a whole number of steps of the loop, at least 1, not 1\.5"):
+    with golden.raises(nrp_core.NrpError, match=r"1\.5"):
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=1.5)  # type: ignore[arg-type]
-    with pytest.raises(nrp_core.NrpError, match=r"of 51 steps of the loop takes 1\.02 s, and an episode 1 s"):
+    with golden.raises(nrp_core.NrpError, match=r"51.*1\.02"):
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=51, overrides=["duration=1 s"])
-    with pytest.raises(nrp_core.NrpError, match=r"reward is 1\.0; it must be a function or None"):
+    with golden.raises(nrp_core.NrpError, match=r"1\.0"):
         make_env("slalom_pioneer", observe=["rate:wheels"], reward=1.0)  # type: ignore[arg-type]
-    with pytest.raises(nrp_core.NrpError, match="same_noise is 'no'; it must be True or False"):
+    with golden.raises(nrp_core.NrpError, match="same_noise.*'no'"):
         make_env("slalom_pioneer", observe=["rate:wheels"], same_noise="no")  # type: ignore[arg-type]
 
 
@@ -319,7 +320,7 @@ def test_without_gymnasium_the_command_that_installs_it_is_named() -> None:
     assert "nrp_lab.gym needs gymnasium; try: pip install 'nrp-lab[gym]'" in done.stderr
 
 
-def test_a_closed_environment_says_so() -> None:
+def test_a_closed_environment_says_so(golden: Golden) -> None:
     one = make_env("slalom_pioneer", observe=["rate:wheels"])
     one.reset(seed=1)
     many = make_vec("slalom_pioneer", num_envs=2, observe=["rate:wheels"])
@@ -327,5 +328,5 @@ def test_a_closed_environment_says_so() -> None:
     for made in (one, many):
         made.close()
         for call in (partial(made.step, {}), made.reset):
-            with pytest.raises(ExperimentError, match="the environment is closed: make another one"):
+            with golden.raises(ExperimentError):
                 call()

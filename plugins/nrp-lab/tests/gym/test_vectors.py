@@ -8,6 +8,7 @@ import gymnasium
 import nrp_lab.gym
 import numpy as np
 import pytest
+from golden import Golden
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from nrp_lab.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 
@@ -101,7 +102,7 @@ def test_copies_are_what_gymnasium_makes_of_single_environments(
 
 
 def test_a_copy_that_fails_is_named_and_can_be_reset_while_the_others_continue(
-    single: SyncVectorEnv, copies: NrpVectorEnv, monkeypatch: pytest.MonkeyPatch
+    single: SyncVectorEnv, copies: NrpVectorEnv, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     action = {"source:feelers": np.full((COPIES, 1), 200.0)}
     for envs in (single, copies):
@@ -109,9 +110,9 @@ def test_a_copy_that_fails_is_named_and_can_be_reset_while_the_others_continue(
         envs.reset(seed=5)
     monkeypatch.setattr(copies, "first_number", 6)
     copies.runs[1].world.place("pioneer", ModelMotion(Pose((0.0, 0.0, 1.0)), linear=(1e200, 0.0, 0.0)))
-    with pytest.raises(NrpError, match=r"copy 7: .*not finite"):
+    with golden.raises(NrpError):
         copies.step(action)
-    with pytest.raises(NrpError, match=r"copy 7: .*has failed; only reset"):
+    with golden.raises(NrpError):
         copies.step(action)
     again = {"reset_mask": np.array([False, True])}
     copies.reset(seed=[0, 9], options=dict(again))
@@ -155,18 +156,18 @@ def test_a_mistake_is_named(settings: dict[str, Any], message: str) -> None:
     assert message in str(raised.value)
 
 
-def test_wrong_seeds_masks_and_actions_are_refused(copies: NrpVectorEnv) -> None:
+def test_wrong_seeds_masks_and_actions_are_refused(copies: NrpVectorEnv, golden: Golden) -> None:
     for given in (
         {"seed": [1]},
         {"options": {"reset_mask": [True, False]}},
         {"options": {"reset_mask": np.zeros(2, bool)}},
     ):
-        with pytest.raises(NrpError, match=r"1 seeds for 2 copies|an array of 2 truth values"):
+        with golden.raises(NrpError):
             copies.reset(**given)
     copies.reset(seed=1)
-    with pytest.raises(NrpError, match=r"'source:feelers' has the shape \(2, 1\), not \(1,\)"):
+    with golden.raises(NrpError, match=r"'source:feelers'.*\(2, 1\).*\(1,\)"):
         copies.step({"source:feelers": np.array([1.0])})
-    with pytest.raises(NrpError, match="there is no action for 'source:feelers'"):
+    with golden.raises(NrpError, match="'source:feelers'"):
         copies.step({"source:feeler": np.zeros((2, 1))})
 
 
@@ -219,16 +220,16 @@ def test_wrong_shares_are_noticed(
         assert_equal(tuple(episodes(spread, mode)), tuple(episodes(alone, mode)))
 
 
-def test_wrong_arguments_and_a_lost_process_are_named(spread: NrpProcessesEnv) -> None:
-    with pytest.raises(NrpError, match="processes is a whole number from 1 on, not 0"):
+def test_wrong_arguments_and_a_lost_process_are_named(spread: NrpProcessesEnv, golden: Golden) -> None:
+    with golden.raises(NrpError):
         make_vec("slalom_pioneer", num_envs=2, observe=["rate:wheels"], processes=0)
     spread.reset(seed=1)
-    with pytest.raises(NrpError, match=r"'source:feelers' has the shape \(2, 1\), not \(3, 1\)"):
+    with golden.raises(NrpError, match=r"'source:feelers'.*\(2, 1\).*\(3, 1\)"):
         spread.step({"source:feelers": np.zeros((3, 1))})
-    with pytest.raises(NrpError, match="there is no action for 'source:feelers'"):
+    with golden.raises(NrpError, match="'source:feelers'"):
         spread._all(vector_processes._step, [{}] * COPIES)  # an error in a process is an error here
     spread._workers[1].process.kill()
-    with pytest.raises(NrpError, match=r"the process of copies 1 to 1 has ended: signal 9"):
+    with golden.raises(NrpError):
         spread.step({"source:feelers": np.zeros((2, 1))})
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import nrp_lab.evolve
 import nrp_lab.sweep
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_lab.sweep.model import SweepFile, axis_of, sweep_of
@@ -113,13 +114,13 @@ def test_a_mistake_in_the_description_is_named(keys: dict[str, Any], message: st
     assert message in str(raised.value.findings[0])
 
 
-def test_a_sweep_without_workers_is_refused() -> None:
+def test_a_sweep_without_workers_is_refused(golden: Golden) -> None:
     for call in (lambda: nrp_lab.sweep.sweep(3), lambda: nrp_lab.evolve.evolve(3, "out")):  # type: ignore[arg-type]
-        with pytest.raises(ExperimentError, match=r"a path is a text or a pathlib\.Path, not 3"):
+        with golden.raises(ExperimentError, match=r"pathlib\.Path"):
             call()
-    with pytest.raises(ExperimentError, match="'workers' is a whole number, at least 1, not '2'"):
+    with golden.raises(ExperimentError, match="'workers'.*'2'"):
         nrp_lab.evolve.evolve({}, "out", workers="2")  # type: ignore[arg-type]
-    with pytest.raises(ExperimentError, match="'workers' is a whole number, at least 1, not 0"):
+    with golden.raises(ExperimentError, match="'workers'"):
         nrp_lab.sweep.sweep({"experiment": "braitenberg_husky", "vary": {"seed": [1]}}, workers=0)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from nrp_core.brain import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import column, group
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import NetworkError
 from nrp_core.utilities import strict_json
 
 
@@ -184,7 +184,7 @@ def _unread(part: Any) -> Iterator[str]:
 
 
 def _require_both(part: Any, name: str, kind: str) -> None:
-    """Refuse places in groups without the groups, and the reverse; a misspelt name is one of them.
+    """Refuse places in groups without the groups, and the reverse.
 
     Raises:
         NetworkError: one of the two datasets is missing.
@@ -193,9 +193,7 @@ def _require_both(part: Any, name: str, kind: str) -> None:
     missing = [one for one in pair if one not in part]
     if len(missing) == 1:
         (there,) = set(pair) - set(missing)
-        raise NetworkError(
-            f"{kind}s '{name}' have '{there}' and no '{missing[0]}'{did_you_mean(missing[0], part)}"
-        )
+        raise NetworkError(f"{kind}s '{name}' have '{there}' and no '{missing[0]}'")
 
 
 def _own(part: Any) -> dict[str, np.ndarray[Any, Any]]:
@@ -242,7 +240,8 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
         with path.open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file, delimiter=" ", quotechar='"', skipinitialspace=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise NetworkError(f"the table of types cannot be read: {error}", path=path) from error
+        reason = getattr(error, "strerror", None) or error
+        raise NetworkError(f"the table of types cannot be read: {reason}", path=path) from error
     _require_columns(path)
     found = {}
     for line, row in enumerate(rows, 2):
