@@ -121,9 +121,10 @@ def _called_modules(function: Callable[..., Any]) -> frozenset[Path]:
     """Return the modules whose compiled functions a function may call, directly or indirectly."""
     found: set[Callable[..., Any]] = set()
     sources: set[Path] = set()
+    scanned: set[int] = set()
     waiting: list[Callable[..., Any]] = [function]
     while waiting:
-        for value in _reachable(waiting.pop()):
+        for value in _reachable(waiting.pop(), scanned):
             called = getattr(value, "py_func", None)
             if not isinstance(called, FunctionType) or called in found:
                 continue
@@ -134,8 +135,11 @@ def _called_modules(function: Callable[..., Any]) -> frozenset[Path]:
     return _known.setdefault(function, frozenset(sources))
 
 
-def _reachable(function: Callable[..., Any]) -> Iterator[Any]:
-    yield from function.__globals__.values()
+def _reachable(function: Callable[..., Any], scanned: set[int]) -> Iterator[Any]:
+    """Yield the values that a function may use; those of a module only once, as its functions share them."""
+    if id(function.__globals__) not in scanned:
+        scanned.add(id(function.__globals__))
+        yield from function.__globals__.values()
     yield from (cell.cell_contents for cell in function.__closure__ or ())
 
 

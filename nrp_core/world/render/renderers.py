@@ -80,9 +80,10 @@ def open_shared(
         frames: returns a function that writes the poses of bodies.
         lights: the lights of the scene; ``raster`` draws without them.
     """
-    from nrp_core.world.render.raster import RasterCameras
-    from nrp_core.world.render.realistic import RealisticCameras
-
     if renderer == REALISTIC:
+        from nrp_core.world.render.realistic import RealisticCameras
+
         return RealisticCameras(bodies, optics, frames, lights)
+    from nrp_core.world.render.raster import RasterCameras
+
     return RasterCameras(bodies, optics, frames)

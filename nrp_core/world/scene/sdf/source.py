@@ -22,8 +22,6 @@ from nrp_core.world.scene.reading.context import (
     read_xml,
 )
 from nrp_core.world.scene.sdf.vocabulary import check_names, check_vocabulary
-from nrp_core.world.scene.urdf import to_sdf
-from nrp_core.world.scene.urdf.expand import expand_xacro, is_xacro
 
 PARAMS: Final = "experimental:params"
 _ID, _ACTION = "element_id", "action"
@@ -244,15 +242,14 @@ class SdfFile:
         root = read_xml(path)
         leave_out(root, reading.without)
         written = root.tag in ("sdf", "gazebo")
-        expands = root.tag == "robot" and is_xacro(root)
-        if reading.args and not trail and not expands:
+        expanded = _expanded(root, path, reading) if root.tag == "robot" else None
+        if reading.args and not trail and expanded is None:
             raise root.error("this is not a xacro file, so it has no arguments")
-        if expands:
-            package = partial(reading.resources.package, user=path.absolute())
-            warn = partial(reading.notes.warn, replace(root, line=1), Code.NRP260)
-            root = expand_xacro(path, package, reading.args, warn if reading.lenient else None)
+        root = expanded or root
         check_repeated(root, reading.notes)
         if root.tag == "robot":
+            from nrp_core.world.scene.urdf import to_sdf  # many scenes have no URDF
+
             root = to_sdf(root, reading.notes)
         if root.tag not in ("sdf", "gazebo"):
             root = read_added(root, reading.notes) or root
@@ -284,6 +281,17 @@ class SdfFile:
         source = SdfFile.open(path, reading, self.trail)
         change_included(source.root.find("world") or source.root, include)
         return source
+
+
+def _expanded(root: Element, path: Path, reading: Reading) -> Element | None:
+    """Return a file of URDF with its macros expanded; None if it has none."""
+    from nrp_core.world.scene.urdf.expand import expand_xacro, is_xacro
+
+    if not is_xacro(root):
+        return None
+    package = partial(reading.resources.package, user=path.absolute())
+    warn = partial(reading.notes.warn, replace(root, line=1), Code.NRP260)
+    return expand_xacro(path, package, reading.args, warn if reading.lenient else None)
 
 
 def _in_archive(archive: Path) -> Path:
