@@ -11,8 +11,8 @@ NOT_READABLE = Explanation(
 )
 
 UNKNOWN_KEY = Explanation(
-    "A key that the format does not have, or one that it requires is missing.",
-    "An unknown key would be ignored; a required one does not have a default value.",
+    "An unknown key, or a missing one that the format requires.",
+    "An unknown key would be ignored; a required key does not have a default value.",
     "Use the key or command that the message suggests; `nrp schema experiment` lists those of experiments.",
     "{n} unknown or missing keys",
     Weight.ALTERED,

@@ -35,8 +35,8 @@ REPORTED = Explanation(
 )
 
 NO_EFFECT = Explanation(
-    "An option, parameter, intervention or duration has no effect, or a bad one, in this run.",
-    "What it names has no effect; the run may be slower, or longer, than it could be.",
+    "An option, parameter or intervention has no effect, or a bad one, or the run went beyond its duration.",
+    "The results do not change, or they are those of a longer run.",
     "Remove or change what the message names.",
     "{n} options, parameters or interventions have no useful effect",
     Weight.REMARK,
