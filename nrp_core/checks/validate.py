@@ -42,7 +42,7 @@ def check(parts: Checkable, summary: NetworkSummary | None = None) -> list[Findi
         summary = NetworkSummary() if parts.network is None else summary_of(parts.network)
     static = read_experiment(parts, summary)
     worst = Level.ERROR if static.experiment.strict else Level.WARNING
-    found = [at_most(finding, worst) for check in CHECKS for finding in check.run(static)]
+    found = [at_most(finding, worst) for check in CHECKS for finding in check(static)]
     return list(dict.fromkeys([*static.findings, *found]))
 
 

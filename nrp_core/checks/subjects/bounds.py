@@ -32,7 +32,7 @@ _SELECTING: Final = ("min", "max", "nanmin", "nanmax", "median", "nanmedian", "p
 # -- colours
 
 
-@checks_function(Code.NRP358)
+@checks_function
 def check_colors(function: CheckedFunction) -> Iterator[Finding]:
     """Look for bounds of colours that no pixel meets, or that are in another scale than OpenCV's."""
     for node in function.declared.own:
@@ -79,7 +79,7 @@ def _wrong_bytes(low: Sequence[float] | None, high: Sequence[float] | None) -> s
 # -- the step of the loop
 
 
-@checks_function(Code.NRP379)
+@checks_function
 def check_time_step(function: CheckedFunction) -> Iterator[Finding]:
     """Look for a constant ``DT`` that is not how often the function runs."""
     step_s = seconds(function.experiment.timestep)
@@ -113,7 +113,7 @@ def _divides_step(node: ast.AST) -> bool:
 # -- distances of scanners
 
 
-@checks_experiment(Code.NRP380)
+@checks_experiment
 def check_distances(static: StaticExperiment) -> Iterator[Finding]:
     """Look for comparisons of a distance with a number that only 'inf', the distance of nothing, exceeds."""
     reaches_m = {

@@ -24,7 +24,7 @@ _SERVICES = {
 """The capability that each service needs."""
 
 
-@checks_experiment(Code.NRP216)
+@checks_experiment
 def check_sensors(static: StaticExperiment) -> Iterator[Finding]:
     """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
     if static.scene is None:
@@ -44,7 +44,7 @@ def check_sensors(static: StaticExperiment) -> Iterator[Finding]:
             yield place.finding(Code.NRP216, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP216)
+@checks_experiment
 def check_distances(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events and criteria about distances in a world that does not report where models are."""
     if static.world is None or static.world.capabilities.poses:
@@ -63,7 +63,7 @@ def check_distances(static: StaticExperiment) -> Iterator[Finding]:
         yield experiment.place(*keys).finding(Code.NRP216, message)
 
 
-@checks_experiment(Code.NRP216)
+@checks_experiment
 def check_commands(static: StaticExperiment) -> Iterator[Finding]:
     """Look for joints, forces and changes that a function or an event commands and the world refuses."""
     if static.scene is None:
@@ -85,7 +85,7 @@ def check_commands(static: StaticExperiment) -> Iterator[Finding]:
                 yield place.finding(Code.NRP216, message)
 
 
-@checks_experiment(Code.NRP216)
+@checks_experiment
 def check_dynamics(static: StaticExperiment) -> Iterator[Finding]:
     """Look for models that need forces to move or hold, in a world without dynamics."""
     if static.world is None or static.scene is None:

@@ -39,7 +39,7 @@ class Wheeled(Protocol):
     wheel_diameter: float
 
 
-@checks_experiment(Code.NRP370, Code.NRP375, Code.NRP376)
+@checks_experiment
 def check_drives(static: StaticExperiment) -> Iterator[Finding]:
     """Check the drives and controllers of robots."""
     if static.scene is None or static.world is None or not bodies_fall(static.world.capabilities):

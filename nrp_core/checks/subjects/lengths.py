@@ -37,7 +37,7 @@ LONGEST_STEP_NS: Final = 10 * NS_PER_MS
 """The longest step of Gymnasium's models with contacts; Gazebo takes 1 ms and MuJoCo 2 ms."""
 
 
-@checks_experiment(Code.NRP371, Code.NRP381)
+@checks_experiment
 def check_lengths(static: StaticExperiment) -> Iterator[Finding]:
     """Check sizes and places in the models of a scene against each other."""
     for model in static.scene.models if static.scene is not None else ():
@@ -152,7 +152,7 @@ def _listed(sides: FloatArray) -> str:
     return " x ".join(f"{one:.2g}" for one in sides)
 
 
-@checks_experiment(Code.NRP372)
+@checks_experiment
 def check_physics_step(static: StaticExperiment) -> Iterator[Finding]:
     """Check the step of the physics engine against that of the loop."""
     if static.world is None or not static.world.capabilities.step_ns:

@@ -21,7 +21,7 @@ _MAKERS: Final = frozenset(
 """Functions and classes that return a container or an array, by the last part of their name."""
 
 
-@checks_function(Code.NRP301)
+@checks_function
 def check_state(function: CheckedFunction) -> Iterator[Finding]:
     """Look for globals and for objects of the file that a function changes."""
     objects = _mutable_objects(function.declared.source.tree)

@@ -22,7 +22,7 @@ _REPEATING: Final = (ast.For, ast.AsyncFor, ast.While, *SCOPES)
 """Code by which a later change may be sent all the same."""
 
 
-@checks_function(Code.NRP237)
+@checks_function
 def check_return_values(function: CheckedFunction) -> Iterator[Finding]:
     """Look for return values without a topic, and for topics that get none."""
     if not function.declared.is_read or isinstance(function.function, MonitoringFunction):
@@ -45,7 +45,7 @@ def _is_bare(node: ast.Return) -> bool:
     return node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None)
 
 
-@checks_function(Code.NRP355)
+@checks_function
 def check_unsent_messages(function: CheckedFunction) -> Iterator[Finding]:
     """Look for messages that are made or filled and not sent."""
     own = function.declared.own
@@ -76,7 +76,7 @@ def _is_only_filled(function: CheckedFunction, target: ast.Name) -> bool:
     return bool(uses) and all(id(one) in filled for one in uses)
 
 
-@checks_function(Code.NRP355)
+@checks_function
 def check_late_changes(function: CheckedFunction) -> Iterator[Finding]:
     """Look for fields that are set after the message was sent, and of a message that is not used again."""
     body = function.declared.node.body
@@ -108,7 +108,7 @@ def _filled_field(statement: ast.stmt, name: str) -> ast.Attribute | None:
     return None
 
 
-@checks_function(Code.NRP319)
+@checks_function
 def check_overwritten_messages(function: CheckedFunction) -> Iterator[Finding]:
     """Look for two messages on one topic in a sequence of statements that all run.
 
@@ -150,7 +150,7 @@ def _sequences(function: ast.AST) -> Iterator[list[ast.stmt]]:
                 yield part
 
 
-@checks_experiment(Code.NRP356)
+@checks_experiment
 def check_preprocessed_topics(static: StaticExperiment) -> Iterator[Finding]:
     """Look for functions of preprocessed topics that return nothing, so that ``value`` is None."""
     for source in [source for listing in static.listings for source in listing.sources]:

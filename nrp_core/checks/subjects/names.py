@@ -18,7 +18,7 @@ from nrp_core.errors import Instead, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
 
-@checks_experiment(Code.NRP246)
+@checks_experiment
 def check_names(static: StaticExperiment) -> Iterator[Finding]:
     """Look for names that nothing defines."""
     for listing in static.listings:
@@ -69,7 +69,7 @@ def _undefined_name(found: messages.Message, tree: ast.Module, known: set[str]) 
     return f"nothing defines the name '{name}'{hint if hint.instead else ''}", hint.instead
 
 
-@checks_experiment(Code.NRP235)
+@checks_experiment
 def check_function_names(static: StaticExperiment) -> Iterator[Finding]:
     """Look for two functions with the same name."""
     first: dict[str, Declared] = {}

@@ -68,7 +68,7 @@ class _Failure(NamedTuple):
     instead: Instead | None = None
 
 
-@checks_function(Code.NRP240)
+@checks_function
 def check_operations(function: CheckedFunction) -> Iterator[Finding]:
     """Look for attributes, settings, calls, items, computations and messages that fail."""
     for failures in (_attribute, _setting, _weights, _call, _items, _computation, _sent_value, _row):

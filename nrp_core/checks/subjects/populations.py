@@ -12,7 +12,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.findings import Code, Finding, Level
 
 
-@checks_experiment(Code.NRP377)
+@checks_experiment
 def check_populations(static: StaticExperiment) -> Iterator[Finding]:
     """Look for populations that nothing can make fire, and whose spikes a function or others need."""
     experiment = static.experiment
@@ -46,7 +46,7 @@ def _devices(static: StaticExperiment, label: str) -> list[SourcePort | SinkPort
     return [one for one in static.devices if ((one.neurons >= first) & (one.neurons < after)).any()]
 
 
-@checks_experiment(Code.NRP211)
+@checks_experiment
 def check_views(static: StaticExperiment) -> Iterator[Finding]:
     """Look for named populations that have a neuron twice."""
     if static.network is None:
@@ -59,7 +59,7 @@ def check_views(static: StaticExperiment) -> Iterator[Finding]:
             yield place.finding(Code.NRP211, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP297, Code.NRP308)
+@checks_experiment
 def report_network(static: StaticExperiment) -> Iterator[Finding]:
     """Report values in another unit, and what the script or file has that the network lacks."""
     collector = Collector(static.experiment.source)

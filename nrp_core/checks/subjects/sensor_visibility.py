@@ -52,7 +52,7 @@ class OwnRobotView:
     nearest_m: float
 
 
-@checks_experiment(Code.NRP374)
+@checks_experiment
 def check_own_robot_views(static: StaticExperiment) -> Iterator[Finding]:
     """Look for scanners and cameras that are read and see only their own robot."""
     read = _read_topics(static)

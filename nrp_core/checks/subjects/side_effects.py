@@ -44,7 +44,7 @@ _WRITING: Final = frozenset("wax+")
 _WRITING_METHODS: Final = ("write_text", "write_bytes", "tofile", "savefig")
 
 
-@checks_function(Code.NRP243, Code.NRP357, Code.NRP378)
+@checks_function
 def check_effects(function: CheckedFunction) -> Iterator[Finding]:
     """Look for calls that wait, write files, depend on more than the run, or end the process."""
     imported = full_names(function.declared.source.tree)

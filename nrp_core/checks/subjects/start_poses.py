@@ -31,7 +31,7 @@ MAX_TOLERANCE_M: Final = 0.05
 """Limits of the tolerated overlap: engines correct it without throwing the model."""
 
 
-@checks_experiment(Code.NRP264)
+@checks_experiment
 def check_start_joints(static: StaticExperiment) -> Iterator[Finding]:
     """Report the robots with joints that cannot start at 0, and for which the experiment gives no start."""
     for model in static.scene.models if static.scene is not None else ():
@@ -45,7 +45,7 @@ def check_start_joints(static: StaticExperiment) -> Iterator[Finding]:
             yield place.finding(Code.NRP264, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP291, Code.NRP292, Code.NRP306)
+@checks_experiment
 def check_start_poses(static: StaticExperiment) -> Iterator[Finding]:
     """Check the start poses of robots and of the loose models of the room."""
     if static.scene is None or static.world is None or not bodies_fall(static.world.capabilities):

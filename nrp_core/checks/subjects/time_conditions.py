@@ -17,7 +17,7 @@ from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
 
 
-@checks_experiment(Code.NRP248)
+@checks_experiment
 def check_events(static: StaticExperiment) -> Iterator[Finding]:
     """Look for events after the end of the run, and for events that wait for each other."""
     experiment, events = static.experiment, static.experiment.events
@@ -39,7 +39,7 @@ def check_events(static: StaticExperiment) -> Iterator[Finding]:
             yield place.finding(Code.NRP248, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP248)
+@checks_experiment
 def check_limits_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria that allow more time than the run has."""
     experiment = static.experiment
@@ -72,7 +72,7 @@ def _delay_ns(event: Event) -> int:
     return 0 if event.when is None else event.when.after
 
 
-@checks_function(Code.NRP248)
+@checks_function
 def check_reached_times(function: CheckedFunction) -> Iterator[Finding]:
     """Look for comparisons of ``t`` with times that it never reaches."""
     duration_s = seconds(function.experiment.duration)
@@ -85,7 +85,7 @@ def check_reached_times(function: CheckedFunction) -> Iterator[Finding]:
                     yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP238)
+@checks_experiment
 def report_latency(static: StaticExperiment) -> Iterator[Finding]:
     """Report the latency of each path from a sensor to an actuator."""
     timestep_ms = milliseconds(static.experiment.timestep)
@@ -95,7 +95,7 @@ def report_latency(static: StaticExperiment) -> Iterator[Finding]:
         yield last.finding(Code.NRP238, last.nodes.get(""), message, Level.NOTE)
 
 
-@checks_experiment(Code.NRP372)
+@checks_experiment
 def check_step_of_loop(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a time step that is too long for a closed loop."""
     step_ns = static.experiment.timestep
@@ -104,7 +104,7 @@ def check_step_of_loop(static: StaticExperiment) -> Iterator[Finding]:
         yield static.experiment.place("timestep").finding(Code.NRP372, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP248)
+@checks_experiment
 def check_periods_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria that are never evaluated."""
     experiment, end_ns = static.experiment, static.experiment.duration
@@ -142,7 +142,7 @@ def _time_of(moment: int | str, experiment: Experiment) -> int | str:
     return moment if isinstance(moment, int) else fixed.get(moment, moment)
 
 
-@checks_experiment(Code.NRP212)
+@checks_experiment
 def check_topics_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
     """Look for criteria on topics of the experiment that nothing publishes on."""
     experiment = static.experiment

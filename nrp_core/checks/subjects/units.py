@@ -43,7 +43,7 @@ _SHORTEST_DELAY_MS: Final = 0.01
 # -- devices
 
 
-@checks_function(Code.NRP211, Code.NRP297, Code.NRP377)
+@checks_function
 def check_devices(function: CheckedFunction) -> Iterator[Finding]:
     """Look for devices with a neuron twice, and for weights, currents and times in a wrong unit."""
     for name, mapping in function.function.mappings.items():
@@ -108,7 +108,7 @@ def _implausible_current(size: float) -> str:
     return "nA; is it meant in A?" if 0.0 < size < _WEAKEST_NA else ""
 
 
-@checks_function(Code.NRP297)
+@checks_function
 def check_currents(function: CheckedFunction) -> Iterator[Finding]:
     """Look for currents that a body sets in a wrong unit."""
     for node in function.declared.own:
@@ -121,7 +121,7 @@ def check_currents(function: CheckedFunction) -> Iterator[Finding]:
                     yield function.declared.finding(Code.NRP297, target, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP249)
+@checks_experiment
 def check_poses(static: StaticExperiment) -> Iterator[Finding]:
     """Look for angles of poses given in degrees instead of radians."""
     experiment = static.experiment
@@ -146,7 +146,7 @@ def check_poses(static: StaticExperiment) -> Iterator[Finding]:
 # -- angles and times
 
 
-@checks_function(Code.NRP249)
+@checks_function
 def check_commanded_angles(function: CheckedFunction) -> Iterator[Finding]:
     """Look for constant commands of joints that are angles in degrees."""
     for node in function.declared.own:

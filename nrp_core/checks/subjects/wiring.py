@@ -22,7 +22,7 @@ _WIRING: Final = {"connector", "weight", "delay", "receptor_type", "synapse_type
 # -- sources
 
 
-@checks_function(Code.NRP231)
+@checks_function
 def check_sources(function: CheckedFunction) -> Iterator[Finding]:
     """Look for sources that a body never sets, and for those whose spikes have no effect."""
     only_read = _only_read(function)
@@ -57,7 +57,7 @@ def _only_read(function: CheckedFunction) -> set[str]:
     return set(function.function.parameters) - others
 
 
-@checks_experiment(Code.NRP229)
+@checks_experiment
 def check_publishers(static: StaticExperiment) -> Iterator[Finding]:
     """Look for topics that two functions publish on, or one function twice."""
     first: dict[str, tuple[TransferFunction, str]] = {}
@@ -80,7 +80,7 @@ def check_publishers(static: StaticExperiment) -> Iterator[Finding]:
 # -- parameters and variables
 
 
-@checks_function(Code.NRP253)
+@checks_function
 def check_rebound_parameters(function: CheckedFunction) -> Iterator[Finding]:
     """Look for parameters to which a body assigns a value, where an attribute was probably intended."""
     own = function.declared.own
@@ -129,7 +129,7 @@ def _used_attribute(
     return next((one for one in found if one.attr in names), None)
 
 
-@checks_experiment(Code.NRP330)
+@checks_experiment
 def check_shared_variables(static: StaticExperiment) -> Iterator[Finding]:
     """Look for a variable that one function only reads and another only sets under the same name."""
     uses = [
