@@ -50,22 +50,8 @@ def _is_sound(data: mmap.mmap, start: int) -> bool:
     return place <= end
 
 
-INSTALL = "pip install h5py"
 _LARGEST_ID = np.iinfo(np.int64).max
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-
-
-def library() -> Any:
-    """Return the module ``h5py``, which is needed only for networks in files.
-
-    Raises:
-        NetworkError: h5py is not installed.
-    """
-    try:
-        import h5py
-    except ImportError as error:
-        raise NetworkError(f"networks in HDF5 files need h5py ({error}); try: {INSTALL}") from error
-    return h5py
 
 
 @contextmanager
@@ -75,11 +61,13 @@ def reading(path: Path) -> Iterator[h5py.File]:
     Raises:
         NetworkError: the file is missing, truncated, damaged, or not HDF5.
     """
+    import h5py
+
     _require_signature(path)
     if has_damaged_heap(path):
         raise NetworkError("the file is damaged; make or copy it again", path=path)
     try:
-        with library().File(path, "r") as file:
+        with h5py.File(path, "r") as file:
             yield file
     except NrpError as error:
         if isinstance(error, ExperimentError):
@@ -111,7 +99,9 @@ def group(parent: Any, name: str) -> h5py.Group:
     Raises:
         NetworkError: there is no such group; the message names the nearest.
     """
-    return _member(parent, name, library().Group, "group")
+    import h5py
+
+    return _member(parent, name, h5py.Group, "group")
 
 
 def groups(parent: Any) -> list[tuple[str, h5py.Group]]:
@@ -135,7 +125,9 @@ def array(parent: Any, name: str, dtype: type | None = None) -> np.ndarray[Any, 
     Raises:
         NetworkError: it does not exist, does not fit into memory, or has values of another type.
     """
-    found = _member(parent, name, library().Dataset, "dataset")
+    import h5py
+
+    found = _member(parent, name, h5py.Dataset, "dataset")
     require_memory(f"the dataset '{found.name}'", 8 * found.size, f"its {found.size} values")
     values = np.asarray(found[()])
     if dtype is None:

@@ -35,7 +35,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
+from nrp_core.brain.files.hdf5 import array, attribute, group, reading
 from nrp_core.brain.network.currents import InjectedCurrent
 from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.network.equations.cell import CellEquations
@@ -86,7 +86,6 @@ def save_network(network: Network, path: Path | str) -> None:
             f"'{path.suffix}' is the suffix of {_OTHERS[path.suffix]}; that of networks is '.nrpnet'",
             path=path,
         )
-    library()
     from nrp_core._support.hdf5 import new_file
 
     try:

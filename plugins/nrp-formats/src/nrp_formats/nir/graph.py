@@ -52,7 +52,6 @@ def lags_of(order: list[str], shortest: Mapping[Edge, int], late: Mapping[str, i
     return lags
 
 
-INSTALL = "pip install nir"
 _ENDS: Final = frozenset({"Input", "Output"})
 _KINDS: Final = {"c": "complex", "b": "of flags", "S": "a text", "U": "a text", "O": "a text"}
 _CONVOLUTIONS: Final = frozenset({"Conv1d", "Conv2d"})
@@ -80,27 +79,15 @@ class Graph:
         return NetworkError(f"node '{name}' ({kind}): {message}", path=self.path)
 
 
-def library() -> Any:
-    """Return the module ``nir``.
-
-    Raises:
-        NetworkError: it is not installed.
-    """
-    try:
-        import nir
-    except ImportError as error:
-        raise NetworkError(f"files of NIR need the library nir ({error}); try: {INSTALL}") from error
-    return nir
-
-
 def read_graph(path: Path | str) -> Graph:
     """Read a file.
 
     Raises:
-        NetworkError: it is missing, or is not such a file; or ``nir`` is not installed.
+        NetworkError: it is missing, or is not such a file.
     """
+    import nir
+
     path = existing_file(path)
-    nir = library()
     try:
         found = _read(nir, path)
     except Exception as error:  # the library raises whatever it meets

@@ -11,7 +11,7 @@ from nrp_core.brain import STATIC, FloatArray, Network, Population, Projection
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import path_of
 from nrp_core.utilities import checks_arguments
-from nrp_formats.nir.graph import library, returning
+from nrp_formats.nir.graph import returning
 from nrp_formats.nir.neurons import Method, Step, driven_by
 
 CELL_TYPES: Final = ("IF_curr_delta", "IF_curr_exp")
@@ -137,6 +137,8 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
     Raises:
         NetworkError: NIR has no node for something in the network, or the file cannot be written.
     """
+    import nir
+
     path = path_of(path, NetworkError)
     if method not in get_args(Method):
         raise NetworkError(f"save_nir: method is '{method}'{did_you_mean(str(method), get_args(Method))}")
@@ -144,7 +146,6 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
         raise NetworkError("save_nir: the network has no time step, which a file of NIR needs")
     if network.currents:
         raise NetworkError("save_nir: NIR has no currents that change, which flow into cells of the network")
-    nir = library()
     dt_s = network.timestep_ms * 1e-3
     graph = _Writer(nir, network, Step(dt_s, network.timestep_ms, method)).graph()
     try:
