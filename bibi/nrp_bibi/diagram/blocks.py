@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
 
-from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
+from nrp_bibi.diagram.rows import Device, Row, Topic, wrapped
 from nrp_bibi.generation.expressions import as_python
 from nrp_bibi.generation.selectors import selection
 from nrp_bibi.generation.walk import channels, parts
 from nrp_bibi.model.channels import AnyDevice, TopicChannel
 from nrp_bibi.model.functions import BIBITransferFunction
 from nrp_bibi.model.selectors import NeuronSelector, NeuronSelectorTemplate
-from nrp_bibi.python.layout import laid_out
-from nrp_bibi.python.printer import flat
 
 
 def row_of_blocks(function: BIBITransferFunction) -> Row:
@@ -21,7 +20,7 @@ def row_of_blocks(function: BIBITransferFunction) -> Row:
     every = [*channels(function), *([returned] if isinstance(returned, TopicChannel) else [])]
     return Row(
         f"{function.name}  ({type(function).__name__})",
-        [line for text in _statements(function) for line in laid_out(text, CODE_WIDTH).split("\n")],
+        [line for text in _statements(function) for line in wrapped(text)],
         [_device(channel) for channel in every if isinstance(channel, AnyDevice)],
         [_topic(channel) for channel in every if isinstance(channel, TopicChannel)],
     )
@@ -43,12 +42,12 @@ def _topic(channel: TopicChannel) -> Topic:
 def _statements(function: BIBITransferFunction) -> Iterator[str]:
     """Yield one line for each action of a transfer function, in order of execution."""
     for local in function.local:
-        yield f"{local.name} = {flat(as_python(local.body))}"
+        yield f"{local.name} = {ast.unparse(as_python(local.body))}"
     for channel in sorted(channels(function), key=lambda one: isinstance(one, TopicChannel)):
         if channel.body is not None:
             is_device = isinstance(channel, AnyDevice)
             written = f"{channel.name}.{channel.type.default_property}" if is_device else channel.name
-            yield f"{written} = {flat(as_python(channel.body))}"
+            yield f"{written} = {ast.unparse(as_python(channel.body))}"
     returned = getattr(function, "return_value", None)
     if isinstance(returned, TopicChannel) and returned.body is not None:
-        yield f"return {flat(as_python(returned.body))}"
+        yield f"return {ast.unparse(as_python(returned.body))}"

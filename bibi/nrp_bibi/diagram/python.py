@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
-import textwrap
 from collections.abc import Iterator, Sequence
 
-from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
+from nrp_bibi.diagram.rows import Device, Row, Topic, wrapped
 from nrp_bibi.generation.part import CodePart
 from nrp_bibi.model.functions import PythonTransferFunction
 from nrp_core.checks.code.declarations import Declarations, Declared
@@ -46,7 +45,7 @@ def _source(part: CodePart) -> PythonSource | None:
 
 def _signature(declared: Declared) -> list[str]:
     text = f"{declared.function.name}({', '.join(('t', *declared.function.parameters))})"
-    return textwrap.wrap(text, CODE_WIDTH, subsequent_indent="    ")
+    return wrapped(text)
 
 
 def _cut(code: str) -> list[str]:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 CODE_WIDTH = 76
 """The number of characters of code that fit into a line."""
+
+
+def wrapped(code: str) -> list[str]:
+    """Return a line of code as lines that fit."""
+    return textwrap.wrap(code, CODE_WIDTH, subsequent_indent="    ")
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import json
 from functools import reduce
 from math import copysign
+from typing import Any
 
 from nrp_bibi.model.expressions import (
     Add,
@@ -68,6 +70,11 @@ def in_framework(name: str) -> str:
         if name.startswith(f"{framework}."):
             return f"nrp{name.removeprefix(framework)}"
     return name
+
+
+def literal(value: Any) -> str:
+    """Return a text, a number, or lists and dictionaries of them, with double quotes."""
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _number(value: float) -> ast.expr:

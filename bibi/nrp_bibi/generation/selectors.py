@@ -17,12 +17,11 @@ from nrp_bibi.model.selectors import (
     Range,
     RangeTemplate,
 )
-from nrp_bibi.python.printer import flat
 
 
 def selection(selector: Node) -> str:
     """Return the neurons of a mapping as Python: ``nrp.brain.sensors[0, 2]``."""
-    return flat(ast.parse(_text(selector), mode="eval").body)
+    return ast.unparse(ast.parse(_text(selector), mode="eval"))
 
 
 def _text(selector: Node) -> str:

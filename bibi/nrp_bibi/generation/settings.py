@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
+from nrp_bibi.generation.expressions import literal
 from nrp_bibi.model.channels import AnyDevice
 from nrp_bibi.model.functions import Bibi, ChannelTransferFunction
 from nrp_bibi.model.synapses import (
@@ -17,7 +17,6 @@ from nrp_bibi.model.synapses import (
     SynapseDynamics,
     TsodyksMarkramMechanism,
 )
-from nrp_bibi.python.printer import flat
 from nrp_core.errors import ExperimentError, did_you_mean
 
 N = TypeVar("N", NeuronConnector, SynapseDynamics)
@@ -37,7 +36,7 @@ def settings(device: AnyDevice, model: Bibi, refuse: Refuse) -> str:
     given = {**_of_connector(connector), **_of_dynamics(dynamics)}
     if device.target is not None:
         given["receptor_type"] = device.target.value.lower()
-    return "".join(f", {name}={_literal(value)}" for name, value in given.items())
+    return "".join(f", {name}={literal(value)}" for name, value in given.items())
 
 
 def timing(function: ChannelTransferFunction) -> list[str]:
@@ -47,7 +46,7 @@ def timing(function: ChannelTransferFunction) -> list[str]:
         "throttling_rate": function.throttling_rate,
         "priority": function.priority or None,
     }
-    return [f"{name}={_literal(value)}" for name, value in given.items() if value is not None]
+    return [f"{name}={literal(value)}" for name, value in given.items() if value is not None]
 
 
 def _referred(own: N | None, reference: Reference | None, shared: Sequence[N], refuse: Refuse) -> N | None:
@@ -83,7 +82,3 @@ def _of_dynamics(dynamics: SynapseDynamics | None) -> dict[str, Any]:
             return {"synapse_type": {"type": "TsodyksMarkram", **constants}}
         case _:
             raise TypeError(f"no keyword arguments for {dynamics!r}")
-
-
-def _literal(value: Any) -> str:
-    return flat(ast.parse(repr(value), mode="eval").body)

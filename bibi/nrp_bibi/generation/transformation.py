@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nrp_bibi.generation.checks import Checker
-from nrp_bibi.generation.expressions import as_python
+from nrp_bibi.generation.expressions import as_python, literal
 from nrp_bibi.generation.imports import imports
 from nrp_bibi.generation.part import CodePart
 from nrp_bibi.generation.selectors import selection
@@ -22,8 +22,6 @@ from nrp_bibi.model.functions import (
     PythonTransferFunction,
     TransferFunction,
 )
-from nrp_bibi.python.layout import laid_out
-from nrp_bibi.python.printer import flat, quoted
 from nrp_bibi.templates import environment
 from nrp_core._support.text import Misfit, decoded_python
 from nrp_core.errors import did_you_mean
@@ -88,8 +86,8 @@ class Transformation:
             kind=type(function).__name__,
             origin=f"{self._path.name}:{function.line}" if function.line else self._path.name,
             at=lambda node: f"{_MARK}{node.line}",
-            python=lambda expression: flat(as_python(expression)),
-            quoted=quoted,
+            python=lambda expression: ast.unparse(as_python(expression)),
+            quoted=literal,
             selection=selection,
             timing=timing,
             settings=lambda device: settings(device, self._model, self._checker.refuse),
@@ -141,15 +139,11 @@ class Transformation:
 
 
 def _marked(text: str, path: Path, first: int) -> CodePart:
-    """Break the lines that are too long; keep the source line of each."""
-    written: list[str] = []
-    lines: list[int] = []
-    for line in text.rstrip("\n").split("\n"):
-        code, _, mark = line.partition(_MARK)
-        broken = laid_out(code).split("\n")
-        written += broken
-        lines += [int(mark or first)] * len(broken)
-    return CodePart("\n".join(written), path, tuple(lines))
+    """Return the code without the marks, and the source line of each line."""
+    lines = [line.partition(_MARK) for line in text.rstrip("\n").split("\n")]
+    return CodePart(
+        "\n".join(code for code, _, _ in lines), path, tuple(int(mark or first) for *_, mark in lines)
+    )
 
 
 def _settled(function: TransferFunction, names: list[str], priority: int = 0) -> str:

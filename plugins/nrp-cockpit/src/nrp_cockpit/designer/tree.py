@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -11,7 +12,6 @@ from nrp_bibi.generation.selectors import selection
 from nrp_bibi.model.expressions import FlowExpression
 from nrp_bibi.model.metamodel import Feature, Node, Value, features
 from nrp_bibi.model.selectors import NeuronGroupSelector, NeuronSelector
-from nrp_bibi.python.printer import flat
 
 from nrp_core.errors import ExperimentError
 
@@ -111,7 +111,7 @@ def node_data(node: Node) -> dict[str, Any]:
 def text_of(node: Node) -> str:
     """Return an expression or selector as Python, without the name of the brain; else an empty text."""
     if isinstance(node, FlowExpression):
-        return flat(as_python(node))
+        return ast.unparse(as_python(node))
     if isinstance(node, (NeuronSelector, NeuronGroupSelector)):
         try:
             return selection(node).replace("nrp.brain.", "").replace("nrp.", "")

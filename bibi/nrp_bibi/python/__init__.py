@@ -1,1 +1,0 @@
-"""Turn syntax trees into text, formatted as ``ruff format`` would."""
