@@ -281,7 +281,7 @@ def test_a_recording_without_its_messages_is_one_that_lost_them(nrp: Nrp, record
     done = nrp("inspect", "--check", recorded)
     assert (done.code, "recording.mcap (every message) is missing" in done.err) == (1, True)
     shown = nrp("inspect", recorded)
-    assert (shown.code, "no file 'recording.mcap' is in it" in shown.err) == (3, True)
+    assert (shown.code, "'recording.mcap'" in shown.err) == (3, True)
 
 
 def test_messages_that_do_not_belong_to_the_run_are_noticed(nrp: Nrp, recorded: Path) -> None:
