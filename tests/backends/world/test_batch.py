@@ -148,13 +148,13 @@ def broken(*_):
     raise ZeroDivisionError("broken")
 
 
-def test_a_world_whose_part_breaks_on_numbers_has_failed(batch, monkeypatch):
+def test_a_world_whose_part_breaks_on_numbers_has_failed(batch, monkeypatch, golden: Golden):
     publication = batch.advertise("/husky/cmd_vel")
     with pytest.raises(TopicError, match=r"linear\.x is nan"):
         publication.publish(np.full((len(SEEDS), 6), np.nan))
     assert {world.state for world in batch.worlds} == {State.READY}
     monkeypatch.setattr(batch.worlds[0].engine, "set_drive", broken)
-    with pytest.raises(SimulationError, match=r"failed to take a message on /husky/cmd_vel.*broken"):
+    with golden.raises(SimulationError, match="/husky/cmd_vel"):
         publication.publish(commands(0))
     assert [world.state is State.FAILED for world in batch.worlds] == [True, *[False] * 4]
     monkeypatch.undo()
