@@ -33,9 +33,9 @@ under [backends](backends.md).
 MARKS = """\
 *yes*: the backend has it, with its default options and, for `event`, a time grid, which synapses that
 transmit voltages need. *approximate*: its error is larger than the resolution explains. *extension*: the
-backend has it, the original machine does not. `pynn` is one backend with four simulators.
+backend has it, the original machine does not. `pynn` is one backend with three simulators.
 """
-SIMULATORS = ("nest", "neuron", "brian2", "spinnaker")
+SIMULATORS = ("neuron", "brian2", "spinnaker")
 
 Columns = Mapping[str, BrainCapabilities]
 
