@@ -55,7 +55,7 @@ class OwnRobotView:
 @checks_experiment
 def check_own_robot_views(static: StaticExperiment) -> Iterator[Finding]:
     """Look for scanners and cameras that are read and see only their own robot."""
-    read = _read_topics(static)
+    read = read_topics(static)
     for model in _robots(static):
         if not any(_is_read(one, model, static, read) for link in model.links for one in link.sensors):
             continue
@@ -79,18 +79,12 @@ def _robots(static: StaticExperiment) -> list[Model]:
 
 def read_sensors(static: StaticExperiment) -> Iterator[tuple[Model, MountedSensor]]:
     """Yield the scanners and cameras of robots whose messages are used."""
-    read = _read_topics(static)
+    read = read_topics(static)
     for model in _robots(static):
         for sensor in (sensor for link in model.links for sensor in link.sensors):
             sees = sensor.views or isinstance(getattr(sensor, "beams", None), Beams)
             if sees and _is_read(sensor, model, static, read):
                 yield model, sensor
-
-
-def _read_topics(static: StaticExperiment) -> set[str]:
-    """Return the topics that functions, events and criteria read."""
-    aliases = static.experiment.aliases
-    return {aliases.get(name, name) for name in read_topics(static)}
 
 
 def _is_read(sensor: MountedSensor, model: Model, static: StaticExperiment, read: set[str]) -> bool:

@@ -183,6 +183,7 @@ def conditions(experiment: Experiment, when: str, criterion: str) -> Iterator[tu
 
 
 def read_topics(static: StaticExperiment) -> set[str]:
-    """Return the names, or aliases, of the topics that functions, events and criteria read."""
+    """Return the topics that functions, events and criteria read."""
     names = {topic.name for one in static.declared for topic in one.function.subscribed}
-    return names | {wanted.name for _, wanted in conditions(static.experiment, "topic", "topic_stays")}
+    names |= {wanted.name for _, wanted in conditions(static.experiment, "topic", "topic_stays")}
+    return {static.experiment.aliases.get(name, name) for name in names}
