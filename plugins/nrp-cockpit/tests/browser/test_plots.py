@@ -224,3 +224,14 @@ def test_a_legend_of_many_curves_leaves_room_for_them(opened: Page):
     assert box_of(curves)["height"] >= 64
     group.get_by_role("button").last.focus()
     expect(group.get_by_role("button").last).to_be_in_viewport()
+
+
+@pytest.mark.parametrize("width", [390, 1000])
+def test_legends_stay_in_narrow_panels(width: int, husky: str, watched: Watched):
+    page = watched.open(husky, width=width)
+    group = page.get_by_role("region", name="voltage (mV)")
+    expect(group).to_contain_text("left_wheel_neuron")
+    inside, key = box_of(group), box_of(group.get_by_role("listitem").first)
+    assert key["width"] > 100
+    assert inside["x"] <= key["x"]
+    assert key["x"] + key["width"] <= inside["x"] + inside["width"]

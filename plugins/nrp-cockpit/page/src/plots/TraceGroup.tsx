@@ -27,16 +27,19 @@ interface GroupProps {
 export function TraceGroup({ group: { title, curves }, last }: GroupProps) {
   const events = useRun((run) => run.timeline?.events);
   const scale = useRef<TimeScale>({ from_s: 0, to_s: 1, left: 0, right: 1 });
+  const height = useRef(0);
   const values = useRef(new Map<string, HTMLElement>());
   const off = useRun(offDevices).split(" ");
-  const saying = useRarely(READABLE_MS, () => sayValues(scale.current, curves, values.current, off));
+  const saying = useRarely(READABLE_MS, () =>
+    sayValues(scale.current, height.current, curves, values.current, off),
+  );
   const { ref, redraw } = useCanvas((sheet) => {
     const bottom = sheet.height - (last ? MARGIN.bottom : TOP);
     scale.current = scaleNow(MARGIN.left, sheet.width - MARGIN.right);
     if (bottom - TOP < 8 || scale.current.right - scale.current.left < 8) return;
     setFont(sheet);
     drawTimeAxis(sheet, scale.current, TOP, bottom, last);
-    paintCurves(sheet, scale.current, curves, bottom);
+    height.current = paintCurves(sheet, scale.current, curves, bottom);
     drawEvents(sheet, scale.current, events ?? [], { top: TOP, bottom });
     drawCursors(sheet, scale.current, clock.now_s, TOP, bottom);
     saying.ask();
@@ -98,6 +101,7 @@ function offDevices({ experiment, functions }: Run): string {
 
 function sayValues(
   scale: TimeScale,
+  height: number,
   curves: readonly Shown[],
   values: Map<string, HTMLElement>,
   off: readonly string[],
@@ -109,7 +113,7 @@ function sayValues(
   for (const { trace } of curves) {
     const value = heardOf(trace).has(pointed_s) ? valueAt(valuesOf(trace), pointed_s) : undefined;
     const isOff = crosshair.share === null && off.includes(trace.topic);
-    const text = isOff ? "off" : valueText(value);
+    const text = isOff ? "off" : valueText(value, height);
     const element = values.get(keyOf(trace));
     if (element && element.textContent !== text) element.textContent = text;
   }

@@ -19,9 +19,13 @@ export function tickText(value: number, step: number): string {
   return digits > 4 || Math.abs(value) >= 1e6 ? value.toExponential(1) : value.toFixed(digits);
 }
 
-/** A value with three significant digits, for a legend. */
-export function valueText(value: number | undefined): string {
+/** What is left of a value that decays is below this share of the height of its axis. */
+const NEGLIGIBLE = 1e-9;
+
+/** A value with three significant digits, for a legend; beside an axis of some height far less than that is about 0. */
+export function valueText(value: number | undefined, height = 0): string {
   if (value === undefined) return "–";
+  if (value !== 0 && Math.abs(value) < NEGLIGIBLE * height) return "≈ 0";
   if (!Number.isFinite(value)) return String(value);
   const size = Math.abs(value);
   if (size !== 0 && (size < 1e-3 || size >= 1e6)) return value.toExponential(2);

@@ -17,8 +17,8 @@ function extentOf(curves: readonly Curve[]): [number, number] {
   return [lowest - room, highest + room];
 }
 
-/** Draws curves on one axis, over the lines and numbers of their values. */
-export function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Shown[], bottom: number): void {
+/** Draws curves on one axis, over the lines and numbers of their values; returns the height of the axis in values. */
+export function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Shown[], bottom: number): number {
   const { pen, colours } = sheet;
   const curves = shown.map(({ trace }) => curveOf(valuesOf(trace), scale, clock.now_s));
   const [low, high] = extentOf(curves);
@@ -33,6 +33,7 @@ export function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Show
     strokeCurve(sheet, curve, yOf);
     pen.restore();
   });
+  return high - low;
 }
 
 /** Lets nothing be drawn where the page did not listen: what a value was there is not known. */

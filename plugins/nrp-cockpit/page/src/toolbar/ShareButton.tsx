@@ -32,6 +32,7 @@ export function ShareButton() {
   return (
     <Button
       icon="share"
+      className="bar-share"
       aria-label={`Share: ${making ? "the file is being made" : WORDS}`}
       tip={making ? undefined : WORDS}
       busy={making}
