@@ -62,7 +62,7 @@ export function textOf(messages: readonly unknown[], unit: string): string {
 const shortText = (value: number): string => (value === 0 ? "0" : valueText(value));
 
 export const rateText = (rate_hz: number | null): string =>
-  rate_hz === null ? NOTHING : `${valueText(rate_hz)} Hz`;
+  rate_hz === null ? NOTHING : `${Number(rate_hz.toPrecision(3))} Hz`;
 
 /** The numbers and words of a message in their order, at most so many; not its header, nor the layout of an array. */
 function leavesOf(value: unknown, most: number): (number | string)[] {

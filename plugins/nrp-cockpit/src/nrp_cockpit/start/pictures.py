@@ -53,7 +53,7 @@ def picture_key(experiment: Experiment) -> str:
         return ""
     robots = experiment.world.robots
     about = "".join(f"{name}={robot!r}" for name, robot in robots.items())
-    return _digest(about + version("nrp-core"), [room, *_files(robots.values())])
+    return _digest(f"around robots {version('nrp-core')} {about}", [room, *_files(robots.values())])
 
 
 def _files(sections: Iterable[Any]) -> list[Path]:
@@ -128,7 +128,8 @@ def draw(name: str, target: Path) -> None:
     maker = maker_of(experiment)
     robots = [maker.robot(experiment, robot) for robot in experiment.world.robots]
     scene = with_clearance(reduce(Scene.with_model, robots, maker.room(experiment)))
-    cv2.imwrite(str(target), portrait(scene, _WIDTH, _HEIGHT)[:, :, ::-1])
+    pixels = portrait(scene, _WIDTH, _HEIGHT, of=tuple(experiment.world.robots))  # no wall is before them
+    cv2.imwrite(str(target), pixels[:, :, ::-1])
 
 
 if __name__ == "__main__":
