@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.checks.code import statements
 from nrp_core.checks.validate import validate, validate_file
@@ -77,10 +78,11 @@ def test_a_computed_topic_name_causes_no_errors(husky: Path) -> None:
     assert codes(found_in(husky, text)) == ["NRP239"] * 3
 
 
-def test_a_parameter_that_a_function_has_twice_is_a_finding_at_its_line(husky: Path) -> None:
+def test_a_parameter_that_a_function_has_twice_is_a_finding_at_its_line(husky: Path, golden: Golden) -> None:
     (finding,) = found_in(husky, "@nrp.Robot2Neuron()\ndef f(t, t):\n    pass\n")
     assert (finding.code.name, finding.line, finding.level) == ("NRP210", 2, Level.ERROR)
-    assert "this is not Python: duplicate argument 't' in function definition" in finding.message
+    assert "'t'" in finding.message
+    golden(finding.message)
 
 
 VARIABLE = "@nrp.MapVariable('n')\n@nrp.Robot2Neuron()\ndef f(t, n):\n"
@@ -129,7 +131,7 @@ def test_selectors_are_evaluated_on_the_network(husky: Path) -> None:
     ]  # fmt: skip
 
 
-def test_a_source_can_be_set_by_a_method(husky: Path) -> None:
+def test_a_source_can_be_set_by_a_method(husky: Path, golden: Golden) -> None:
     text = (
         "@nrp.MapSpikeSource('a', nrp.brain.sensors, nrp.injector)\n"
         "@nrp.Robot2Neuron()\ndef f(t, a):\n    a.inject_spikes()\n"
@@ -137,7 +139,8 @@ def test_a_source_can_be_set_by_a_method(husky: Path) -> None:
     assert found_in(husky, text) == []
     (finding,) = found_in(husky, text.replace("inject_spikes", "inject_spike"))
     assert finding.code.name == "NRP240"
-    assert "did you mean 'inject_spikes'?" in finding.message
+    assert "'inject_spikes'" in finding.message
+    golden(finding.message)
     assert codes(found_in(husky, text.replace("spikes()", "spikes(1, 2, 3)"))) == ["NRP240"]
 
 
@@ -164,11 +167,11 @@ def test_packages_with_code_of_their_own_have_their_modules(husky: Path) -> None
     assert found_in(husky, text) == []
 
 
-def test_a_module_beside_the_file_is_read_for_its_names(husky: Path) -> None:
+def test_a_module_beside_the_file_is_read_for_its_names(husky: Path, golden: Golden) -> None:
     (husky / "helpers.py").write_text("def scaled(x):\n    return x\n")
     text = "from helpers import scaled, scald\n@nrp.Robot2Neuron()\ndef f(t):\n    scaled(t), scald(t)\n"
     (finding,) = found_in(husky, text)
-    assert finding.message == "'helpers' has no 'scald'; did you mean 'scaled'?"
+    golden(finding.message)
     assert (finding.code.name, finding.line, finding.column) == ("NRP218", 1, 1)
 
 
@@ -224,7 +227,7 @@ def test_the_latency_of_each_path_is_reported(husky: Path) -> None:
     assert "40 ms in all" in notes[0]
 
 
-def test_a_population_outside_the_circuit_is_found_in_its_own_line(husky: Path) -> None:
+def test_a_population_outside_the_circuit_is_found_in_its_own_line(husky: Path, golden: Golden) -> None:
     file = husky / "experiment.yaml"
     text = file.read_text()
     section = 'populations: {sensors: "0:5", actors: "6:8"}'
@@ -233,7 +236,7 @@ def test_a_population_outside_the_circuit_is_found_in_its_own_line(husky: Path) 
     (finding,) = [one for one in validate_file(husky) if one.level is Level.ERROR]
     assert (finding.code.name, finding.column) == ("NRP211", 13)
     assert file.read_text().splitlines()[(finding.line or 0) - 1] == '    actors: "6:80"'
-    assert "in the override" in validate_file(husky, ["brain.populations.actors='0:99'"])[0].message
+    golden(validate_file(husky, ["brain.populations.actors='0:99'"])[0].message)
 
 
 def test_an_experiment_made_in_python_can_be_checked(husky: Path) -> None:

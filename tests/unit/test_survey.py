@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core._support import probe
 from nrp_core.brain.backends import brains
@@ -106,11 +107,11 @@ def test_the_command_that_helps_is_a_field_of_the_error(
     assert (found.reason, found.remedy) == (raised.value.reason, remedy)
 
 
-def test_a_backend_that_takes_forever_is_given_up(install_brain: Install) -> None:
+def test_a_backend_that_takes_forever_is_given_up(install_brain: Install, golden: Golden) -> None:
     install_brain("slow", "import time; time.sleep(600)")
     found = looked("slow", timeout_s=0.3)
     assert not found.available
-    assert found.reason == "importing it took more than 0.3 s"
+    golden(found.reason)
 
 
 def test_one_broken_backend_does_not_hide_the_others(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_brain_spinnaker import SpinnakerBackend
 from nrp_brain_spinnaker.host.weights import binomial_quantile
 from nrp_brain_spinnaker.host.wiring import slots_available, slots_used
@@ -233,7 +234,7 @@ def test_weights_that_vanish_are_counted_and_explained(
 
 
 def test_conductances_rounded_by_the_machine_can_be_kept_by_the_host(
-    cells: Maker, spike_source: Maker, connect: Connect
+    cells: Maker, spike_source: Maker, connect: Connect, golden: Golden
 ) -> None:
     plain = connect("s", "n", 1e-5)
     generated = Projection(
@@ -241,7 +242,7 @@ def test_conductances_rounded_by_the_machine_can_be_kept_by_the_host(
         origin=Origin("AllToAllConnector", {}, 1e-5, 1.0),
     )  # fmt: skip
     network = network_of(spike_source("s", []), cells("n", "IF_cond_exp"), generated)
-    assert "use the option weights: host" in weigh(network, OPTIONS).losses[0].message
+    golden(weigh(network, OPTIONS).losses[0].message)
     kept = weigh(network, SpinnakerOptions(weights="host")).projections[0]
     assert (kept.vanished, kept.mean_error < 0.01) == (0, True)
 

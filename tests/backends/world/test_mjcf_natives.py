@@ -9,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_world_mujoco.mechanisms import touches_itself
 from scipy.spatial import ConvexHull
 
@@ -252,11 +253,14 @@ def test_a_leg_tells_servos_springs_meshes_and_cones_of_another_kind(tmp_path, m
     assert found != pytest.approx({name: wanted[name] for name in found}, abs=2e-4)
 
 
-def test_a_robot_stands_on_the_room_although_its_file_has_pairs_only_with_its_own_floor(tmp_path):
+def test_a_robot_stands_on_the_room_although_its_file_has_pairs_only_with_its_own_floor(
+    tmp_path, golden: Golden
+):
     (tmp_path / "gecko.xml").write_text(GECKO)
     (tmp_path / "room.sdf").write_text(FLOOR)
     robot = read_model(tmp_path / "gecko.xml", name="gecko")
-    assert "the static 'gecko_ground' in the file of a robot is left out" in str(robot.warnings[0])
+    assert "'gecko_ground'" in str(robot.warnings[0])
+    golden(str(robot.warnings[0]))
     with opened(read_scene(tmp_path / "room.sdf").with_model(robot)) as world:
         world.run_until(1_000_000_000)
         assert 0.04 < world.model_motion("gecko").pose.position[2] < 0.06

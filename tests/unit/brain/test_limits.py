@@ -42,11 +42,13 @@ def ends(synapse: int) -> tuple[int, int]:
         ("delay", -0.5, "0 ms or more, and finite"),
     ],
 )
-def test_the_message_names_owner_cell_parameter_value_and_rule(name: str, value: float, rule: str) -> None:
+def test_the_message_names_owner_cell_parameter_value_and_rule(
+    name: str, value: float, rule: str, golden: Golden
+) -> None:
     limits = OF_SYNAPSES if name in OF_SYNAPSES else OF_CELLS
     with pytest.raises(NetworkError) as caught:
         check_values("population 'exc'", {name: np.array([1.0, value])}, limits=limits)
-    assert str(caught.value) == f"population 'exc': {name} of cell 1 is {value:g}; it must be {rule}"
+    golden(str(caught.value))
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=1))

@@ -189,13 +189,14 @@ def test_a_circuit_may_be_a_view_or_an_assembly(tmp_path: Path, circuit: str, ex
     assert views["circuit"].tolist() == views["all"].tolist()
 
 
-def test_a_circuit_of_named_populations_gives_them_their_names(tmp_path: Path) -> None:
+def test_a_circuit_of_named_populations_gives_them_their_names(tmp_path: Path, golden: Golden) -> None:
     source = CIRCUIT + "circuit = {'eyes': circuit[:2], 'legs': circuit[2:]}\n"
     assert {k: v.tolist() for k, v in load(tmp_path, source).views.items()} == {
         "eyes": [0, 1], "legs": [2, 3, 4, 5, 6, 7],
     }  # fmt: skip
     error = error_of(tmp_path, source, populations={"eye": "0:1"})
-    assert "no circuit from which to take 'eye'" in str(error)
+    assert "'eye'" in str(error)
+    golden(str(error))
     assert "(eyes, legs)" in str(error)
 
 
@@ -215,13 +216,11 @@ def test_an_experiment_may_give_a_name_of_the_script_another_meaning(tmp_path: P
 # -- errors
 
 
-def test_an_error_in_the_script_has_its_line(tmp_path: Path) -> None:
+def test_an_error_in_the_script_has_its_line(tmp_path: Path, golden: Golden) -> None:
     error = error_of(tmp_path, CIRCUIT + "\ncircuit.set(tau_n=3.0)\n")
     assert isinstance(error, NetworkError)
     assert (error.path, error.line) == (tmp_path / "brain.py", 5)
-    assert error.message == (
-        "population 'cells': IF_cond_alpha has no parameter 'tau_n'; did you mean 'tau_m'?"
-    )
+    golden(error.message)
 
 
 @pytest.mark.parametrize(
@@ -276,19 +275,17 @@ def test_a_selection_that_cannot_be_names_population_and_circuit(
     assert str(error).startswith(str(tmp_path / "brain.py"))
 
 
-def test_a_circuit_that_is_missing_is_missed_only_if_it_is_needed(tmp_path: Path) -> None:
+def test_a_circuit_that_is_missing_is_missed_only_if_it_is_needed(tmp_path: Path, golden: Golden) -> None:
     source = HEAD + "cells = sim.Population(2, sim.IF_curr_exp())\n"
     assert load(tmp_path, source).views["cells"].tolist() == [0, 1]
     error = error_of(tmp_path, source, populations={"eyes": "0:1"})
-    assert str(error) == (
-        f"{tmp_path / 'brain.py'}: the script has no circuit from which to take 'eyes': name a population, "
-        "view or assembly 'circuit', or use the names that there are (cells)"
-    )
+    golden(str(error))
 
 
-def test_a_population_from_before_the_last_setup_is_refused(tmp_path: Path) -> None:
+def test_a_population_from_before_the_last_setup_is_refused(tmp_path: Path, golden: Golden) -> None:
     error = error_of(tmp_path, CIRCUIT + "sim.setup()\n")
-    assert "'circuit' was built before the last setup(), which forgets everything" in str(error)
+    assert "'circuit'" in str(error)
+    golden(str(error))
 
 
 def test_a_missing_script_gets_the_nearest_file(tmp_path: Path, golden: Golden) -> None:
@@ -323,10 +320,8 @@ def test_a_script_can_make_its_network_as_data(tmp_path: Path) -> None:
     assert network.neurons("first").tolist() == [0]
 
 
-def test_a_network_is_made_as_data_or_with_pynn_but_not_both(tmp_path: Path) -> None:
-    assert error_of(tmp_path, CIRCUIT + AS_DATA).message == (
-        "the script has a 'network' and 1 populations of PyNN; it must have one of both"
-    )
+def test_a_network_is_made_as_data_or_with_pynn_but_not_both(tmp_path: Path, golden: Golden) -> None:
+    golden(error_of(tmp_path, CIRCUIT + AS_DATA).message)
 
 
 @pytest.mark.parametrize("seed", [1.5, "7", True, None])

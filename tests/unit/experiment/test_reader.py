@@ -5,6 +5,7 @@ from math import pi
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.findings import Finding, InvalidExperimentError
@@ -345,12 +346,12 @@ def test_a_base_that_is_not_yaml_is_reported_where_it_is(write: Write) -> None:
 
 @pytest.mark.parametrize(("more", "command"), [("", "sweep"), ("objective: {degree.reaches: 1}\n", "evolve")])
 def test_the_file_of_a_sweep_is_one_mistake_that_names_the_command(
-    tmp_path: Path, more: str, command: str
+    tmp_path: Path, more: str, command: str, golden: Golden
 ) -> None:
     path = tmp_path / "sweep.yaml"
     path.write_text(f"experiment: slalom_pioneer\nvary: {{seed: {{from: 1, to: 2}}}}\n{more}")
     with pytest.raises(InvalidExperimentError) as caught:
         read_yaml(path)
     (finding,) = caught.value.findings
-    assert finding.message == f"this file names an experiment and varies it: use nrp {command}"
+    golden(finding.message)
     assert "command that the message suggests" in finding.code.suggestion

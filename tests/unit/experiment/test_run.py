@@ -153,7 +153,7 @@ def test_the_end_of_the_experiment_decides_however_it_is_reached(open_run: Open)
     assert whole.result().criteria == steps.result().criteria
 
 
-def test_a_run_goes_on_after_its_result_was_asked_for_at_the_end(open_run: Open) -> None:
+def test_a_run_goes_on_after_its_result_was_asked_for_at_the_end(open_run: Open, golden: Golden) -> None:
     run = open_run("events.red.at=4 s", "criteria.arrives.within_of.time=1 s", "criteria.stays_near=null")
     run.run()
     assert run.result().passed is False
@@ -161,7 +161,8 @@ def test_a_run_goes_on_after_its_result_was_asked_for_at_the_end(open_run: Open)
     run.run_until(4.5)
     assert run.result().passed is True
     (problem,) = (one for one in run.problems if one.code is Code.NRP279)
-    assert "went on to 4.5 s, and the duration of the experiment is 3 s" in problem.message
+    assert "4.5" in problem.message
+    golden(problem.message)
 
 
 @pytest.mark.parametrize(("t_s", "doubted"), [(0.2, False), (4.5, False), (31.0, True)])
@@ -367,7 +368,7 @@ def speak(t):
 
 
 def test_a_topic_that_only_a_function_added_later_reads_is_a_problem_as_long_as_it_does(
-    open_run: Open, tmp_path: Path
+    open_run: Open, tmp_path: Path, golden: Golden
 ) -> None:
     run = open_run("strict=false")
     for name, text in (("reader", READER), ("writer", WRITER)):
@@ -376,7 +377,8 @@ def test_a_topic_that_only_a_function_added_later_reads_is_a_problem_as_long_as_
     assert silent() == []
     run.change([tmp_path / "reader.py"])
     (problem,) = silent()
-    assert "no topic '/nobody': it is silent unless a function publishes on it" in problem.message
+    assert "'/nobody'" in problem.message
+    golden(problem.message)
     assert (problem.path, problem.line) == (tmp_path / "reader.py", 5)
     run.change([tmp_path / "writer.py"])
     assert silent() == []

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
@@ -125,13 +126,11 @@ def test_targets_beyond_sixteen_bits_are_reached() -> None:
 
 
 def test_delays_off_the_grid_are_rounded_with_a_warning(
-    cells: Cells, connect: Connect, open_brain: Open
+    cells: Cells, connect: Connect, open_brain: Open, golden: Golden
 ) -> None:
     network = (cells("n", "IF_curr_exp", 2), connect("n", "n", 0.1, 1.04, pairs=[(0, 1)]))
     (warning,) = open_brain(*network, resolution="0.1 ms").warnings
-    assert warning.message == (
-        "delays of projection 'n-n-excitatory' are rounded to the grid of 0.1 ms, to at least one step"
-    )
+    golden(warning.message)
     assert open_brain(*network, resolution="0.01 ms").warnings == []
     inhibited = connect("n", "n", -0.1, 1.04, pairs=[(0, 1)], receptor="inhibitory")
     (warning,) = open_brain(*network, inhibited, resolution="0.1 ms").warnings

@@ -6,6 +6,7 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from golden import Golden
 
 from nrp_core.findings import Code
 from nrp_core.world.rigid import Pose
@@ -28,13 +29,14 @@ def arm(folder: Path, kind: str, inside: str = "") -> Model:
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous"])
-def test_crossed_limits_of_a_joint_are_none(tmp_path: Path, kind: str) -> None:
+def test_crossed_limits_of_a_joint_are_none(tmp_path: Path, kind: str, golden: Golden) -> None:
     found = arm(tmp_path, kind, '<limit lower="1" upper="-1" effort="5" velocity="2"/>')
     (joint,) = found.joints
     assert (joint.lower, joint.upper, joint.effort, joint.velocity) == (-inf, inf, 5, 2)
     (warning,) = found.warnings
     assert (warning.code, warning.line) == (Code.NRP264, 2)
-    assert "the lower limit (1) of the joint 'j' is above the upper one (-1): no limits" in warning.message
+    assert "(-1)" in warning.message
+    golden(warning.message)
 
 
 def test_a_spherical_joint_is_a_ball_joint(tmp_path: Path) -> None:
@@ -42,14 +44,14 @@ def test_a_spherical_joint_is_a_ball_joint(tmp_path: Path) -> None:
     assert [(joint.kind, joint.parent, joint.child) for joint in found.joints] == [("ball", "base", "arm")]
 
 
-def test_a_plane_without_a_mass_is_ground_that_faces_along_its_normal(tmp_path: Path) -> None:
+def test_a_plane_without_a_mass_is_ground_that_faces_along_its_normal(tmp_path: Path, golden: Golden) -> None:
     plane = '<collision><geometry><plane normal="0 1 0"/></geometry></collision>'
     found = read(tmp_path, f'<link name="ground">{MASS.format(0)}{plane}</link>')
     (shape,) = found.links[0].collisions
     assert (found.static, shape.geometry) == (True, Plane())
     assert shape.pose.rotate((0.0, 0.0, 1.0)) == pytest.approx((0, 1, 0))
     (warning,) = found.warnings
-    assert warning.message == "no link of 'r2' has a mass: it never moves"
+    golden(warning.message)
 
 
 @pytest.mark.parametrize(("mass", "static"), [(0, True), (0.001, False)])
@@ -58,12 +60,13 @@ def test_only_a_mass_of_0_keeps_a_thing_in_place(tmp_path: Path, mass: float, st
     assert read(tmp_path, f'<link name="base">{MASS.format(mass)}{box}</link>').static is static
 
 
-def test_a_visual_without_a_size_is_left_out_and_said(tmp_path: Path) -> None:
+def test_a_visual_without_a_size_is_left_out_and_said(tmp_path: Path, golden: Golden) -> None:
     shapes = "".join(f'<visual><geometry><sphere radius="{r}"/></geometry></visual>' for r in ("0.0", "2"))
     found = read(tmp_path, f'<link name="base">{MASS.format(1)}{shapes}</link>')
     assert [(each.name, each.pose) for each in found.links[0].visuals] == [("base_visual_1", Pose())]
     (warning,) = found.warnings
-    assert "'base_visual' is a shape without a size" in warning.message
+    assert "'base_visual'" in warning.message
+    golden(warning.message)
 
 
 def test_properties_of_contacts_that_cannot_be_set_are_reported_by_pybullet(tmp_path: Path) -> None:

@@ -159,7 +159,7 @@ def test_a_kind_that_there_is_not_is_refused(joint: JointReader, golden: Golden)
         joint(kind="revolut")
 
 
-def test_a_fixed_joint_takes_no_commands(model: ModelReader) -> None:
+def test_a_fixed_joint_takes_no_commands(model: ModelReader, golden: Golden) -> None:
     plugin = (
         '<plugin name="c" filename="libgeneric_controller_plugin.so"><controller joint_name="j">'
         "<type>position</type></controller></plugin>"
@@ -167,7 +167,8 @@ def test_a_fixed_joint_takes_no_commands(model: ModelReader) -> None:
     joint = '<joint name="j" type="fixed"><parent>base</parent><child>arm</child></joint>'
     read = model(LINKS + joint + plugin)
     assert read.controllers == ()
-    assert "robot.sdf:6: the joint 'j' is fixed: it cannot be commanded" in str(read.warnings[0])
+    assert "robot.sdf:6" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 def test_the_world_holds_a_link(model: ModelReader) -> None:
@@ -204,7 +205,7 @@ def test_a_joint_from_a_link_to_itself_is_refused(model: ModelReader) -> None:
     refuse(model, joint, "the joint 'j' connects the link 'arm' with itself", 6)
 
 
-def test_a_joint_that_closes_a_loop_is_not_in_the_tree(model: ModelReader) -> None:
+def test_a_joint_that_closes_a_loop_is_not_in_the_tree(model: ModelReader, golden: Golden) -> None:
     joints = "\n".join(
         f'<joint name="{a}_{b}" type="revolute"><parent>{a}</parent><child>{b}</child></joint>'
         for a, b in (("base", "arm"), ("arm", "base"))
@@ -212,10 +213,12 @@ def test_a_joint_that_closes_a_loop_is_not_in_the_tree(model: ModelReader) -> No
     read = model(LINKS + joints)
     assert [joint.name for joint in read.joints] == ["base_arm"]
     assert [(loop.name, loop.parent, loop.child) for loop in read.loops] == [("arm_base", "arm", "base")]
-    assert "robot.sdf:7: the joint 'arm_base' closes a loop of joints: it is a" in str(read.warnings[0])
+    assert "robot.sdf:7" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
     slides = model(LINKS + joints.replace('"revolute"', '"prismatic"'))
     assert slides.loops == ()
-    assert "which is not simulated for a 'prismatic': left out" in str(slides.warnings[0])
+    assert "'prismatic'" in str(slides.warnings[0])
+    golden(str(slides.warnings[0]))
 
 
 def test_a_joint_closes_a_loop_also_if_its_parent_is_held_by_a_later_one(
@@ -266,7 +269,8 @@ def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(
     with golden.raises(SceneError, match="'second'"):
         model(text.replace('mimic joint="first"', 'mimic joint="second"'))
     (warning,) = model(text.replace('"first" type="revolute"', '"first" type="fixed"')).warnings
-    assert "the joint 'second' mimics 'first', which is fixed: it moves freely" in str(warning)
+    assert "'second'" in str(warning)
+    golden(str(warning))
 
 
 @pytest.mark.parametrize(

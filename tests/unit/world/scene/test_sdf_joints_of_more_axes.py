@@ -72,7 +72,7 @@ def test_of_two_equal_axes_the_first_one_turns_with_a_warning(model: ModelReader
     )
 
 
-def test_a_ball_has_three_coordinates_and_takes_no_commands(model: ModelReader) -> None:
+def test_a_ball_has_three_coordinates_and_takes_no_commands(model: ModelReader, golden: Golden) -> None:
     plugin = (
         '<plugin name="c" filename="libgeneric_controller_plugin.so"><controller joint_name="j">'
         "<type>position</type></controller></plugin>"
@@ -83,14 +83,16 @@ def test_a_ball_has_three_coordinates_and_takes_no_commands(model: ModelReader) 
     assert read.joints[0].coordinates == ("j_x", "j_y", "j_z")
     assert read.joints[0].damping == 0.3
     assert read.controllers == ()
-    assert "the joint 'j' is a ball joint: it cannot be commanded" in str(read.warnings[0])
+    assert "'j'" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
     assert read.joint_states_topic == "/robot/joint_states"
 
 
-def test_a_spring_of_a_ball_is_warned_of(model: ModelReader) -> None:
+def test_a_spring_of_a_ball_is_warned_of(model: ModelReader, golden: Golden) -> None:
     spring = "<axis><xyz>0 0 1</xyz><dynamics><spring_stiffness>3</spring_stiffness></dynamics></axis>"
     (warning,) = model(LINKS + joint("ball", spring)).warnings
-    assert "robot.sdf:6: a <spring_stiffness> of a ball joint is not simulated" in str(warning)
+    assert "<spring_stiffness>" in str(warning)
+    golden(str(warning))
 
 
 def test_the_ball_of_a_caster_rolls_with_its_own_friction(model: ModelReader) -> None:
@@ -134,11 +136,14 @@ def test_a_planar_joint_slides_across_its_axis_and_turns_about_it(model: ModelRe
     assert np.dot(x.axis, y.axis) == pytest.approx(0.0)
 
 
-def test_a_joint_of_two_axes_that_closes_a_loop_is_left_out_as_a_whole(model: ModelReader) -> None:
+def test_a_joint_of_two_axes_that_closes_a_loop_is_left_out_as_a_whole(
+    model: ModelReader, golden: Golden
+) -> None:
     read = model(f"{LINKS}{joint('fixed', name='held')}{joint('universal', CROSS)}")
     assert [each.name for each in read.joints] == ["held"]
     assert [each.name for each in read.links] == ["base", "arm"]
-    assert "the joint 'j' closes a loop of joints" in str(read.warnings[0])
+    assert "'j'" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 def test_a_joint_follows_the_second_axis_of_another_one(model: ModelReader, golden: Golden) -> None:
@@ -152,12 +157,13 @@ def test_a_joint_follows_the_second_axis_of_another_one(model: ModelReader, gold
     assert refusal.value.line == 6
 
 
-def test_a_follower_of_a_ball_moves_freely_with_a_warning(model: ModelReader) -> None:
+def test_a_follower_of_a_ball_moves_freely_with_a_warning(model: ModelReader, golden: Golden) -> None:
     text = LINKS + '<link name="tip"><inertial/></link>' + joint("ball")
     follower = joint("revolute", '<axis><mimic joint="j"/></axis>', name="k", ends=("arm", "tip"))
     read = model(text + follower)
     assert read.joints[-1].mimic is None
-    assert "the joint 'k' mimics 'j', which is a ball joint: it moves freely" in str(read.warnings[0])
+    assert "'k'" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 @pytest.mark.parametrize(
@@ -248,11 +254,12 @@ def test_a_gearbox_lets_its_child_turn_back_by_the_ratio(
     ],
 )
 def test_a_gearbox_without_two_gears_is_left_out_with_a_warning(
-    model: ModelReader, text: str, why: str
+    model: ModelReader, text: str, why: str, golden: Golden
 ) -> None:
     read = model(text)
     assert all(each.mimic is None for each in read.joints)
-    assert "robot.sdf:4: the gearbox 'g' is left out: " in str(read.warnings[0])
+    assert "robot.sdf:4" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
     assert why in str(read.warnings[0])
 
 

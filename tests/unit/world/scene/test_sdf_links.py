@@ -89,21 +89,23 @@ def test_an_empty_geometry_yields_neither_a_shape_nor_a_warning(model: ModelRead
     assert (read.links[0].visuals, read.links[0].collisions, read.warnings) == ((), (), ())
 
 
-def test_a_geometry_without_a_shape_is_left_out_with_a_warning(model: ModelReader) -> None:
+def test_a_geometry_without_a_shape_is_left_out_with_a_warning(model: ModelReader, golden: Golden) -> None:
     read = model(f'<link name="base">{UNIT_MASS}{visual("", "<geometry/>")}</link>')
     assert read.links[0].visuals == ()
-    assert "the <geometry> of the visual 'skin' has no shape: left out" in str(read.warnings[0])
+    assert "<geometry>" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 @pytest.mark.parametrize("part", [visual, collision])
 def test_parts_with_one_name_are_renamed_with_a_warning(
-    model: ModelReader, part: Callable[[str], str]
+    model: ModelReader, part: Callable[[str], str], golden: Golden
 ) -> None:
     read = model(f'<link name="base">{UNIT_MASS}\n{part("")}\n{part("")}\n{part("")}</link>')
     parts = read.links[0].visuals or read.links[0].collisions
     name = parts[0].name
     assert [p.name for p in parts] == [name, f"{name}_2", f"{name}_3"]
-    assert "robot.sdf:6: the link 'base' has two" in str(read.warnings[0])
+    assert "robot.sdf:6" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
     assert f"named '{name}': this one is renamed '{name}_2'" in str(read.warnings[0])
 
 
@@ -158,19 +160,21 @@ def test_emissive_and_lit_colours_are_distinguished(link: LinkReader, material: 
     assert link(visual(f"<material>{material}</material>")).visuals[0].glows is glows
 
 
-def test_an_unknown_material_is_grey_with_a_warning(model: ModelReader) -> None:
+def test_an_unknown_material_is_grey_with_a_warning(model: ModelReader, golden: Golden) -> None:
     script = "<material><script><name>Gazebo/Rad</name></script></material>"
     read = model(f'<link name="base">{UNIT_MASS}{visual(script)}</link>')
     assert read.links[0].visuals[0].rgba == DEFAULT_RGBA
     assert len(read.warnings) == 1
-    assert "robot.sdf:4: shown grey: there is no material 'Gazebo/Rad'; did you mean" in str(read.warnings[0])
+    assert "'Gazebo/Rad'" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
-def test_colours_outside_0_to_1_are_255ths_with_a_warning(model: ModelReader) -> None:
+def test_colours_outside_0_to_1_are_255ths_with_a_warning(model: ModelReader, golden: Golden) -> None:
     colored = visual("<material><diffuse>255 51 0.5 -1</diffuse></material>")
     read = model(f'<link name="base">{UNIT_MASS}{colored}</link>')
     assert read.links[0].visuals[0].rgba == (1, 0.2, 0.5, 0)
-    assert "robot.sdf:4: <diffuse> holds numbers from 0 to 1, not '255 51 0.5 -1'" in str(read.warnings[0])
+    assert "robot.sdf:4: <diffuse>" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 # -- friction
@@ -198,7 +202,9 @@ def test_friction_is_coulombs_coefficient(model: ModelReader, friction: str, mu:
 
 
 @pytest.mark.parametrize("mu", ["100000.0", "-1", "1e30"])
-def test_a_friction_that_no_material_has_becomes_1_with_one_warning(model: ModelReader, mu: str) -> None:
+def test_a_friction_that_no_material_has_becomes_1_with_one_warning(
+    model: ModelReader, mu: str, golden: Golden
+) -> None:
     wheels = "".join(
         f'<link name="{name}">{UNIT_MASS}\n{surface(f"<ode><mu>{mu}</mu><mu2>{mu}</mu2></ode>")}</link>'
         for name in ("left", "right")
@@ -209,7 +215,7 @@ def test_a_friction_that_no_material_has_becomes_1_with_one_warning(model: Model
     assert f"robot.sdf:5: a friction coefficient of {float(mu):g} means 'never slips'" in str(
         read.warnings[0]
     )
-    assert "the value used is 1" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 def test_friction_that_depends_on_direction_is_warned_of(model: ModelReader) -> None:
@@ -233,7 +239,7 @@ def test_omitted_values_of_an_inertial_have_the_defaults_of_the_specification(li
     assert link("<inertial/>").inertial == Inertial(1, Pose(), (1, 1, 1, 0, 0, 0))
 
 
-def test_a_link_without_inertial_weighs_what_its_shapes_do(model: ModelReader) -> None:
+def test_a_link_without_inertial_weighs_what_its_shapes_do(model: ModelReader, golden: Golden) -> None:
     read = model(f'<link name="base">\n{collision("<pose>0 0 1 0 0 0</pose>")}</link>')
     inertial = read.links[0].inertial
     assert inertial is not None
@@ -241,9 +247,7 @@ def test_a_link_without_inertial_weighs_what_its_shapes_do(model: ModelReader) -
     assert inertial.pose.position == pytest.approx((0, 0, 1))
     assert inertial.inertia == pytest.approx((6500, 5000, 2500, 0, 0, 0))
     (warning,) = read.warnings
-    assert warning.message == (
-        "the link 'base' has no <inertial>: 6e+03 kg computed from its collision shapes"
-    )
+    golden(warning.message)
     assert (warning.code, warning.line, warning.subject) == (Code.NRP264, 4, "base")
 
 
@@ -264,11 +268,12 @@ def test_an_automatic_inertial_is_computed_without_a_warning(
     assert read.warnings == ()
 
 
-def test_a_mass_of_0_is_computed_instead_with_a_warning(model: ModelReader) -> None:
+def test_a_mass_of_0_is_computed_instead_with_a_warning(model: ModelReader, golden: Golden) -> None:
     read = model(f'<link name="base">\n<inertial><mass>0</mass></inertial>{collision("")}</link>')
     assert read.links[0].inertial is not None
     assert read.links[0].inertial.mass == pytest.approx(6000)
-    assert "robot.sdf:5: the link 'base' has a mass of 0 and could not move" in str(read.warnings[0])
+    assert "robot.sdf:5" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 def test_a_negative_mass_is_refused(link: LinkReader, golden: Golden) -> None:
@@ -276,7 +281,7 @@ def test_a_negative_mass_is_refused(link: LinkReader, golden: Golden) -> None:
         link("<inertial><mass>-1</mass></inertial>")
 
 
-def test_an_inertia_that_no_body_has_is_repaired_with_a_warning(model: ModelReader) -> None:
+def test_an_inertia_that_no_body_has_is_repaired_with_a_warning(model: ModelReader, golden: Golden) -> None:
     inertia = "<inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>1</izz></inertia>"
     read = model(f'<link name="base">\n<inertial><mass>1</mass>{inertia}</inertial></link>')
     inertial = read.links[0].inertial
@@ -285,13 +290,16 @@ def test_an_inertia_that_no_body_has_is_repaired_with_a_warning(model: ModelRead
     assert "robot.sdf:5: the inertia of the link 'base' is repaired to 0.501, 0.501, 1" in str(
         read.warnings[0]
     )
-    assert "break the triangle inequality" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
-def test_a_link_that_moves_and_has_nothing_to_weigh_gets_sdfs_kilogram(model: ModelReader) -> None:
+def test_a_link_that_moves_and_has_nothing_to_weigh_gets_sdfs_kilogram(
+    model: ModelReader, golden: Golden
+) -> None:
     read = model('<link name="base"/>')
     assert read.links[0].inertial == Inertial(1.0)
-    assert "moves but has no mass: SDF's default, 1 kg" in str(read.warnings[0])
+    assert "SDF's" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 def test_a_link_fixed_to_a_heavy_one_needs_no_mass(model: ModelReader) -> None:
@@ -351,22 +359,23 @@ def test_without_a_simple_collision_it_is_the_box_with_the_inertia(model: ModelR
 
 @pytest.mark.parametrize("name", ["body.fbx", "body.STEP"])
 def test_a_kind_of_mesh_that_is_not_read_counts_as_missing(
-    model: ModelReader, tmp_path: Path, name: str
+    model: ModelReader, tmp_path: Path, name: str, golden: Golden
 ) -> None:
     (tmp_path / name).touch()
     mesh = f"<geometry><mesh><uri>{name}</uri></mesh></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", mesh)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
-    assert "is not of a supported type; supported: .stl, .obj, .dae" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
-def test_a_huge_mesh_is_not_opened(model: ModelReader, tmp_path: Path) -> None:
+def test_a_huge_mesh_is_not_opened(model: ModelReader, tmp_path: Path, golden: Golden) -> None:
     with (tmp_path / "body.stl").open("wb") as huge:
         huge.truncate(1_000_000_000)
     mesh = "<geometry><mesh><uri>body.stl</uri></mesh></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", mesh)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
-    assert "is larger than 200 MB" in str(read.warnings[0])
+    assert "200 MB" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 def test_cones_and_ellipsoids_are_meshes_of_their_size(link: LinkReader) -> None:
@@ -384,19 +393,20 @@ def test_cones_and_ellipsoids_are_meshes_of_their_size(link: LinkReader) -> None
     assert np.array(sizes) == pytest.approx(np.array([[2, 2, 2], [2, 4, 6]]), rel=0.01)
 
 
-def test_a_shape_that_is_not_read_is_replaced_with_a_warning(model: ModelReader) -> None:
+def test_a_shape_that_is_not_read_is_replaced_with_a_warning(model: ModelReader, golden: Golden) -> None:
     hills = "<geometry><image><uri>hills.png</uri></image></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", hills)}{collision("")}</link>')
     assert read.links[0].visuals[0].geometry == Box((1, 2, 3))
-    assert "shapes of kind <image> are not supported" in str(read.warnings[0])
+    assert "<image>" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
-def test_a_robot_without_inertials_is_one_line_with_its_mass(model: ModelReader) -> None:
+def test_a_robot_without_inertials_is_one_line_with_its_mass(model: ModelReader, golden: Golden) -> None:
     joint = '<joint name="j" type="fixed"><parent>base</parent><child>top</child></joint>'
     read = model(f'<link name="base">{collision("")}</link><link name="top">{collision("")}</link>{joint}')
     (warning,) = read.warnings
     assert sum(link.inertial.mass for link in read.links if link.inertial) == pytest.approx(12_000)
-    assert "none of the 2 links" in warning.message
+    golden(warning.message)
     assert "1.2e+04 kg" in warning.message
 
 

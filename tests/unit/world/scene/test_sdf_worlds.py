@@ -136,7 +136,9 @@ def test_models_are_as_large_as_they_were_in_a_saved_world(world: WorldReader) -
 # -- includes
 
 
-def test_the_models_of_an_included_world_are_included(world: WorldReader, tmp_path: Path) -> None:
+def test_the_models_of_an_included_world_are_included(
+    world: WorldReader, tmp_path: Path, golden: Golden
+) -> None:
     """A robot's file may bring a floor, as a file in MJCF does; it is left out where one model moves."""
     robot, crate = (f'<model name="{name}">{LINK}</model>' for name in ("robot", "crate"))
     floor = '<model name="floor"><static>1</static><link name="l"/></model>'
@@ -145,17 +147,19 @@ def test_the_models_of_an_included_world_are_included(world: WorldReader, tmp_pa
         (tmp_path / f"{name}.sdf").write_text(text)
     scene = world("<include><uri>robot.sdf</uri><name>second</name><pose>1 0 0 0 0 0</pose></include>")
     assert [(model.name, model.pose.position) for model in scene.models] == [("second", (1, 0, 0))]
-    assert "the static 'floor' in the file of a robot is left out" in str(scene.warnings[0])
+    assert "'floor'" in str(scene.warnings[0])
+    golden(str(scene.warnings[0]))
     assert [model.name for model in world("<include><uri>scenery.sdf</uri></include>").models] == ["floor"]
     both = world("<include><uri>crates.sdf</uri></include>")
     assert [model.name for model in both.models] == ["robot", "crate"]
     assert not any("left out" in str(warning) for warning in both.warnings)
 
 
-def test_an_include_of_nothing_is_reported(world: WorldReader, tmp_path: Path) -> None:
+def test_an_include_of_nothing_is_reported(world: WorldReader, tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "empty.sdf").write_text('<sdf version="1.9"/>')
     scene = world("<include><uri>empty.sdf</uri></include>")
-    assert "'empty.sdf' holds no model or light: nothing is included" in str(scene.warnings[0])
+    assert "'empty.sdf'" in str(scene.warnings[0])
+    golden(str(scene.warnings[0]))
 
 
 def test_an_included_model_may_be_renamed_and_moved(world: WorldReader, write: Writer) -> None:
@@ -232,7 +236,8 @@ def test_a_lenient_reader_leaves_models_out_that_are_not_there_and_names_each_on
     scene = world(room, lenient=True)
     assert [model.name for model in scene.models] == ["box"]
     (warning,) = scene.warnings
-    assert "room.sdf:4: there is no 'model://gone': left out (and 1 more)" in str(warning)
+    assert "'model://gone'" in str(warning)
+    golden(str(warning))
     with golden.raises(SceneError, match="'model://gone'"):
         world(room)
     around = world(f'<model name="m">{gone.format("a")}</model><model name="n">{LINK}</model>', lenient=True)
@@ -241,16 +246,13 @@ def test_a_lenient_reader_leaves_models_out_that_are_not_there_and_names_each_on
 
 
 def test_includes_of_one_model_without_names_are_counted_as_gazebo_does(
-    world: WorldReader, write: Writer
+    world: WorldReader, write: Writer, golden: Golden
 ) -> None:
     write(f'<model name="box">{LINK}</model>', name="box.sdf")
     include = "<include><uri>box.sdf</uri></include>"
     scene = world(f'{include * 2}<model name="box_1">{LINK}</model>{include}')
     assert [model.name for model in scene.models] == ["box", "box_0", "box_1", "box_2"]
-    assert [warning.message for warning in scene.warnings] == [
-        "another model is named 'box': this one is renamed 'box_0'",
-        "another model is named 'box': this one is renamed 'box_2'",
-    ]
+    golden(*[warning.message for warning in scene.warnings])
 
 
 def test_includes_with_one_name_are_counted_as_gazebo_classic_reads_them(
@@ -356,12 +358,13 @@ def test_a_file_that_does_not_say_its_version_is_refused(write: Writer, version:
 # -- unknown elements
 
 
-def test_an_unknown_element_is_warned_of_once_with_its_first_line(write: Writer) -> None:
+def test_an_unknown_element_is_warned_of_once_with_its_first_line(write: Writer, golden: Golden) -> None:
     body = (
         f'<model name="a">\n{LINK}<colour/>\n<colour/>\n<link name="b"><inertial/><colision/></link></model>'
     )
     first, second = read_model(write(body)).warnings
-    assert "robot.sdf:4: <colour> is not an element of <model>: ignored (and 1 more)" in str(first)
+    assert "robot.sdf:4: <colour>" in str(first)
+    golden(str(first))
     assert "robot.sdf:6: <colision> is not an element of <link>: ignored; did you mean <collision>?" in str(
         second
     )
@@ -372,14 +375,18 @@ def test_elements_of_other_namespaces_are_the_users_own(write: Writer) -> None:
     assert read_model(write(body)).warnings == ()
 
 
-def test_elements_of_the_specification_that_are_not_simulated_cause_a_warning(world: WorldReader) -> None:
+def test_elements_of_the_specification_that_are_not_simulated_cause_a_warning(
+    world: WorldReader, golden: Golden
+) -> None:
     scene = world(
         '<actor name="x"/><physics><ode><solver/></ode></physics><scene/><gui><camera name="c"/></gui>'
         '<wind/><model name="a"><link name="base"><kinematic>1</kinematic><inertial/></link></model>'
     )
     assert len(scene.warnings) == 2
-    assert "<actor> of a <world> is not simulated" in str(scene.warnings[0])
-    assert "<kinematic> 1 of a <link> is not simulated" in str(scene.warnings[1])
+    assert "<actor>" in str(scene.warnings[0])
+    golden(str(scene.warnings[0]))
+    assert "<kinematic> 1" in str(scene.warnings[1])
+    golden(str(scene.warnings[1]))
 
 
 def test_the_warnings_of_a_robot_join_those_of_the_room(world: WorldReader, write: Writer) -> None:

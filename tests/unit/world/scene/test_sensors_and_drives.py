@@ -92,10 +92,13 @@ def test_the_topic_of_a_camera_is_the_plugins_else_its_own(
     assert camera(sensor(f"{RATE}{inside}<camera/>", name="husky")).topic == topic
 
 
-def test_a_camera_without_a_rate_gets_one_with_a_warning(sensor: Callable[..., Model]) -> None:
+def test_a_camera_without_a_rate_gets_one_with_a_warning(
+    sensor: Callable[..., Model], golden: Golden
+) -> None:
     read = sensor("<camera/>")
     assert camera(read).rate_hz == 30
-    assert "robot.sdf:5: the sensor 'cam' has no <update_rate>: 30 Hz is used" in str(read.warnings[0])
+    assert "<update_rate>: 30" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 @pytest.mark.parametrize(
@@ -123,20 +126,22 @@ def test_a_camera_that_cannot_be_is_refused(
     assert refusal.value.line == 5
 
 
-def test_a_camera_has_noise_but_no_distortion(sensor: Callable[..., Model]) -> None:
+def test_a_camera_has_noise_but_no_distortion(sensor: Callable[..., Model], golden: Golden) -> None:
     noise = "<noise><type>gaussian</type><mean>0.1</mean><stddev>0.2</stddev></noise>"
     read = sensor(f"{RATE}<camera>{noise}<distortion><k1>1</k1></distortion></camera>")
     assert read.links[0].sensors[0].noise == Noise(0.1, 0.2)
     (warning,) = read.warnings
-    assert "the <distortion> of cameras is not simulated" in str(warning)
+    assert "<distortion>" in str(warning)
+    golden(str(warning))
 
 
-def test_other_sensors_are_warned_of_once(model: ModelReader) -> None:
+def test_other_sensors_are_warned_of_once(model: ModelReader, golden: Golden) -> None:
     sensors = "".join(f'<sensor name="{n}" type="thermal"/>\n' for n in "ab")
     read = model(f'<link name="eye"><inertial/>\n{sensors}</link>')
     assert read.links[0].sensors == ()
     (warning,) = read.warnings
-    assert "robot.sdf:5: sensors of type 'thermal' are not simulated (and 1 more)" in str(warning)
+    assert "robot.sdf:5" in str(warning)
+    golden(str(warning))
 
 
 def test_sensors_that_share_a_topic_get_one_each_in_a_row_of_them(model: ModelReader) -> None:
@@ -159,13 +164,14 @@ def test_a_sonar_has_its_ranges_on_the_topic_of_its_scans_also_if_that_is_taken(
     assert topics == [("/sonar", "/sonar"), ("/sonar_2", "/sonar_2")]
 
 
-def test_the_second_of_two_sensors_of_one_name_gets_another_one(model: ModelReader) -> None:
+def test_the_second_of_two_sensors_of_one_name_gets_another_one(model: ModelReader, golden: Golden) -> None:
     imu = '<sensor name="a" type="imu"><update_rate>50</update_rate></sensor>\n'
     read = model(f'<link name="eye"><inertial/>\n{imu}{imu}{imu}</link>')
     assert [each.name for each in read.links[0].sensors] == ["a", "a_2", "a_3"]
     assert len({each.topic for each in read.links[0].sensors}) == 3
     first, second = read.warnings
-    assert "robot.sdf:6: the link 'eye' has two sensors named 'a': this one is renamed 'a_2'" in str(first)
+    assert "robot.sdf:6" in str(first)
+    golden(str(first))
     assert "renamed 'a_3'" in str(second)
 
 
@@ -369,10 +375,11 @@ def test_a_drive_of_a_nested_model_keeps_its_wheels(model: ModelReader) -> None:
     assert read.drives[0].command_topic == "/robot/cmd_vel"
 
 
-def test_an_unknown_plugin_is_warned_of(model: ModelReader) -> None:
+def test_an_unknown_plugin_is_warned_of(model: ModelReader, golden: Golden) -> None:
     plugin = '\n<plugin name="p" filename="libmy_thing.so"><anything><goes/></anything></plugin>'
     (warning,) = model(LINKS.split('<link name="fl">')[0] + plugin).warnings
-    assert "robot.sdf:5: the plugin 'my_thing' is unknown and has no effect" in str(warning)
+    assert "robot.sdf:5" in str(warning)
+    golden(str(warning))
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ def test_capsules_and_meshes_are_read(urdf: UrdfReader, tmp_path: Path, tetrahed
     assert read.warnings == ()
 
 
-def test_materials_are_named_once_or_given_in_place(urdf: UrdfReader) -> None:
+def test_materials_are_named_once_or_given_in_place(urdf: UrdfReader, golden: Golden) -> None:
     def skin(material: str) -> str:
         return f'<visual><geometry><box size="1 1 1"/></geometry>{material}</visual>'
 
@@ -94,7 +94,8 @@ def test_materials_are_named_once_or_given_in_place(urdf: UrdfReader) -> None:
         + "</link>"
     )
     assert [v.rgba for v in read.links[0].visuals][:2] == [(0, 0, 1, 0.5), (0.1, 0.2, 0.3, 1)]
-    assert "the material 'nowhere' has no colour: shown grey" in str(read.warnings[0])
+    assert "'nowhere'" in str(read.warnings[0])
+    golden(str(read.warnings[0]))
 
 
 def test_an_image_is_tinted_by_the_colour_beside_it(urdf: UrdfReader, tmp_path: Path) -> None:
@@ -284,15 +285,20 @@ def test_an_error_points_into_the_file(urdf: UrdfReader, body: str, message: str
     assert str(refusal.value.path).endswith("robot.urdf")
 
 
-def test_a_block_about_a_missing_part_is_ignored_with_a_warning(urdf: UrdfReader) -> None:
+def test_a_block_about_a_missing_part_is_ignored_with_a_warning(urdf: UrdfReader, golden: Golden) -> None:
     (warning,) = urdf(f'<link name="arm">{MASS}</link><gazebo reference="arms"/>').warnings
-    assert "robot.urdf:2: ignored: the robot has no link or joint 'arms'; did you mean 'arm'?" in str(warning)
+    assert "robot.urdf:2" in str(warning)
+    golden(str(warning))
 
 
-def test_unknown_elements_and_those_for_other_programs_cause_a_warning(urdf: UrdfReader) -> None:
+def test_unknown_elements_and_those_for_other_programs_cause_a_warning(
+    urdf: UrdfReader, golden: Golden
+) -> None:
     other, unknown = urdf(f'<link name="base">{MASS}</link><sensor name="t"/><lnk/>').warnings
-    assert "robot.urdf:2: the <sensor> of a <robot> is not supported" in str(other)
-    assert "the <lnk> of a <robot> is unknown: ignored; did you mean 'link'?" in str(unknown)
+    assert "robot.urdf:2" in str(other)
+    golden(str(other))
+    assert "<robot>" in str(unknown)
+    golden(str(unknown))
 
 
 def test_an_inertia_of_0_is_that_of_the_shapes(urdf: UrdfReader) -> None:
@@ -344,7 +350,7 @@ def test_a_transmission_lets_a_joint_be_commanded(urdf):
     )
 
 
-def test_a_transmission_without_its_joint_commands_nothing_and_says_so(urdf):
+def test_a_transmission_without_its_joint_commands_nothing_and_says_so(urdf, golden: Golden):
     arm = (
         f'<link name="base">{MASS}</link><link name="hand">{MASS}</link>'
         '<joint name="hinge" type="continuous"><parent link="base"/><child link="hand"/></joint>'
@@ -353,11 +359,13 @@ def test_a_transmission_without_its_joint_commands_nothing_and_says_so(urdf):
     read = urdf(f'{arm}<transmission name="t"/>')
     (warning,) = read.warnings
     assert (warning.code, read.controllers) == (Code.NRP265, ())
-    assert "the <transmission> 't' has no <joint>, so that it commands nothing" in str(warning)
+    assert "<transmission> 't'" in str(warning)
+    golden(str(warning))
     read = urdf(f'{arm}<transmission name="t"><joint name="hing">{kind}</joint></transmission>')
     (warning,) = read.warnings
     assert (warning.code, read.controllers) == (Code.NRP265, ())
-    assert "a joint 'hing' that the model does not have; did you mean 'hinge'?: it commands" in str(warning)
+    assert "'hinge'" in str(warning)
+    golden(str(warning))
 
 
 @pytest.mark.parametrize("tag", ["visual", "collision"])
@@ -417,10 +425,11 @@ def test_a_plugin_names_a_joint_that_has_the_name_of_a_link(urdf):
     assert (read.left, read.right) == (("left_joint",), ("right_joint",))
 
 
-def test_a_link_that_no_joint_holds_is_warned_of(urdf: UrdfReader) -> None:
+def test_a_link_that_no_joint_holds_is_warned_of(urdf: UrdfReader, golden: Golden) -> None:
     read = urdf(f'<link name="base">{MASS}</link><link name="lost">{MASS}</link>')
     (warning,) = read.warnings
-    assert "no joint holds 'lost': it moves freely, like 'base'" in str(warning)
+    assert "'lost'" in str(warning)
+    golden(str(warning))
 
 
 def test_a_joint_of_gazebo_holds_a_link(urdf: UrdfReader) -> None:

@@ -45,6 +45,7 @@ def robot(folder: Path, body: str, *, masses: tuple[str, str, str] = (MASS, MASS
 
 def test_the_parameters_of_ros2_control_say_where_joints_start_and_which_one_they_follow(
     tmp_path: Path,
+    golden: Golden,
 ) -> None:
     model = read_model(robot(tmp_path, SYSTEM + CONTROL))
     left, right, third = model.joints
@@ -52,25 +53,30 @@ def test_the_parameters_of_ros2_control_say_where_joints_start_and_which_one_the
     assert (left.mimic, third.mimic) == (None, None)
     assert start_positions(model) == {"left": 0.4, "right": -0.4, "third": 1.0}
     (warning,) = model.warnings
-    assert "'third' cannot start at 7, beyond its limits: it starts at 1" in str(warning)
+    assert "'third'" in str(warning)
+    golden(str(warning))
     # an empty <parameters> names no file: the joints follow trajectories as without it
     assert [each.joints for each in model.trajectory_controllers] == [("left", "third")]
 
 
-def test_a_joint_that_follows_none_of_the_robot_moves_freely(tmp_path: Path) -> None:
+def test_a_joint_that_follows_none_of_the_robot_moves_freely(tmp_path: Path, golden: Golden) -> None:
     file = robot(tmp_path, "")
     file.write_text(file.read_text().replace("</joint>", '<mimic joint="lft"/></joint>', 1))
     model = read_model(file)
     assert [joint.mimic for joint in model.joints] == [None, None, None]
     (warning,) = model.warnings
-    assert "there is no 'lft' for it to mimic; did you mean 'left'" in str(warning)
+    assert "'left'" in str(warning)
+    golden(str(warning))
 
 
-def test_a_link_that_weighs_nothing_in_urdf_hardly_weighs_anything_if_it_moves(tmp_path: Path) -> None:
+def test_a_link_that_weighs_nothing_in_urdf_hardly_weighs_anything_if_it_moves(
+    tmp_path: Path, golden: Golden
+) -> None:
     model = read_model(robot(tmp_path, "", masses=(MASS, "", MASS)))
     masses = {link.name: link.inertial and link.inertial.mass for link in model.links}
     assert masses == {"base": 2.0, "left_link": 2.0, "right_link": pytest.approx(6e-4), "third_link": 2.0}
-    assert "the link 'right_link' moves but has no mass: 0.0006 kg" in str(model.warnings[0])
+    assert "'right_link'" in str(model.warnings[0])
+    golden(str(model.warnings[0]))
 
 
 def test_a_block_of_the_world_is_no_mistake(tmp_path: Path) -> None:
@@ -108,23 +114,25 @@ def test_a_missing_package_costs_what_it_has_and_not_the_robot(tmp_path: Path, g
     assert "<xacro:lidar> is left out: its macro may be in the package 'sensors'" in texts[1]
 
 
-def test_a_file_of_a_missing_package_is_left_out_alone(tmp_path: Path) -> None:
+def test_a_file_of_a_missing_package_is_left_out_alone(tmp_path: Path, golden: Golden) -> None:
     """The only substitution is in a text, not in an attribute."""
     control = CONTROL.replace("<parameters/>", "<parameters>$(find gone)/config/c.yaml</parameters>")
     model = read_model(robot(tmp_path, control))
     assert len(model.joints) == 3
     (warning,) = model.warnings
-    assert "the file 'package://gone/config/c.yaml' does not exist: its controllers" in str(warning)
+    assert "'package://gone/config/c.yaml'" in str(warning)
+    golden(str(warning))
 
 
-def test_a_faulty_plugin_of_a_xacro_file_is_left_out_with_its_name(tmp_path: Path) -> None:
+def test_a_faulty_plugin_of_a_xacro_file_is_left_out_with_its_name(tmp_path: Path, golden: Golden) -> None:
     plugin = '<plugin name="p" filename="libgazebo_ros_p3d.so"><bodyName>${"b"}</bodyName></plugin>'
     model = read_model(
         robot(tmp_path, f"<gazebo>{plugin.replace('<body', '<topicName>t</topicName><body')}</gazebo>")
     )
     assert len(model.joints) == 3
     (warning,) = model.warnings
-    assert "hand.urdf:1: the plugin 'gazebo_ros_p3d' is left out: the model has no link 'b'" in str(warning)
+    assert "'gazebo_ros_p3d'" in str(warning)
+    golden(str(warning))
 
 
 def test_sources_of_a_package_have_its_files_one_folder_deeper(
@@ -183,11 +191,12 @@ def test_a_link_with_a_mass_and_no_inertia_has_that_of_its_shapes(tmp_path: Path
     )
 
 
-def test_commas_between_numbers_are_read_as_spaces(tmp_path: Path) -> None:
+def test_commas_between_numbers_are_read_as_spaces(tmp_path: Path, golden: Golden) -> None:
     held = HELD.replace("<parent", '<origin xyz="1, -2, 0.5" rpy="0 0, 0"/><parent')
     model = read_model(robot(tmp_path, f'<link name="eye">{MASS}</link>{held}'))
     assert model.link("eye").pose.position == pytest.approx((1, -2, 0.5))
-    assert 'the commas in xyz="1, -2, 0.5" are read as spaces' in str(model.warnings[0])
+    assert 'xyz="1, -2, 0.5"' in str(model.warnings[0])
+    golden(str(model.warnings[0]))
 
 
 def test_a_comma_within_a_number_is_an_error(tmp_path: Path, golden: Golden) -> None:
@@ -196,13 +205,14 @@ def test_a_comma_within_a_number_is_an_error(tmp_path: Path, golden: Golden) -> 
         read_model(robot(tmp_path, f'<link name="eye">{MASS}</link>{held}'))
 
 
-def test_a_colour_with_five_numbers_is_its_first_four(tmp_path: Path) -> None:
+def test_a_colour_with_five_numbers_is_its_first_four(tmp_path: Path, golden: Golden) -> None:
     box = '<geometry><box size="1 1 1"/></geometry>'
     dark = f'<visual>{box}<material name="m"><color rgba="0.1 0.2 0.3 0.5 1"/></material></visual>'
     model = read_model(robot(tmp_path, f'<link name="eye">{MASS}{dark}</link>{HELD}'))
     assert model.link("eye").visuals[0].rgba == (0.1, 0.2, 0.3, 0.5)
     (warning,) = model.warnings
-    assert 'has 4 numbers, and rgba="0.1 0.2 0.3 0.5 1" has 5: 0.1 0.2 0.3 0.5 is used' in str(warning)
+    assert 'rgba="0.1 0.2 0.3 0.5 1"' in str(warning)
+    golden(str(warning))
 
 
 def test_a_joint_of_an_absent_link_is_refused_with_the_word_of_urdf(tmp_path: Path, golden: Golden) -> None:
