@@ -96,6 +96,9 @@ class CachedKernel(CPUDispatcher):  # type: ignore[misc]
         else:
             super().add_overload(cres)
 
+    def _compilation_chain_init_hook(self) -> None:
+        """Do not search all installed packages for Numba's extensions: numbers and arrays need none."""
+
     def _compile_for_args(self, *args: Any, **named: Any) -> Any:
         with global_compiler_lock:
             self._is_called_by_python = True
