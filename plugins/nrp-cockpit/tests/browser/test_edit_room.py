@@ -113,10 +113,10 @@ def test_a_body_is_added_by_a_click_while_the_run_goes_on(opened: Cockpit, page:
     seen(page, lambda: names(opened), lambda there: "sphere" not in there)
     page.get_by_role("button", name="Add a body").click()
     page.get_by_role("menuitem", name="cylinder").click()
-    scene.press("Escape")
+    page.keyboard.press("Escape")  # the scene has the focus
     page.get_by_role("button", name="Add a body").click()
     page.get_by_role("menuitem", name="box").click()
-    scene.press("Enter")
+    page.keyboard.press("Enter")
     seen(page, lambda: names(opened), lambda there: {"box", "cylinder"} & there == {"box"})
 
 

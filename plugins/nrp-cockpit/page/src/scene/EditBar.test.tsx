@@ -40,10 +40,12 @@ afterEach(() => {
 });
 
 test("what the server offers can be added, and Undo removes it", async () => {
-  render(<EditBar />);
+  const focus = vi.fn();
+  render(<EditBar canvas={{ current: { focus } as unknown as HTMLCanvasElement }} />);
   await act(async () => undefined);
   fireEvent.click(screen.getByRole("button", { name: "Add a body" }));
   fireEvent.click(screen.getByRole("menuitem", { name: "palm" }));
+  expect(focus).toHaveBeenCalled();
   expect(screen.getByRole("status").textContent).toContain("Click where the palm stands");
   await act(async () => addAt("palm", [1, 2, 0]));
   expect(useEditing.getState().adding).toBeNull();
@@ -58,7 +60,7 @@ test("what the server offers can be added, and Undo removes it", async () => {
 
 test("Undo puts a body back where it was", async () => {
   world.models.set("husky", { position: [3, 4, 0.1], orientation: [0, 0, 1, 0] });
-  render(<EditBar />);
+  render(<EditBar canvas={{ current: null }} />);
   await act(async () => put("husky", { ...IDENTITY, position: [5, 5, 0.1] }));
   fireEvent.click(screen.getByRole("button", { name: "Put husky back" }));
   await act(async () => undefined);

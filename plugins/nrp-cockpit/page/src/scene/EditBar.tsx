@@ -1,4 +1,4 @@
-import { useEffect, useState } from "react";
+import { type RefObject, useEffect, useState } from "react";
 import { command } from "../state/commands";
 import { useBlocked, useRun } from "../state/run";
 import { useSelection } from "../state/selection";
@@ -8,13 +8,17 @@ import { Menu } from "../ui/Menu";
 import { beginToAdd, undoStep, useEditing } from "./editing";
 
 /** What is added and taken back while bodies are edited, and where the body is that was moved last. */
-export function EditBar() {
+export function EditBar({ canvas }: { canvas: RefObject<HTMLCanvasElement | null> }) {
   const { isOn, adding, said, steps } = useEditing();
   const blocked = useBlocked();
   const selected = useSelection(({ selected: one }) => (one?.kind === "body" ? one.name : null));
   const models = useModels(isOn);
   if (!isOn) return null;
-  const items = models.map((label) => ({ label, onSelect: () => beginToAdd(label) }));
+  const choose = (model: string) => {
+    beginToAdd(model);
+    canvas.current?.focus(); // its keys place what is chosen, or give it up
+  };
+  const items = models.map((label) => ({ label, onSelect: () => choose(label) }));
   const last = steps.at(-1)?.text;
   const hint = selected ? "Drag it or press arrows; Shift turns it." : "Drag a body, or select it first.";
   return (

@@ -49,7 +49,7 @@ export default function ScenePanel() {
           {dragged.text}
         </div>
       )}
-      <EditBar />
+      <EditBar canvas={canvas} />
       <p className="scene-hint tall" aria-hidden="true">
         drag to orbit · <kbd>Shift</kbd> drag to pan · <kbd>Alt</kbd> drag a body to push it
       </p>
