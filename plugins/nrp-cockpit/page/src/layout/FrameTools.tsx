@@ -4,7 +4,7 @@ import { setFull } from "../state/view";
 import { IconButton } from "../ui/Button";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
-import { isShown, rooms } from "./rooms";
+import { isShown, panels } from "./panels";
 import { become, close, split, useLayout } from "./store";
 import { kindOf, numberOf, PANELS, type PanelId, panelsOf } from "./tree";
 
@@ -20,7 +20,7 @@ export function FrameTools({ id, full }: { id: PanelId; full: boolean }) {
     { label: "Split to the right", onSelect: () => split(id, "right") },
     { label: "Split below", onSelect: () => split(id, "below") },
     ...others.map((one) => ({
-      label: `Show ${rooms[one].title} here`,
+      label: `Show ${panels[one].title} here`,
       onSelect: () => become(id, one),
     })),
     ...savingItems(id),
@@ -30,7 +30,7 @@ export function FrameTools({ id, full }: { id: PanelId; full: boolean }) {
       onSelect: () => close(id),
     },
   ];
-  const name = `${rooms[kind].title}${number > 1 ? ` ${number}` : ""}`;
+  const name = `${panels[kind].title}${number > 1 ? ` ${number}` : ""}`;
   return (
     <>
       {!full && (

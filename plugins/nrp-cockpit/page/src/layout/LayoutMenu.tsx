@@ -1,7 +1,7 @@
 import { barredBy, useRun } from "../state/run";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
-import { isShown, rooms } from "./rooms";
+import { isShown, panels } from "./panels";
 import { add, presetLayout, resetLayout } from "./store";
 import { PANELS } from "./tree";
 
@@ -11,7 +11,7 @@ export function LayoutMenu() {
   const experiment = useRun((run) => run.experiment);
   const kinds = PANELS.filter((kind) => isShown(kind, experiment));
   const items = [
-    ...kinds.map((kind) => ({ label: `Add ${rooms[kind].title}`, onSelect: () => add(kind) })),
+    ...kinds.map((kind) => ({ label: `Add ${panels[kind].title}`, onSelect: () => add(kind) })),
     { label: "Reset the layout", onSelect: () => void resetLayout() },
     { label: "Save as preset", disabled: barred, onSelect: () => void presetLayout() },
   ];

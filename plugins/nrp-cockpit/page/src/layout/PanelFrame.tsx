@@ -5,7 +5,7 @@ import { Boundary } from "../ui/Boundary";
 import { Panel } from "../ui/Panel";
 import { PanelContext } from "../ui/panelContext";
 import { FrameTools } from "./FrameTools";
-import { rooms } from "./rooms";
+import { panels } from "./panels";
 import { moveTo, swap } from "./store";
 import { kindOf, numberOf, type PanelId, type Side } from "./tree";
 
@@ -25,10 +25,10 @@ interface FrameProps {
   fixed?: boolean;
 }
 
-/** A place in the layout: the room that stands there, its tools, and its head as a handle to move it. */
+/** A place in the layout: the panel that stands there, its tools, and its head as a handle to move it. */
 export function PanelFrame({ id, fixed = false }: FrameProps) {
   const full = useView((state) => state.full === id);
-  const { component: Room, title } = rooms[kindOf(id)];
+  const { component: Content, title } = panels[kindOf(id)];
   const after = useAfterPicture();
   const comes = after || kindOf(id) === "scene";
   const { drop, ...handlers } = useDrop(id);
@@ -44,7 +44,7 @@ export function PanelFrame({ id, fixed = false }: FrameProps) {
   return (
     <div className="frame" data-panel={id} data-drop={drop} tabIndex={-1} {...(fixed ? {} : handlers)}>
       <PanelContext value={frame}>
-        <Boundary title={title}>{comes ? <Room /> : <Panel title={title}>{null}</Panel>}</Boundary>
+        <Boundary title={title}>{comes ? <Content /> : <Panel title={title}>{null}</Panel>}</Boundary>
       </PanelContext>
     </div>
   );

@@ -1,7 +1,7 @@
 import { Fragment, type KeyboardEvent, type PointerEvent } from "react";
 import { useRun } from "../state/run";
 import { PanelFrame } from "./PanelFrame";
-import { isShown } from "./rooms";
+import { isShown } from "./panels";
 import { resize } from "./store";
 import type { Node, Path, Split } from "./tree";
 

@@ -12,8 +12,8 @@ const MODEL_STATES = "/gazebo/model_states";
 type Listener = (change: Change) => void;
 
 /**
- * What the run last said about its world: read once for all rooms that draw it, and kept outside React because it
- * changes 25 times a second. It hears its topics while at least one room follows it.
+ * What the run last said about its world: read once for all panels that draw it, and kept outside React because it
+ * changes 25 times a second. It hears its topics while at least one panel follows it.
  */
 class World {
   entities: Entities = new Map();

@@ -10,7 +10,7 @@ import type { Experiment } from "../state/types";
 import type { Kind, Node } from "./tree";
 import { kindOf } from "./tree";
 
-interface Room {
+interface Shown {
   title: string;
   component: ComponentType;
   /** Whether a run has anything for it; by default each has. */
@@ -20,8 +20,8 @@ interface Room {
 const hasCells = ({ populations }: Experiment) => populations.length > 0;
 const hasRoom = ({ bodies, robots }: Experiment) => bodies.length + robots.length > 0;
 
-/** The rooms of the cockpit by the kinds of the layout; the scene with three.js is fetched after the first picture. */
-export const rooms: Record<Kind, Room> = {
+/** The panels of the cockpit by their kinds; the scene with three.js is fetched after the first picture. */
+export const panels: Record<Kind, Shown> = {
   scene: { title: "Scene", component: lazy(() => import("../scene/ScenePanel")), isFor: hasRoom },
   camera: { title: "Camera", component: CameraPanel, isFor: ({ topics }) => topics.some(isCamera) },
   map: { title: "From above", component: MapPanel, isFor: hasRoom },
@@ -35,5 +35,5 @@ export const rooms: Record<Kind, Room> = {
 /** Whether a run has anything to show in a panel, or in one of several; all may have until it is described. */
 export function isShown(node: Node, experiment: Experiment | null): boolean {
   if (typeof node !== "string") return node.parts.some((part) => isShown(part, experiment));
-  return experiment === null || (rooms[kindOf(node)].isFor?.(experiment) ?? true);
+  return experiment === null || (panels[kindOf(node)].isFor?.(experiment) ?? true);
 }
