@@ -82,7 +82,6 @@ else:
             "nrp_core.recording.recording": "Recording",
             "nrp_core.running": "open_run open_world run",
             "nrp_core.world.backends": "worlds",
-            "nrp_core.world.interface": "World",
             "nrp_core.world.messages": (
                 "builtin_interfaces control_msgs gazebo_msgs geometry_msgs message nav_msgs nrp_msgs "
                 "sensor_msgs std_msgs trajectory_msgs"
@@ -90,5 +89,6 @@ else:
             "nrp_core.world.rigid": "Pose",
             "nrp_core.world.scene.model": "Model Scene",
             "nrp_core.world.scene.sdf": "read_model read_scene",
+            "nrp_core.world.world": "World",
         },
     )

@@ -39,7 +39,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level, has_errors
 from nrp_core.findings.error_codes import code_of
-from nrp_core.world.interface import WorldBackend
+from nrp_core.world.backend import WorldBackend
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World

@@ -16,8 +16,8 @@ from nrp_core.experiment.model.collector import schema_findings
 from nrp_core.experiment.model.section import Tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.registry import Registry
+from nrp_core.world.backend import WorldBackend
 from nrp_core.world.backends import worlds
-from nrp_core.world.interface import WorldBackend
 
 Backend = TypeVar("Backend", BrainBackend, WorldBackend)
 

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from nrp_core.findings import Level as Level
     from nrp_core.findings import Weight as Weight
     from nrp_core.findings.refusals import JOINT_CONTROL as JOINT_CONTROL
+    from nrp_core.world.backend import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
+    from nrp_core.world.backend import WorldBackend as WorldBackend
+    from nrp_core.world.backend import WorldOptions as WorldOptions
     from nrp_core.world.batch import WorldBatch as WorldBatch
     from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
     from nrp_core.world.drives.ackermann import Ackermann as Ackermann
@@ -32,9 +35,6 @@ if TYPE_CHECKING:
     from nrp_core.world.engine_kit.jointed import JointedEngine as JointedEngine
     from nrp_core.world.engine_kit.jointed import PhysicsBackend as PhysicsBackend
     from nrp_core.world.engine_kit.jointed import PhysicsOptions as PhysicsOptions
-    from nrp_core.world.interface import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
-    from nrp_core.world.interface import WorldBackend as WorldBackend
-    from nrp_core.world.interface import WorldOptions as WorldOptions
     from nrp_core.world.live import LiveScene as LiveScene
     from nrp_core.world.part import Part as Part
     from nrp_core.world.part import PartProxy as PartProxy
@@ -116,6 +116,7 @@ else:
             "nrp_core._support.diagnosis": "Diagnosis",
             "nrp_core.findings": "Code Finding Findings Level Weight",
             "nrp_core.findings.refusals": "JOINT_CONTROL",
+            "nrp_core.world.backend": "WORLD_INTERFACE_VERSION WorldBackend WorldOptions",
             "nrp_core.world.batch": "WorldBatch",
             "nrp_core.world.capabilities": "WorldCapabilities",
             "nrp_core.world.drives.ackermann": "Ackermann",
@@ -126,7 +127,6 @@ else:
             "nrp_core.world.drives.wheels": "WheelDrive",
             "nrp_core.world.engine": "Engine",
             "nrp_core.world.engine_kit.jointed": "PhysicsBackend JointedEngine PhysicsOptions",
-            "nrp_core.world.interface": "WORLD_INTERFACE_VERSION WorldBackend WorldOptions",
             "nrp_core.world.live": "LiveScene",
             "nrp_core.world.part": "Part PartProxy",
             "nrp_core.world.render.cameras": "DepthArray ImageArray drawn",

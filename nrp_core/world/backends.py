@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nrp_core.registry import Registry
-from nrp_core.world.interface import WORLD_INTERFACE_VERSION, WorldBackend
+from nrp_core.world.backend import WORLD_INTERFACE_VERSION, WorldBackend
 
 WORLD_GROUP = "nrp_core.world"
 

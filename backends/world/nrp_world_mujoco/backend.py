@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from nrp_core.world.backend import WorldOptions
 from nrp_core.world.engine import Engine
 from nrp_core.world.engine_kit.jointed import PhysicsBackend, PhysicsOptions
-from nrp_core.world.interface import WorldOptions
 
 if TYPE_CHECKING:
     from nrp_core.world.engine_kit.jointed import JointedEngine

@@ -73,7 +73,7 @@ def _values(subject: Subject, name: str) -> Mapping[str, Any]:
     from importlib.metadata import version
 
     from nrp_core.brain.backend import BRAIN_INTERFACE_VERSION
-    from nrp_core.world.interface import WORLD_INTERFACE_VERSION
+    from nrp_core.world.backend import WORLD_INTERFACE_VERSION
 
     words = re.split("[_-]", name)
     distribution = "-".join(["nrp", subject, *words])

@@ -32,11 +32,11 @@ from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.quantities import unit_of
 from nrp_core.registry import Registry
+from nrp_core.world.backend import WorldBackend
 from nrp_core.world.backends import worlds
 from nrp_core.world.domain_randomization import check_randomization
 from nrp_core.world.engine_kit.jointed import PhysicsBackend
 from nrp_core.world.engine_kit.planar_servo import planar_drives, servo_of
-from nrp_core.world.interface import WorldBackend
 from nrp_core.world.scene.clearance import with_clearance
 from nrp_core.world.scene.devices import Noise
 from nrp_core.world.scene.merged_bodies import bodies_of

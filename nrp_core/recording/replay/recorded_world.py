@@ -23,9 +23,9 @@ from nrp_core.recording.layout import Role, spikes_topic
 from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.recording import Recording
 from nrp_core.simulation import Determinism
+from nrp_core.world.backend import WorldBackend, WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
-from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.part import Part, PartProxy

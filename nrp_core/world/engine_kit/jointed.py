@@ -13,9 +13,9 @@ from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError
 from nrp_core.quantities import DurationNs
 from nrp_core.simulation import Determinism
+from nrp_core.world.backend import WorldBackend, WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
-from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED
 from nrp_core.world.rigid import (
     BodyPath,

@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from nrp_core.world.backend import WorldBackend
 from nrp_core.world.backends import worlds
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.interface import WorldBackend
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.model import (

@@ -12,9 +12,9 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds
 from nrp_core.quantities import DurationNs
+from nrp_core.world.backend import WorldBackend, WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
-from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose
 from nrp_core.world.scene.model import Scene
 

@@ -19,9 +19,9 @@ from nrp_core.brain.interface import Brain
 from nrp_core.errors import NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.world.backend import WORLD_INTERFACE_VERSION
 from nrp_core.world.backends import worlds
 from nrp_core.world.engine import Engine
-from nrp_core.world.interface import WORLD_INTERFACE_VERSION
 
 VERSIONS = {"brain": BRAIN_INTERFACE_VERSION, "world": WORLD_INTERFACE_VERSION}
 SIDES = {"brain": (brains, Brain), "world": (worlds, Engine)}

@@ -10,8 +10,8 @@ from nrp_world_mujoco.engine import MujocoEngine
 from one_bug import Opens
 from registry import Found, register
 
+from nrp_core.world.backend import WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.interface import WorldOptions
 from nrp_core.world.rigid import BodyPath, ModelMotion, ReadFrames, ServoTarget, Touch, Wrench
 
 FOUND_BY: Found = {}
