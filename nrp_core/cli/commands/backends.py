@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def doctor(json: Json = False) -> None:
-    """List the things that this machine lacks, and what does not work without them.
+    """List what this machine lacks, and what does not work without it.
 
     Fail if no brain backend or no world backend can run here.
     """

@@ -1,4 +1,8 @@
-"""Export of recordings to other formats: NWB, SONATA and CSV."""
+"""Export of recordings to other formats: NWB, SONATA and CSV.
+
+To add one, write its module and name it in :class:`Format`, in ``_write`` below, and in the command,
+``nrp_core/cli/commands/recordings.py``.
+"""
 
 from __future__ import annotations
 

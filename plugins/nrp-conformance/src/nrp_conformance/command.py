@@ -53,7 +53,7 @@ def conformance(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Test whether a backend keeps the contract, has its declared capabilities and is accurate enough."""
+    """Test whether a backend meets its contract, has its declared capabilities and is accurate enough."""
     _require_backend(kind, name)
     require_folder_of(report, "--report")
     found = _run(kind, name, _parse_options(options or []), level)

@@ -39,7 +39,7 @@ def import_connectome(
     ] = 0.1,
     json: Json = False,
 ) -> None:
-    """Make a network file from a connectome, with the cell model of the whole fly brain."""
+    """Make a network file from a connectome, with the cell model of Shiu et al. (2024)."""
     from nrp_core.brain.files.network_file import SUFFIX, save_network
     from nrp_formats.connectome.network import read_connectome
 
