@@ -86,7 +86,7 @@ def test_a_closed_brain_is_closed(network, opened):
 
 def test_a_time_off_the_grid_is_refused_and_harms_nothing(network, opened):
     brain = opened(network(busy))
-    with pytest.raises(TimestepError, match=r"steps of 0.1 ms and cannot stop at 1.05 ms"):
+    with pytest.raises(TimestepError, match=r"0.1.*1.05"):
         brain.run_until(1_050_000)
     brain.run_until(NS_PER_MS)
 
@@ -98,13 +98,13 @@ def test_snapshots_are_not_supported(network, opened):
 
 def test_a_variable_that_cells_lack_is_refused_by_population(network, opened):
     brain = opened(network(lambda sim: sim.Population(1, sim.IF_curr_exp(), label="cells")))
-    with pytest.raises(CapabilityError, match="population 'cells' have no 'gsyn_exc'"):
+    with pytest.raises(CapabilityError, match=r"'cells'.*'gsyn_exc'"):
         brain.read_state("gsyn_exc", [0])
 
 
 def test_source_cells_have_no_state(network, opened):
     brain = opened(network(busy))
-    with pytest.raises(CapabilityError, match="have no 'v', they only emit spikes"):
+    with pytest.raises(CapabilityError, match=r"'v'.*spikes"):
         brain.read_state("v", [0, 39])
 
 
@@ -113,7 +113,7 @@ def test_a_parameter_that_nest_refuses_at_the_start_is_refused(network, opened):
         cells = sim.Population(1, sim.IF_curr_exp(), label="cells")
         cells.initialize(isyn_exc=0.5)
 
-    with pytest.raises(CapabilityError, match=r"'cells'.* cannot start with isyn_exc = 0.5"):
+    with pytest.raises(CapabilityError, match=r"'cells'.*isyn_exc = 0.5"):
         opened(network(build))
 
 
@@ -140,7 +140,7 @@ def test_a_network_of_sources_alone_runs(network, opened):
 
 @pytest.mark.parametrize("resolution", ["0.5 us", "2 ms"])
 def test_a_grid_that_nest_does_not_have_is_refused(resolution):
-    with pytest.raises(ValidationError, match="NEST's grid is a whole number of microseconds up to 1 ms"):
+    with pytest.raises(ValidationError, match=r"NEST's grid.*1 ms"):
         NestOptions(resolution=resolution)
 
 

@@ -59,7 +59,7 @@ def test_a_lower_limit_is_refused(network, opened):
 
 
 def test_a_rule_that_is_turned_round_is_refused(network, opened):
-    with pytest.raises(CapabilityError, match="'plastic': A_minus is negative; in NEST it is 0 or more"):
+    with pytest.raises(CapabilityError, match=r"'plastic': A_minus.*NEST"):
         opened(network(lambda sim: pair(sim, depression=-0.1)))
 
 
@@ -76,7 +76,7 @@ def test_two_time_constants_on_one_cell_are_refused(network, opened):
             )
             sim.Projection(cells, cells, sim.OneToOneConnector(), stdp, label=f"tau {tau_minus:g}")
 
-    with pytest.raises(CapabilityError, match="'tau 30': NEST keeps tau_minus with the cell"):
+    with pytest.raises(CapabilityError, match=r"'tau 30': NEST.*tau_minus"):
         opened(network(build))
 
 

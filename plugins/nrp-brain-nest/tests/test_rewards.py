@@ -121,7 +121,7 @@ def test_rewards_come_when_all_synapses_are_updated(network, opened):
         ({"shared": False}, "shared=True"),
         ({"eligibility_limits": True}, "eligibility_limits=False"),
         ({"receptor": "punishment"}, "only add dopamine"),
-        ({"sources": 2, "amount": np.array([[0.1], [0.2]])}, "brings the same dopamine, not 0.1 to 0.2"),
+        ({"sources": 2, "amount": np.array([[0.1], [0.2]])}, "0.1.*0.2"),
         ({"stdp": "inhibitory", "weight": -1.0}, "only excitatory synapses"),
         ({"a_plus": np.array([[1.0, 2.0]]), "wide": 2}, "one A_plus"),
     ],

@@ -56,7 +56,7 @@ def test_the_death_of_its_process_is_one_clear_error(simulator, network, opened)
     brain = opened(network(busy), simulator, python=sys.executable)
     brain.run_until(20 * NS_PER_MS)
     os.kill(brain._process.pid, signal.SIGKILL)
-    with pytest.raises(SimulationError, match="was ended by SIGKILL"):
+    with pytest.raises(SimulationError, match="SIGKILL"):
         brain.run_until(40 * NS_PER_MS)
 
 
@@ -94,7 +94,7 @@ def test_several_synapses_between_two_cells_keep_their_own_weights(simulator, ne
 
 def test_a_time_between_two_steps_is_refused_and_harms_nothing(simulator, network, opened):
     brain = opened(network(busy), simulator)
-    with pytest.raises(TimestepError, match=r"steps of 0.1 ms and cannot stop at 1.05 ms"):
+    with pytest.raises(TimestepError, match=r"0.1.*1.05"):
         brain.run_until(1_050_000)
     brain.run_until(NS_PER_MS)
 

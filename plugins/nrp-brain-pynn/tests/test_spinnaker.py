@@ -50,7 +50,7 @@ def test_a_synapse_that_comes_late_is_refused(home, network, opened):
     brain = opened_with(opened, network)
     brain.run_until(20 * NS_PER_MS)
     brain.add_source(FixedFrequencySource(weight=0.02, **DRIVE), [0], name="late")
-    with pytest.raises(CapabilityError, match="drives population 'cells' with the weight 0"):
+    with pytest.raises(CapabilityError, match=r"'cells'.*weight 0"):
         brain.run_until(40 * NS_PER_MS)
 
 
@@ -64,5 +64,5 @@ def test_a_reset_maps_anew(home, network, opened):
 
 
 def test_the_address_of_the_board_is_required(home, network, opened):
-    with pytest.raises(BackendLoadError, match=r"machineName and version, or virtual_board = True"):
+    with pytest.raises(BackendLoadError, match=r"machineName.*virtual_board = True"):
         opened_with(opened, network)

@@ -51,7 +51,7 @@ def test_a_good_layout_has_no_problem(tmp_path: Path, channels: Channels) -> Non
     layout.save({**GOOD, "traces": []})
     assert layout.load()["layout"]["traces"] == []
     assert layout.reset() == {"layout": GOOD}
-    with pytest.raises(ExperimentError, match="a layout has no key 'trees'"):
+    with pytest.raises(ExperimentError, match="'trees'"):
         layout.save({**GOOD, "trees": {}})
 
 
@@ -65,7 +65,7 @@ def test_a_layout_has_some_panels_and_several_of_a_kind(tmp_path: Path, channels
     }
     layout.save(given)
     assert layout.load() == {"layout": given}
-    with pytest.raises(ExperimentError, match="there is no panel 'cmera 2'; did you mean 'camera'"):
+    with pytest.raises(ExperimentError, match=r"'cmera 2'.*'camera'"):
         layout.save({**given, "choices": {"cmera 2": "/husky/camera"}})
 
 

@@ -74,7 +74,7 @@ def test_speed_and_costs_are_unknown_until_there_is_a_step_and_while_time_stands
 def test_it_runs_to_a_time(visitor: Visitor) -> None:
     visitor.call("run_to", t_s=0.19)
     visitor.status(state="paused", t_s=0.2)
-    with pytest.raises(RefusedError, match=r"the run is already at 0\.2 s"):
+    with pytest.raises(RefusedError, match=r"already at 0\.2 s"):
         visitor.call("run_to", t_s=0.1)
 
 
@@ -193,7 +193,7 @@ def test_a_snapshot_is_restored(opened: Cockpit, visitor: Visitor) -> None:
     assert state(opened) == after or not is_exact(opened)
     shown = visitor.until(lambda: (visitor.last("timeline") or {}).get("snapshots"))
     assert taken in shown
-    with pytest.raises(RefusedError, match="there is no snapshot 's0'"):
+    with pytest.raises(RefusedError, match="'s0'"):
         visitor.call("restore", id="s0")
 
 
@@ -204,7 +204,7 @@ def test_a_snapshot_of_another_way_has_no_past(opened: Cockpit, visitor: Visitor
     visitor.call("publish", topic=COLOUR, value="red")
     visitor.call("step")
     visitor.call("restore", id=taken["id"])
-    with pytest.raises(RefusedError, match=r"there is no snapshot to return from to 0\.08 s"):
+    with pytest.raises(RefusedError, match=r"snapshot .*0\.08 s"):
         visitor.call("step_back")
 
 
@@ -215,7 +215,7 @@ def test_a_reset_begins_again(opened: Cockpit, visitor: Visitor) -> None:
     assert now_s(opened) == 0.0
     visitor.call("step", n=4)
     assert state(opened) == after
-    with pytest.raises(RefusedError, match="'brian' cannot be reset"):
+    with pytest.raises(RefusedError, match="'brian'"):
         visitor.call("reset", what="brian")
 
 
@@ -241,7 +241,7 @@ def test_the_pace_is_kept_and_a_slow_one_holds_up_nobody(opened: Cockpit, visito
     visitor.until(lambda: now_s(opened) > 0, 5)  # a step takes 20 s
     visitor.call("pause")
     assert now_s(opened) < 1
-    with pytest.raises(RefusedError, match=r"the pace is a factor of at least 0\.0001, not 0"):
+    with pytest.raises(RefusedError, match=r"0\.0001"):
         visitor.call("pace", factor=0)
 
 

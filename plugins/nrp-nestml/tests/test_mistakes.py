@@ -111,7 +111,7 @@ def test_units_that_are_factors_by_themselves_are_numbers(tmp_path: Path) -> Non
     lone = MODEL.replace("refr_t' = -1", "refr_t' = -1e3 * ms/s")
     assert cell_of(written(tmp_path, lone)) == cell_of(written(tmp_path, MODEL))
     wrong = written(tmp_path, MODEL.replace("refr_t' = -1", "refr_t' = -2e3 * ms/s"))
-    with pytest.raises(NestmlError, match="so its equation is refr_t' = -1"):
+    with pytest.raises(NestmlError, match="refr_t' = -1"):
         cell_of(wrong)
 
 

@@ -70,11 +70,11 @@ def test_only_ros_2_has_domains() -> None:
 @pytest.mark.parametrize(
     ("options", "wrong"),
     [
-        ({"body": "mujocco"}, r"did you mean 'mujoco'"),
-        ({"body": "mujoco", "body_options": {"image_skale": 1}}, "option 'image_skale' of the body 'mujoco'"),
-        ({"body": "mujoco", "time": "clock"}, "uses ROS 2 in lockstep"),
-        ({"body": "mujoco", "ros": 1}, "uses ROS 2 in lockstep"),
-        ({"body": "mujoco", "timestep": "1 ms"}, "of a simulated body in 'body_options'"),
+        ({"body": "mujocco"}, "'mujoco'"),
+        ({"body": "mujoco", "body_options": {"image_skale": 1}}, "'image_skale'.*'mujoco'"),
+        ({"body": "mujoco", "time": "clock"}, "ROS 2 in lockstep"),
+        ({"body": "mujoco", "ros": 1}, "ROS 2 in lockstep"),
+        ({"body": "mujoco", "timestep": "1 ms"}, "'body_options'"),
         ({"body": "ros"}, "runs in real time"),
         ({"body_options": {"image_scale": 1}}, "add 'body'"),
     ],

@@ -74,7 +74,7 @@ def test_pybullet_reads_a_robot_of_many_parts(tmp_path: Path) -> None:
 def test_a_joint_beside_the_frame_of_its_link_is_refused_and_one_along_its_axis_is_not() -> None:
     (joint,) = ARM.joints
     aside = replace(joint, pose=LIMB @ Pose((0.1, 0.0, 0.0)))
-    with pytest.raises(SceneError, match="'elbow' of 'arm' does not turn about the frame of its link"):
+    with pytest.raises(SceneError, match=r"'elbow'.*'arm'"):
         urdf(replace(ARM, joints=(aside,)))
     along = replace(joint, pose=LIMB @ Pose((0.0, 0.1, 0.0)))
     assert urdf(replace(ARM, joints=(along,))) == urdf(ARM)

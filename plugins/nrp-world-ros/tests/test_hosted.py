@@ -221,7 +221,7 @@ def test_the_death_of_one_body_process_is_one_error_and_spares_the_others(world:
     with hosted() as other:
         go(world, 3)
         os.kill(process_of(world), signal.SIGKILL)
-        with pytest.raises(SimulationError, match=r"simulates the body by 'mujoco' was ended by signal 9"):
+        with pytest.raises(SimulationError, match=r"'mujoco'.*signal 9"):
             go(world, 100)
         with pytest.raises(LifecycleError):
             go(world, 1)

@@ -210,9 +210,9 @@ def test_domains_do_not_hear_each_other(ros2: Ros2, node: Node) -> None:
 @needs_ros2
 def test_a_message_that_ros_cannot_carry_is_refused_with_its_field(ros2: Ros2, node: Node) -> None:
     publisher = node.publisher("/x", geometry_msgs.Twist)
-    with pytest.raises(TopicError, match=r"geometry_msgs/msg/Twist cannot be encoded"):
+    with pytest.raises(TopicError, match="geometry_msgs/msg/Twist"):
         publisher.publish(geometry_msgs.Twist("fast"))  # type: ignore[arg-type]
-    with pytest.raises(TopicError, match="cannot be a topic of ROS 2"):
+    with pytest.raises(TopicError, match="topic of ROS 2"):
         node.publisher("/no good", geometry_msgs.Twist)
 
 
@@ -227,14 +227,14 @@ def test_the_number_of_the_domain_is_that_of_ros_2s_variable() -> None:
 
 @pytest.mark.parametrize("text", ["one", "233", "-1"])
 def test_a_domain_that_ros_2_does_not_have_is_refused(text: str) -> None:
-    with pytest.raises(BackendLoadError, match=f"from 0 to 232, not '{text}'"):
+    with pytest.raises(BackendLoadError, match=f"232.*'{text}'"):
         domain_number(None, {"ROS_DOMAIN_ID": text})
 
 
 def test_only_this_machine_is_reached_unless_ros_2s_variable_says_more() -> None:
     assert discovery_range({}) == "LOCALHOST"
     assert discovery_range({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}) == "SUBNET"
-    with pytest.raises(BackendLoadError, match=r"SUBNET.*did you mean"):
+    with pytest.raises(BackendLoadError, match=r"SUBNET.*mean"):
         discovery_range({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNETS"})
 
 

@@ -111,7 +111,7 @@ def test_a_call_without_an_answer_ends_with_an_error(
     with join(Ros.TWO, "silent", domain=ros2.domain) as silent:
         serve(silent, "/never", lambda _request: Future())
         discover(ros2, node, "/never")
-        with pytest.raises(SimulationError, match=r"/never has not answered within 0.5 s"):
+        with pytest.raises(SimulationError, match=r"/never.*0.5"):
             node.call("/never", std_srvs.SetBoolRequest(True), std_srvs.SetBoolResponse, 0.5)
 
 

@@ -145,7 +145,7 @@ def test_calls_that_wait_are_refused_when_the_world_closes_and_later_ones_too() 
         asked = pause(b"")
         calls.close()
         for each in (asked, pause(b"")):
-            with pytest.raises(TopicError, match="pause_physics: this world has been closed"):
+            with pytest.raises(TopicError, match=r"pause_physics.*closed"):
                 each.result(0)
         calls.answer()
         assert not world.paused
@@ -155,7 +155,7 @@ def test_calls_beyond_the_most_are_refused_at_once_and_told(monkeypatch: pytest.
     monkeypatch.setattr("nrp_world_ros.bridge.MOST", 2)
     with offered() as (calls, pause, world):
         asked = [pause(b"") for _ in range(3)]
-        with pytest.raises(TopicError, match="pause_physics: 2 calls wait already"):
+        with pytest.raises(TopicError, match="pause_physics: 2"):
             asked[2].result(0)
         calls.answer()
         assert [each.done() for each in asked] == [True] * 3

@@ -245,7 +245,7 @@ def test_whatever_parameter_is_nan_is_named_with_its_cell(cell: str, data: st.Da
     wrong = data.draw(st.integers(0, size - 1))
     values = np.full(size, float(model.default_parameters[name]))
     values[wrong] = np.nan
-    with pytest.raises(NetworkError, match=f"population 'p': {name} of cell {wrong} is nan"):
+    with pytest.raises(NetworkError, match=f"'p': {name}.*{wrong}"):
         sim.Population(size, model(**{name: values}), label="p")
 
 
@@ -269,9 +269,7 @@ def test_weights_of_the_wrong_sign_and_only_those_are_refused(
         sim.Projection(pre, post, sim.FromListConnector(table), receptor_type=receptor, label="p")
 
     if wrong:
-        with pytest.raises(
-            NetworkError, match=rf"projection 'p': weight of synapse {wrong[0]} \({wrong[0]} ->"
-        ):
+        with pytest.raises(NetworkError, match=rf"'p'.*{wrong[0]} \({wrong[0]} ->"):
             connect()
     else:
         connect()

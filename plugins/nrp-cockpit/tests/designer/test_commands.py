@@ -111,19 +111,19 @@ def test_any_commands_leave_a_model_that_is_written_and_every_step_goes_back(
 @pytest.mark.parametrize(
     ("source", "target", "reason"),
     [
-        ("topic:/husky/odom", "transfer_function/2", "a monitor shows a device on neurons; /husky/odom is a"),
+        ("topic:/husky/odom", "transfer_function/2", "/husky/odom"),
         ("topic:/husky/odom", "population:actors", "need a transfer function between them"),
         ("topic:/husky/odom", "topic:/husky/camera", "two topics need a transfer function"),
         ("population:actors", "population:sensors", "the brain connects its populations"),
-        ("topic:/husky/camera", "transfer_function/0", "is already connected to /husky/camera"),
+        ("topic:/husky/camera", "transfer_function/0", "/husky/camera"),
         ("topic:/husky/cmd_vel", "transfer_function/0/topic/0", "is a command: it can only be published"),
         (
             "topic:/husky/odom",
             "transfer_function/1/return_value",
             "published by the robot: it can only be read",
         ),
-        ("topic:/husky/odom", "transfer_function/0/device/0", "'eye' is a device on neurons"),
-        ("population:actors", "transfer_function/0/topic/0", "'camera' is a topic; actors are neurons"),
+        ("topic:/husky/odom", "transfer_function/0/device/0", "'eye'"),
+        ("population:actors", "transfer_function/0/topic/0", "'camera'"),
         ("population:actors", "transfer_function/3", "its code says what it is connected to"),
         ("transfer_function/0", "transfer_function/1", "exchange values over topics or neurons"),
         ("transfer_function/0/topic/0", "transfer_function/1/return_value", "only inside its function"),
@@ -191,9 +191,7 @@ def test_a_function_is_told_when_it_runs(drawing: Drawing) -> None:
     drawing.do("remove", path=camera)
     (found,) = model_findings(drawing.model, drawing.document.path)
     assert (found["box"], "cannot be triggered by 'eye'" in found["summary"]) == (function, True)
-    with pytest.raises(
-        ExperimentError, match="'throttlingRate' cannot be '-3'; it must be a positive number"
-    ):
+    with pytest.raises(ExperimentError, match=r"'throttlingRate'.*'-3'"):
         drawing.do("set", path=function, field="throttling_rate", text="-3")
 
 
@@ -223,7 +221,7 @@ def test_a_finding_stands_at_its_box_and_its_part(drawing: Drawing) -> None:
 @pytest.mark.parametrize(
     ("field", "text", "reason"),
     [
-        ("name", "1st", "'name' cannot be '1st'; it must be a name of letters"),
+        ("name", "1st", "'name'.*'1st'"),
         ("name", "", "'name' is needed"),
         ("type", "Poison", "one of ACSource"),
     ],

@@ -112,9 +112,9 @@ def test_what_the_experiment_refuses_is_said_at_its_intervention() -> None:
         )
         _do(visitor, "set", path=f"{made}/effect", field="by", text="0.5")
         assert [one for one in visitor.call("designer/check")["findings"] if one["weight"] == "error"] == []
-        with pytest.raises(RefusedError, match="'by' cannot be 'half'; it must be a finite number"):
+        with pytest.raises(RefusedError, match=r"'by'.*'half'"):
             _do(visitor, "set", path=f"{made}/effect", field="by", text="half")
-        with pytest.raises(RefusedError, match=r"brain\.py was written by hand"):
+        with pytest.raises(RefusedError, match=r"brain\.py"):
             _do(visitor, "set", path="", field="timestep", text="1")
         assert _do(visitor, "copy", path=made) == "intervention/2"
         assert _do(visitor, "move", path=made, to=0) == "intervention/0"
