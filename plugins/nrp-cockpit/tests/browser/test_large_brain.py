@@ -99,7 +99,7 @@ def test_the_wheel_beside_the_cells_zooms_to_one_and_a_double_click_shows_all(pa
 def test_silent_cells_can_be_hidden(page: Page):
     spikes = page.get_by_role("region", name="Spikes")
     choose(page, "Active cells first")
-    expect(spikes).to_contain_text(re.compile(r"in the last second, of [\d,]+ cells in sight"))
+    expect(spikes).to_contain_text(re.compile(r"in 1 s, of [\d,]+ cells in sight"))
     shown = int(spikes.inner_text().split(", of ")[1].split(" cells")[0].replace(",", ""))
     assert 0 < shown <= 2004
     choose(page, "By number")
