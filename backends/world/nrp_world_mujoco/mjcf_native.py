@@ -569,6 +569,9 @@ def not_passed(model: Any) -> Iterator[str]:
                 yield f"the flag {name.rpartition('_')[2].lower()} of its <option>"
     if model.opt.disableactuator:
         yield "actuatorgroupdisable of its <option>"
+    sleeps = model.opt.enableflags & _bit("ENBL", "sleep")
+    if sleeps and model.opt.sleep_tolerance > mujoco.MjOption().sleep_tolerance:
+        yield "the flag sleep of its <option>, by which bodies stop that still move"
 
 
 def _bit(kind: str, flag: str) -> int:

@@ -130,6 +130,18 @@ def test_each_attribute_of_the_schema_acts_as_in_mujoco_alone(tmp_path, kind):
     assert not wrong
 
 
+@pytest.mark.parametrize(("tolerance", "differs"), [("0.4", True), ("1e-4", False)])
+def test_moving_bodies_that_a_file_lets_sleep_are_reported(tmp_path, tolerance, differs):
+    free = {
+        "option": {"sleep_tolerance": tolerance},
+        "flag": {"sleep": "enable"},
+        "equality": {"active": "false"},
+    }
+    found, warned = difference(model_of(free), tmp_path)
+    assert (found > 1e-3) is differs
+    assert ("the flag sleep" in warned) is differs
+
+
 def combined(numbers: range, folder: Path) -> dict[str, float]:
     """Return the models of random attributes that differ without a warning; some are invalid."""
     wrong, valid = {}, 0
