@@ -157,7 +157,8 @@ def combined(numbers: range, folder: Path) -> dict[str, float]:
             continue
         valid += 1
         found, warned = difference(model_of(chosen), folder)
-        if not found <= 1e-9 and not any(name in warned for given in chosen.values() for name in given):
+        bound = 1e-6 if "solver" in chosen["option"] else 1e-9  # CG and PGS end at MuJoCo's tolerance of 1e-8
+        if not found <= bound and not any(name in warned for given in chosen.values() for name in given):
             wrong[repr(chosen)] = found
     assert valid > len(numbers) / 4
     return wrong
