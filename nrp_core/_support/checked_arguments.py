@@ -41,6 +41,9 @@ _NUMBERS: Final = "biuf"
 _CALLABLE: Final[Any] = CallableABC
 
 
+_SIMPLE: Final = frozenset({str, int, float, bool})
+
+
 def is_number(value: object) -> TypeGuard[float]:
     """Return whether a value is a real number, of Python or NumPy; a truth value is none."""
     return isinstance(value, Real) and not isinstance(value, bool)
@@ -52,6 +55,8 @@ def admits(hint: Any, value: object) -> bool:
     Numbers of NumPy are numbers, a truth value is not one, a text is not a list, and lists, tuples and arrays
     may stand for each other. What this knows nothing of, it admits.
     """
+    if type(value) is hint and hint in _SIMPLE:
+        return True  # most values
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return admits(parts[0], value)
