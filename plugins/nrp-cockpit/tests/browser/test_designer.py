@@ -440,7 +440,7 @@ def test_a_brain_is_drawn_by_pointer_and_its_populations_are_there_for_functions
     hand.click("radio", "Brain")
     expect(hand.box("neurons circuit")).to_be_visible()
     expect(page.get_by_text("brain.py was written by hand and cannot be edited here.")).to_be_visible()
-    expect(page.get_by_role("button", name="Save")).to_be_disabled()
+    expect(page.get_by_role("button", name="Save", exact=True)).to_be_disabled()
     (tmp_path / "mine.py").write_text(script_of(Brain()))
     with visit(studio) as visitor:
         visitor.call("designer/open", file=str(tmp_path / "mine.py"))

@@ -112,7 +112,7 @@ def test_a_file_is_saved_to_the_disk_only_when_asked(
     page.keyboard.type("\nreturn")
     expect(page.get_by_text("1 file is edited.")).to_be_visible()
     assert file.read_text() == before
-    page.get_by_role("button", name="Save").click()
+    page.get_by_role("button", name="Save", exact=True).click()
     expect(page.get_by_text("Saved broken.py.")).to_be_visible()
     assert "return" in file.read_text()
 
