@@ -46,7 +46,7 @@ from nrp_cockpit.wire.server import Server
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 from nrp_core.cle.pacing import Paced
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment

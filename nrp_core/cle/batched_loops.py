@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from nrp_core._support.closing import Closing
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 from nrp_core.cle.time_limit import DeferredInterrupt
 
 

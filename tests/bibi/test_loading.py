@@ -10,7 +10,7 @@ import pytest
 from nrp_bibi.loader import load_bibi
 from nrp_bibi.model.channels import DeviceType
 
-from nrp_core.cle.engine import Failure
+from nrp_core.cle.loop import Failure
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.testing import Rig
 from nrp_core.errors import ExperimentError

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 from nrp_core.clock import seconds
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.experiment.making.watch import declare_missing_topics, silent_topic

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from nrp_core.brain.network.data import Network
-from nrp_core.cle.engine import Failure
+from nrp_core.cle.loop import Failure
 from nrp_core.clock import seconds
 from nrp_core.dsl.devices import DeviceGroup, SpikeGenerator
 from nrp_core.dsl.functions import TransferFunction

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from nrp_core._support.named_values import Named
 from nrp_core._support.overview import Overview, Row
-from nrp_core.cle.engine import Failure
+from nrp_core.cle.loop import Failure
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.events.criteria import Verdict

@@ -16,7 +16,7 @@ from nrp_cockpit.session.session import Mode
 from nrp_cockpit.wire.hub import Hub
 from visitors import SMALL, Cockpit, Visitor, cockpit
 
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run

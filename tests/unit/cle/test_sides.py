@@ -83,8 +83,8 @@ def test_by_default_a_thread_is_used_where_it_pays(
     releases_gil: bool,
     expected: list[tuple[str, bool]],
 ) -> None:
-    monkeypatch.setattr("nrp_core.cle.engine.WORTH_A_THREAD_NS", worth_ns)
-    monkeypatch.setattr("nrp_core.cle.engine.cores", lambda: cores)
+    monkeypatch.setattr("nrp_core.cle.loop.WORTH_A_THREAD_NS", worth_ns)
+    monkeypatch.setattr("nrp_core.cle.loop.cores", lambda: cores)
     assert threads_used(None, releases_gil=releases_gil) == expected
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 from nrp_core.dsl import line_in
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Run, RunObserver

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict, deque
 from dataclasses import dataclass
 
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 
 RECENT = 60
 """Number of calls whose duration is shown."""

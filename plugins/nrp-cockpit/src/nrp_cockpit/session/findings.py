@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from nrp_cockpit.session.costs import Cost
-from nrp_core.cle.engine import Failure
+from nrp_core.cle.loop import Failure
 from nrp_core.clock import seconds
 from nrp_core.dsl import TransferFunction
 from nrp_core.experiment.events.criteria import Verdict

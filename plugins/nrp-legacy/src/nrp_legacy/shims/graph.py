@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final, Protocol
 
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 from nrp_core.clock import seconds
 from nrp_core.dsl import message_type
 from nrp_core.experiment import Run

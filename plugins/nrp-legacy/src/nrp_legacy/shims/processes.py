@@ -19,7 +19,7 @@ from multiprocessing import dummy
 from types import ModuleType
 from typing import Any, Final
 
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 from nrp_core.clock import from_seconds
 from nrp_core.experiment import Run, RunObserver
 from nrp_core.findings import Code

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import total_ordering
 from typing import Any, Final
 
-from nrp_core.cle.engine import ClosedLoop
+from nrp_core.cle.loop import ClosedLoop
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl import message_type
 from nrp_core.experiment import Run
