@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 from typer.main import get_command
 
 from nrp_core._support.diagnosis import Diagnosis
@@ -61,10 +62,11 @@ def test_every_command_can_answer_in_json_and_is_explained(nrp: Nrp, command: st
     assert "--json" in done.out
 
 
-def test_a_misspelt_command_gets_a_hint(nrp: Nrp) -> None:
+def test_a_misspelt_command_gets_a_hint(nrp: Nrp, golden: Golden) -> None:
     done = nrp("validte")
     assert done.code == 2
-    assert "Did you mean 'validate'" in done.err
+    assert "'validate'" in done.err
+    golden(done.err)
 
 
 def test_the_version_is_that_of_the_distribution(nrp: Nrp) -> None:
@@ -79,11 +81,13 @@ def test_a_valid_experiment_is_valid(nrp: Nrp, experiment: Path) -> None:
     assert (done.code, done.out) == (0, "valid\n")
 
 
-def test_a_second_value_for_an_option_that_takes_one_is_refused(nrp: Nrp, experiment: Path) -> None:
+def test_a_second_value_for_an_option_that_takes_one_is_refused(
+    nrp: Nrp, experiment: Path, golden: Golden
+) -> None:
     done = nrp("run", experiment, "--until", "10 ms", "--until=20 ms")
     assert done.code == 2
-    assert "Invalid value for '--until'" in done.err
-    assert "given twice, and it takes one value" in done.err
+    assert "'--until'" in done.err
+    golden(done.err)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -96,10 +100,11 @@ def test_no_command_ignores_the_first_of_two_values(nrp: Nrp, name: str) -> None
             assert (done.code, "given twice, and it takes one value" in done.err) == (2, True), option.opts
 
 
-def test_the_same_value_twice_is_refused(nrp: Nrp, experiment: Path) -> None:
+def test_the_same_value_twice_is_refused(nrp: Nrp, experiment: Path, golden: Golden) -> None:
     done = nrp("validate", experiment, "-s", "seed=3", "--set", "seed=3")
     assert done.code == 2
-    assert "'seed=3' is given twice" in done.err
+    assert "'seed=3'" in done.err
+    golden(done.err)
     assert nrp("validate", experiment, "-s", "seed=3", "-s", "duration=2 s").code == 0
 
 
@@ -114,7 +119,7 @@ def test_all_mistakes_are_reported_at_once(nrp: Nrp, experiment: Path) -> None:
 def test_a_backend_that_is_missing_is_another_code_than_a_mistake(nrp: Nrp, experiment: Path) -> None:
     done = nrp("validate", experiment, "--brain", "nowhere")
     assert done.code == 4
-    assert "no brain backend is called 'nowhere'" in done.err
+    assert "'nowhere'" in done.err
     assert nrp("validate", experiment, "--brain", "nowhere", "-s", "timestp=1").code == 3
 
 

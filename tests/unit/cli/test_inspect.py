@@ -7,6 +7,7 @@ from pathlib import Path
 
 import cv2
 import pytest
+from golden import Golden
 
 from nrp_core.cli.options import overrides_of
 
@@ -30,7 +31,7 @@ def test_warnings_go_to_standard_error(nrp, tmp_path):
     robot.write_text('<robot name="r"><link name="base"/><wheels/></robot>')
     done = nrp("inspect", robot, "-v")
     assert done.code == 0
-    assert "robot.urdf:1: the <wheels> of a <robot> is unknown" in done.err
+    assert "robot.urdf:1: the <wheels>" in done.err
     assert "wheels" not in done.out
 
 
@@ -123,17 +124,17 @@ def test_an_unreadable_file_is_one_error(nrp, tmp_path, name, content, message):
     assert done.err.count("\n") == 1
 
 
-def test_an_image_of_another_kind_is_refused_before_anything_is_read(nrp, tmp_path):
+def test_an_image_of_another_kind_is_refused_before_anything_is_read(nrp, tmp_path, golden: Golden):
     done = nrp("inspect", HUSKY, "--image", tmp_path / "husky.gif")
     assert done.code == 2
-    assert "an image is a .png or .jpg file" in done.err
+    golden(done.err)
 
 
 @pytest.mark.parametrize("file", ["listing1.py", "experiment.yaml"])
-def test_an_image_of_a_file_that_is_not_drawn_is_refused(nrp, tmp_path, file):
+def test_an_image_of_a_file_that_is_not_drawn_is_refused(nrp, tmp_path, file, golden: Golden):
     done = nrp("inspect", HUSKY.parent / file, "--image", tmp_path / "husky.png")
     assert done.code == 2
-    assert "only a robot or a room is drawn" in done.err
+    golden(done.err)
 
 
 def test_a_setting_that_another_option_sets_is_noted(capsys):
@@ -160,10 +161,10 @@ def test_a_robot_with_an_element_that_a_run_would_leave_out_is_described_without
     assert done.code == 0
     assert "joint first, prismatic" in done.out
     assert "joint second" not in done.out
-    assert "robot.sdf:3: the joint 'second' closes a loop" in done.err
+    assert "robot.sdf:3: the joint 'second'" in done.err
 
 
-def test_a_xacro_file_is_given_its_arguments(nrp, tmp_path):
+def test_a_xacro_file_is_given_its_arguments(nrp, tmp_path, golden: Golden):
     robot = tmp_path / "arm.xacro"
     named = '<xacro:arg name="name" default="arm"/><link name="base"/>'
     robot.write_text(f'<robot name="$(arg name)" xmlns:xacro="http://ros.org/wiki/xacro">{named}</robot>')
@@ -171,17 +172,17 @@ def test_a_xacro_file_is_given_its_arguments(nrp, tmp_path):
     assert [model["name"] for model in json.loads(shown.out)["models"]] == ["left"]
     refused = nrp("inspect", robot, "-s", "seed=1")
     assert refused.code == 2
-    assert "only the arguments of a xacro file are set" in refused.err
+    golden(refused.err)
 
 
 FUNCTION = "@nrp.Neuron2Robot()\ndef drive(t):\n    pass\n"
 
 
-def test_settings_of_an_experiment_are_refused_for_a_file_of_functions(nrp, tmp_path):
+def test_settings_of_an_experiment_are_refused_for_a_file_of_functions(nrp, tmp_path, golden: Golden):
     functions = tmp_path / "functions.py"
     functions.write_text("import hbp_nrp_client.tf_framework as nrp\n" + FUNCTION)
     assert nrp("inspect", functions).code == 0
     for option in (["-s", "seed=1"], ["--models", tmp_path]):
         refused = nrp("inspect", functions, *option)
         assert refused.code == 2
-        assert "it has no effect on a file of functions alone" in refused.err
+        golden(refused.err)
