@@ -1,15 +1,8 @@
-"""Run every kernel of the spinnaker backend for a while and print a digest of all its state.
-
-The arguments are packages that cannot be imported.
-"""
+"""Run every kernel of the spinnaker backend for a while and print a digest of all its state."""
 
 import hashlib
 import pickle
-import sys
 from dataclasses import replace
-
-sys.modules.update(dict.fromkeys(sys.argv[1:]))
-# ruff: noqa: E402
 
 import numpy as np
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
