@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 from nrp_cockpit.session import functions
@@ -132,10 +133,10 @@ def test_a_constant_is_an_edit_of_its_file_that_can_be_reverted(
         if each["path"] == file and "RATE = 100.0" in each["source"]
     ])  # fmt: skip
     assert "RATE = 100.0  # Hz of each feeler at contact" in sources[0]
-    calls: list[object] = []
-    monkeypatch.setattr(functions, "validate", lambda experiment: calls.append(experiment) or [])
+    checks = Mock(return_value=[])
+    monkeypatch.setattr(functions, "validate", checks)
     assert visitor.call("parameters/function", file=file, name="RATE", value=90.0)["applied"]
-    assert calls == []  # it would stop the run for half a second
+    assert not checks.called  # it would stop the run for half a second
     monkeypatch.undo()
     assert not any("RATE" in found["summary"] for found in visitor.call("functions/recheck")["findings"])
     with pytest.raises(RefusedError, match="'RATE'"):
@@ -154,3 +155,28 @@ def test_a_run_begins_again_with_another_seed_and_its_edited_functions(visitor: 
     assert visitor.until(lambda: visitor.last("experiment")["seed"] == 7)
     assert of_file(visitor, "RATE")["value"] == 100.0
     visitor.call("reseed", seed=1)
+
+
+def test_functions_are_checked_and_changed_also_when_another_thread_parses(
+    visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (file,) = (each["file"] for each in visitor.call("parameters")["functions"])
+    for name in ("validate", "load_function_file"):
+        failing, real = iter([True]), getattr(functions, name)
+
+        def call(*arguments: Any, failing: Any = failing, real: Any = real) -> Any:
+            if next(failing, False):
+                raise SystemError("AST constructor recursion depth mismatch (before=120, after=61)")
+            return real(*arguments)
+
+        monkeypatch.setattr(functions, name, call)
+    text = opened_text(visitor, file)
+    assert visitor.call("functions/apply", files={file: text + "\n"})["applied"]
+    visitor.call("functions/revert")
+
+
+def opened_text(visitor: Visitor, file: str) -> str:
+    """The text of a file of functions."""
+    visitor.until(lambda: visitor.last("functions"))
+    (text,) = (each["source"] for each in visitor.last("functions")["files"] if each["path"] == file)
+    return str(text)

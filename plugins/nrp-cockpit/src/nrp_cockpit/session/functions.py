@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from nrp_cockpit.session.completion import words_of
 from nrp_cockpit.session.costs import Costs
@@ -20,6 +20,8 @@ from nrp_core.experiment.making.maker import load_function_file
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
+
+T = TypeVar("T")
 
 LANGUAGES = {".py": "python", ".bibi": "bibi", ".xml": "bibi"}
 
@@ -239,7 +241,7 @@ class Functions:
     def _change(self, files: Mapping[str, Path]) -> None:
         """Exchange the functions of all files for those of files or their drafts in one transaction."""
         given = self._run.experiment.function_parameters
-        new = {name: load_function_file(path, given) for name, path in files.items()}
+        new = _again(lambda: {name: load_function_file(path, given) for name, path in files.items()})
         names = {function.name for functions in new.values() for function in functions}
         there = {function.name for function in self._run.loop.functions}
         gone = [
@@ -286,8 +288,22 @@ def source_file(name: str, path: Path, text: str | None = None, *, editable: boo
 
 def _findings(experiment: Experiment) -> list[Finding]:
     try:
-        return validate(experiment)
+        return _again(lambda: validate(experiment))
     except InvalidExperimentError as error:
         return list(error.findings)
     except NrpError as error:
         return [Finding(Code.NRP210, str(error))]
+
+
+_ATTEMPTS = 5
+
+
+def _again(call: Callable[[], T]) -> T:
+    """Return what a call returns that parses Python, which Python 3.11 cannot do in two threads at once.
+
+    It then raises a SystemError in one of them: https://github.com/python/cpython/issues/106905.
+    """
+    for _ in range(_ATTEMPTS - 1):
+        with suppress(SystemError):
+            return call()
+    return call()
