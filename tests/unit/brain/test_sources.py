@@ -183,10 +183,10 @@ def test_events_carry_weight_receptor_and_delay() -> None:
             "curr",
             "inhibitory",
             0.1,
-            "weight is 0.1; it must be 0 or less on the inhibitory receptor of 'curr'",
+            r"0\.1.*'curr'",
         ),
-        ("cond", "inhibitory", -0.1, "weight is -0.1 uS, and the conductances of 'cond' are never negative"),
-        ("cond", "excitatory", -0.1, "the conductances of 'cond' are never negative"),
+        ("cond", "inhibitory", -0.1, r"-0\.1 uS.*'cond'"),
+        ("cond", "excitatory", -0.1, r"-0\.1.*'cond'"),
         ("curr", "inhibitory", -0.1, None),
         ("curr", "excitatory", -0.1, None),
         ("curr", "inhibitory", 0.0, None),
@@ -195,7 +195,7 @@ def test_events_carry_weight_receptor_and_delay() -> None:
     ],
 )
 def test_a_weight_does_not_act_against_its_receptor(
-    kind: type[Any], cells: str, receptor: str, weight: float, words: str | None
+    kind: type[Any], cells: str, receptor: str, weight: float, words: str | None, golden: Golden
 ) -> None:
     sim = builder(1)
     sim.setup(timestep=0.1)
@@ -208,7 +208,7 @@ def test_a_weight_does_not_act_against_its_receptor(
     if words is None:
         port.start(0.0, network)
     else:
-        with pytest.raises(ValueError, match=words):
+        with golden.raises(ValueError, match=words):
             port.start(0.0, network)
 
 

@@ -112,18 +112,15 @@ def test_poses_in_a_circle_are_refused(model: ModelReader, golden: Golden) -> No
     ("frames", "words"),
     [
         ('<frame name="f" attached_to="base"/>', ""),
-        ('<frame name="f" attached_to="g"/><frame name="g" attached_to="f"/>', "'f' is attached to itself"),
-        (
-            '<frame name="f"><pose relative_to="f">0 0 1 0 0 0</pose></frame>',
-            "the frame 'f' is relative to itself",
-        ),
-        ('<frame name="f" attached_to="bsae"/>', "has no frame 'bsae'; did you mean 'base'"),
+        ('<frame name="f" attached_to="g"/><frame name="g" attached_to="f"/>', "'f'"),
+        ('<frame name="f"><pose relative_to="f">0 0 1 0 0 0</pose></frame>', "'f'"),
+        ('<frame name="f" attached_to="bsae"/>', "'bsae'.*'base'"),
     ],
 )
 def test_a_frame_without_a_place_is_refused_even_if_nothing_uses_it(
-    model: ModelReader, frames: str, words: str
+    model: ModelReader, frames: str, words: str, golden: Golden
 ) -> None:
-    with pytest.raises(SceneError, match=words) if words else nullcontext():
+    with golden.raises(SceneError, match=words) if words else nullcontext():
         model(link("base") + frames)
 
 
