@@ -31,6 +31,8 @@ SWEEP = {
     "measure": ["distance"],
     "until": "1600 ms",
 }
+DRIVES_S = 6
+"""The first screen is red, and the robot drives to it."""
 SEEN_S = 9
 """The first screen was reached, and the second is red."""
 BRANCH_S = 12
@@ -62,6 +64,13 @@ def _go_to(page: Page, t_s: int) -> None:
     slider.blur()
 
 
+def _play_until(page: Page, t_s: float) -> None:
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, t_s)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+
+
 def _run(page: Page) -> None:
     _go_to(page, SEEN_S)
     page.mouse.move(0, 0)
@@ -80,10 +89,7 @@ def _two_futures(page: Page) -> None:
     selected = page.frame_locator("iframe[title^='Branch']").get_by_role("region", name="Selected")
     selected.get_by_role("button", name="right_vr_screen", exact=True).click(timeout=60_000)
     selected.get_by_text("Red", exact=True).click()
-    page.get_by_role("button", name="Play").click()
-    wait_until(page, time_s(page) + 2)
-    page.get_by_role("button", name="Pause").click()
-    page.get_by_role("button", name="Play").wait_for()
+    _play_until(page, time_s(page) + 2)
     page.mouse.move(0, 0)
     page.wait_for_timeout(2000)
     page.screenshot(path=IMAGES / "cockpit-compare.png")
@@ -96,6 +102,7 @@ def _drawing(watched: Watched, cockpits: Cockpits, file: Path) -> None:
         Bibi(transfer_function=tuple(one for each in listings for one in each.transfer_function)), file
     )
     page = watched.open(cockpits.design(str(file), "-e", "braitenberg_husky"), **SIZE)
+    _play_until(page, DRIVES_S)
     page.get_by_role("button", name="device red_left_eye Poisson").click()
     page.wait_for_timeout(2000)
     page.screenshot(path=IMAGES / "designer.png")
@@ -124,10 +131,7 @@ def _sweep(watched: Watched, cockpits: Cockpits, folder: Path) -> None:
 def _fly(watched: Watched, cockpits: Cockpits) -> None:
     """An insect of true size at the sugar, with a smaller brain."""
     page = watched.open(cockpits.open("fly", "-s", "brain.parameters.cells=6000"), **SIZE)
-    page.get_by_role("button", name="Play").click()
-    wait_until(page, 1.2)
-    page.get_by_role("button", name="Pause").click()
-    page.get_by_role("button", name="Play").wait_for()
+    _play_until(page, 1.2)
     page.mouse.move(0, 0)
     page.wait_for_timeout(2000)
     page.screenshot(path=IMAGES / "cockpit-fly.png")

@@ -166,7 +166,7 @@ def test_weights_are_plotted_over_time_and_compared_at_two_moments(
     expect(rows.nth(2)).to_contain_text(re.compile(r"^\s*0 s\s*2\s*2\s*2"))
     pin.click()
     expect(rows.nth(3)).to_contain_text("1 s")
-    outlines = inspector.get_by_role("img", name="Histogram of the weights from 1.5 to 4").locator("polyline")
+    outlines = inspector.get_by_role("img", name="Histogram of the weights from 1 to 4").locator("polyline")
     expect(outlines).to_have_count(3)
     inspector.get_by_role("button", name="Unpin").first.click()
     expect(rows).to_have_count(3)

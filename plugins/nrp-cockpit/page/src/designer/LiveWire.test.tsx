@@ -6,7 +6,7 @@ import type { Experiment, Status } from "../state/types";
 import { wire } from "../wire";
 import { useValue } from "./LiveWire";
 import type { Box, WireData } from "./types";
-import { type Carried, carriedBy, textOf } from "./wireValue";
+import { type Carried, carriedBy, fitted, textOf } from "./wireValue";
 
 const device = (name: string, unit = "Hz") => ({ name, topic: `/brain/devices/${name}/rate`, unit });
 const experiment = {
@@ -66,6 +66,12 @@ test("of a message and of a group of devices the first numbers are shown", () =>
   expect(handlers.size).toBe(4);
   for (const place of [0, 1, 2, 3]) hear(`/brain/devices/eyes/all/${place}/rate`, { data: 10 * place });
   expect(text()).toBe("0 10.0 20.0 … Hz");
+});
+
+test("a wire shows whole numbers only, as many as have room between its boxes", () => {
+  expect(fitted("0.0411 mV", 62)).toBe("0.0411 mV");
+  expect(fitted("0.821 0 0 …", 62)).toBe("0.821 0 …");
+  expect(fitted("0.821 0 0 …", 20)).toBe("…");
 });
 
 test("images are not sent for a wire, which shows their rate", () => {

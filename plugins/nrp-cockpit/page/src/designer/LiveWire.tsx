@@ -4,7 +4,7 @@ import { useRun, useTimesBack } from "../state/run";
 import type { Experiment } from "../state/types";
 import { useRarely } from "../ui/useRarely";
 import { wire } from "../wire";
-import { type Carried, rateText, sourceOf, textOf } from "./wireValue";
+import { type Carried, fitted, rateText, sourceOf, textOf } from "./wireValue";
 
 /** How often a value is written anew (ms). */
 const EVERY_MS = 250;
@@ -18,7 +18,7 @@ export function LiveWire(props: EdgeProps) {
   return (
     <BaseEdge
       path={path}
-      label={text}
+      label={fitted(text, Math.abs(props.targetX - props.sourceX))}
       labelX={labelX}
       labelY={labelY}
       {...(markerEnd ? { markerEnd } : {})}
