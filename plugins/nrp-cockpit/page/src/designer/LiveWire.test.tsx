@@ -69,8 +69,8 @@ test("of a message and of a group of devices the first numbers are shown", () =>
 });
 
 test("a wire shows whole numbers only, as many as have room between its boxes", () => {
-  expect(fitted("0.0411 mV", 62)).toBe("0.0411 mV");
-  expect(fitted("0.821 0 0 …", 62)).toBe("0.821 0 …");
+  expect(fitted("0.0411 mV", 52)).toBe("0.0411 mV");
+  expect(fitted("0.821 0 0 …", 52)).toBe("0.821 0 …");
   expect(fitted("0.821 0 0 …", 20)).toBe("…");
 });
 

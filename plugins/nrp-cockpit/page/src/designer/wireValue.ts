@@ -64,13 +64,14 @@ const shortText = (value: number): string => (value === 0 ? "0" : valueText(valu
 export const rateText = (rate_hz: number | null): string =>
   rate_hz === null ? NOTHING : `${Number(rate_hz.toPrecision(3))} Hz`;
 
-/** The mean width of a letter at a wire. */
+/** The mean width of a letter at a wire, and how far a text may reach over the ends of its wire. */
 const LETTER_PX = 6.2;
+const OVER_PX = 8;
 
 /** As many whole words of a value as have room: a number without its first digits would be another one. */
 export function fitted(text: string, room_px: number): string {
   const words = text.split(" ");
-  const fits = (shown: readonly string[]) => shown.join(" ").length * LETTER_PX <= room_px;
+  const fits = (shown: readonly string[]) => shown.join(" ").length * LETTER_PX <= room_px + OVER_PX;
   if (fits(words)) return text;
   const kept = words.filter((word) => word !== "…");
   while (kept.length > 0 && !fits([...kept, "…"])) kept.pop();
