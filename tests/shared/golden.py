@@ -23,11 +23,11 @@ E = TypeVar("E", bound=BaseException)
 FILE = "messages.txt"
 _REPOSITORY = Path(__file__).resolve().parents[2]
 _VARYING = (  # what differs between machines, runs and edits of the tests, and what stands for it
-    (re.compile(rf"{re.escape(tempfile.gettempdir())}/[\w-]+(/tmp\w{{8}})*(?=[/\s'\"])"), "TMP"),
     (re.compile(re.escape(sys.executable)), "PYTHON"),
+    (re.compile(rf"{re.escape(str(_REPOSITORY))}/(?!\.venv)"), ""),
+    (re.compile(rf"{re.escape(tempfile.gettempdir())}/[\w-]+(/tmp\w{{8}})*(?=[/\s'\"])"), "TMP"),
     (re.compile(r"\bport \d+"), "port N"),
     (re.compile(r"Unable to synchronously open file.*"), "Unable to open file ..."),  # of HDF5
-    (re.compile(rf"{re.escape(str(_REPOSITORY))}/(?!\.venv)"), ""),
     (re.compile(r"[^\s'\"]*/site-packages/"), "PACKAGES/"),
     (re.compile(r"(test_\w+\.py(:|\", line ))\d+"), r"\1N"),
     (re.compile(r"(nrp-core )\d+\.\d+\.\d+"), r"\1VERSION"),
