@@ -78,7 +78,7 @@ def _decode(data: bytes) -> str:
         line = data.count(b"\n", 0, error.start) + 1
         raise XmlError(f"this XML is not in {codec}: {error.reason}", line) from None
     except (LookupError, ValueError) as error:
-        raise XmlError(f"this is XML in an encoding that cannot be read: {error}", 1) from None
+        raise XmlError(f"this is XML in the encoding {codec}, which cannot be read: {error}", 1) from None
 
 
 _MAX_DEPTH = 100

@@ -7,6 +7,7 @@ import importlib
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib.machinery import PathFinder
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -164,11 +165,19 @@ def _hides_names(node: ast.AST) -> bool:
 
 
 def _is_installed(name: str) -> bool:
-    """Return whether the package of a module is installed; it may make modules of its own."""
+    """Return whether an installed package may have a module; only its first child is looked for."""
+    root, _, rest = name.partition(".")
+    child = rest.partition(".")[0]
     try:
-        return find_spec(name.partition(".")[0]) is not None
+        spec = find_spec(root)
     except (ImportError, ValueError):
         return False
+    places = None if spec is None else spec.submodule_search_locations
+    made = sys.modules.get(root)
+    may_make = f"{root}.{child}" in sys.modules or hasattr(made, "__getattr__")
+    if not child or places is None or may_make:
+        return spec is not None
+    return PathFinder.find_spec(f"{root}.{child}", list(places)) is not None
 
 
 def _lacking(module: str, name: str, found: Shape) -> str:

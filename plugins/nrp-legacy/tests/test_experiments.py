@@ -254,15 +254,6 @@ def test_files_of_recorders_go_beside_an_experiment_or_its_archive_unless_told_o
     assert load_experiment(archive, ["csv_folder=out"]).csv_folder == Path("out")
 
 
-def test_a_folder_for_csv_files_is_called_unused_only_where_it_is_written(corpus: Path) -> None:
-    file = corpus / "lauron_2016" / "lauron.exc"
-    models = f"models=[{corpus / 'models'}]"
-    told = "'csv_folder' has no effect: no function has a CSV recorder"
-    assert told not in [finding.message for finding in validate_file(str(file), [models])]
-    given = validate_file(str(file), [models, "csv_folder=out"])
-    assert [told in finding.message for finding in given if "csv_folder" in finding.message] == [True]
-
-
 def test_a_start_pose_in_degrees_is_told_once_with_its_line(corpus: Path) -> None:
     file = corpus / "poses_2017" / "poses.exc"
     file.write_text(file.read_text().replace('yaw="0"', 'yaw="45"'))

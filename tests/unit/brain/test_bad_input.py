@@ -134,7 +134,6 @@ CASES = {
     joined("sim.StaticSynapse()") + ".set(delay=-2)": "projection 'p': delay of synapse 0 (0 -> 0) is -2",
     joined("sim.TsodyksMarkramSynapse(U=0.5)") + ".initialize(y=0.8, z=0.7)":
         "projection 'p': the initial y and z are shares of one whole, and their sum is 1.5",
-    "sim.Space(axes='xw')": "Space: axes is 'xw'; it must be one of x, y, z, xy, yz, xz, xyz",
     joined("sim.TsodyksMarkramSynapse(U=1.5)"): "projection 'p': U of synapse 0 (0 -> 0) is 1.5",
     CURRENT + "sim.Projection(a, a, sim.AllToAllConnector(), sim.StaticSynapse(weight=1), "
               "receptor_type='inhibitory', label='p')":

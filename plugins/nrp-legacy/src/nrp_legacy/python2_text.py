@@ -94,6 +94,12 @@ def _operators(tokens: list[Token]) -> Iterator[Edit]:
         yield opening.start, opening.end, "repr("
         yield closing.start, closing.end, ")"
     for one, after in pairwise(tokens):
+        if (
+            one.string == "<>"
+        ):  # Python 3.12 and newer make one token of it, and of a number that begins with 0
+            yield one.start, one.end, "!="
+        elif one.type == tokenize.NUMBER and re.fullmatch("0+[1-9][0-9]*", one.string):
+            yield one.start, one.end, f"0o{one.string}"
         if one.end != after.start:
             continue
         if (one.string, after.string) == ("<", ">"):
