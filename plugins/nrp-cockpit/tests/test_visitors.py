@@ -23,8 +23,8 @@ from nrp_core.experiment.running.run import Run
 WATCHED = {
     f"/cockpit/{name}"
     for name in (
-        "connections", "functions/check", "functions/complete", "layout/load", "membrane", "parameters",
-        "positions", "weights",
+        "bodies/models", "connections", "functions/check", "functions/complete", "layout/load", "membrane",
+        "parameters", "positions", "weights",
         "designer/describe", "designer/check", "designer/fits", "designer/words",
     )
 }  # fmt: skip
