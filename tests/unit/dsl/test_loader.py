@@ -28,7 +28,6 @@ Load = Callable[[str], list[TransferFunction]]
         ("def f(t):\n\tpass\n        pass\n", 3),
         ("x = 1\n\ny = 1 / 0\n", 3),
         ("def g():\n    return undefined\n\ng()\n", 2),
-        ("import geometry_msgs.srv\n", 1),
         ("from geometry_msgs.msg import Twits\n", 1),
         ("import no_such_module\n", 1),
         ("raise SystemExit(3)\n", 1),
@@ -43,6 +42,12 @@ def test_a_mistake_in_a_file_is_reported_with_its_line(
         load(text)
     assert Path(str(caught.value.path)).name == "functions.py"
     assert caught.value.line == line
+
+
+def test_a_package_of_messages_has_no_services(load: Load) -> None:
+    with pytest.raises(TransferFunctionError, match="'geometry_msgs") as caught:  # imported elsewhere, or not
+        load("import geometry_msgs.srv\n")
+    assert caught.value.line == 1
 
 
 def test_a_missing_file_is_reported_with_similar_names(tmp_path: Path, golden: Golden) -> None:
