@@ -135,10 +135,10 @@ def test_a_step_makes_few_calls_more_than_a_step_of_the_run(single: NrpEnv) -> N
     single.reset(seed=4)
     actions = [{"/husky/cmd_vel": command} for command in COMMANDS[:, 0]]
     single.step(actions[0])
-    alone = calls_in(single.run.step)
-    assert calls_in(lambda: single.step(actions[1])) - alone < MOST_CALLS_MORE, (
-        calls_in(lambda: single.step(actions[1])) - alone
-    )
+    # the fewest of several: not every step has an image, and some do what is done once
+    alone = min(calls_in(single.run.step) for _ in range(4))
+    together = min(calls_in(lambda: single.step(actions[1])) for _ in range(4))
+    assert together - alone < MOST_CALLS_MORE, together - alone
 
 
 def test_a_step_of_one_more_copy_makes_few_calls(copies: NrpVectorEnv) -> None:
