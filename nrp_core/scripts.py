@@ -299,6 +299,8 @@ def _compile(path: Path) -> CodeType:
         text = decoded_python(data)
         if isinstance(text, Misfit):
             raise SyntaxError(text.message, (str(path), text.line, text.column, None)) from error
+        if isinstance(error, ValueError):  # null characters, before Python 3.11.4
+            raise SyntaxError(str(error)) from error
         raise
 
 
