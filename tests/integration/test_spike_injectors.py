@@ -1,4 +1,4 @@
-"""A script is told of an injector into which nobody sends."""
+"""A script is warned of an injector that receives no spikes."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ def test_an_injector_into_which_nobody_sends_is_told(
     )
     with caplog.at_level("WARNING", "nrp_core.pynn"):
         run_script(script)
-    doubt = "no spike was sent into 'b': it has no port, and no connection has it in send_labels"
-    assert [text for text in caplog.messages if "'b'" in text] == ([doubt] if says else [])
+    warning = "no spike was sent into 'b': it has no port, and no connection has it in send_labels"
+    assert [text for text in caplog.messages if "'b'" in text] == ([warning] if says else [])

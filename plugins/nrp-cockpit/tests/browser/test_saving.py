@@ -42,7 +42,7 @@ def test_each_panel_is_saved_as_it_is_seen(panel: str, opened: Page) -> None:
     body = opened.get_by_role("region", name=panel, exact=True).locator(".panel-body")
     size = body.evaluate("body => [2 * body.clientWidth, 2 * body.scrollHeight]")
     picture = Image.open(BytesIO(saved(opened, panel, "Save as PNG")))
-    assert picture.size == pytest.approx(size, abs=40)  # a scroll bar is no part of the first
+    assert picture.size == pytest.approx(size, abs=40)  # the first has no scroll bar
     pixels = np.asarray(picture.convert("RGB")).reshape(-1, 3)
     assert len(np.unique(pixels, axis=0)) > 50  # more than an empty panel has, also where WebGL draws
 

@@ -13,7 +13,7 @@ type Listener = (change: Change) => void;
 
 /**
  * What the run last said about its world: read once for all panels that draw it, and kept outside React because it
- * changes 25 times a second. It hears its topics while at least one panel follows it.
+ * changes 25 times a second. It subscribes to its topics while at least one panel follows it.
  */
 class World {
   entities: Entities = new Map();

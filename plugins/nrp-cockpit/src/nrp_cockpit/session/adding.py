@@ -58,7 +58,7 @@ class Adding:
             raise ExperimentError(f"a position, m is 3 finite numbers, not {list(position)}")
         if not _SMALLEST_M <= size_m <= _LARGEST_M:
             raise ExperimentError(f"size_m: a size from {_SMALLEST_M:g} to {_LARGEST_M:g} m, not {size_m:g}")
-        files = self._files()
+        files = {} if model in SHAPES else self._files()
         if model not in SHAPES and model not in files:
             raise ExperimentError(f"no model '{model}' can be added{did_you_mean(model, [*SHAPES, *files])}")
         x, y, z = position
