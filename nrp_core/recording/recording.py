@@ -37,7 +37,7 @@ class Recording(RecordingReader):
         Args:
             what: ``run`` for the whole page, or ``raster``, ``trajectory``, ``devices`` or ``camera``.
             path: a .png, .svg or .pdf file to write as well.
-            options: ``size_inches``, ``dpi``, ``begin_s``, ``end_s``, ``panels`` and ``style`` of
+            options: ``size_inches``, ``dpi``, ``begin_s``, ``end_s`` and ``panels`` of
                 :class:`~nrp_core.recording.figures.style.PlotOptions`.
 
         Returns:
