@@ -1,4 +1,3 @@
-import { Suspense } from "react";
 import { SplitView } from "../layout/SplitView";
 import type { Split } from "../layout/tree";
 import { Notices } from "../shell/Notices";
@@ -16,9 +15,7 @@ const SHOWN: Split = {
 export default function EmbeddedView() {
   return (
     <main id="main" className="embedded">
-      <Suspense fallback={null}>
-        <SplitView node={SHOWN} fixed />
-      </Suspense>
+      <SplitView node={SHOWN} fixed />
       <Notices />
     </main>
   );

@@ -1,4 +1,4 @@
-import { Suspense, useEffect } from "react";
+import { useEffect } from "react";
 import { useRun } from "../state/run";
 import { useView } from "../state/view";
 import { Timeline } from "../timeline/Timeline";
@@ -20,7 +20,7 @@ export function CockpitView() {
   return (
     <div className="cockpit">
       <h1 className="hidden-text">Cockpit</h1>
-      <Suspense fallback={null}>{full ? <PanelFrame id={full} /> : <SplitView node={tree} />}</Suspense>
+      {full ? <PanelFrame id={full} /> : <SplitView node={tree} />}
       <div className="cockpit-timeline" data-panel="timeline" tabIndex={-1}>
         <Timeline />
       </div>

@@ -1,4 +1,4 @@
-import { type DragEvent, type HTMLAttributes, useMemo, useState } from "react";
+import { type DragEvent, type HTMLAttributes, Suspense, useContext, useMemo, useState } from "react";
 import { useAfterPicture } from "../state/picture";
 import { useView } from "../state/view";
 import { Boundary } from "../ui/Boundary";
@@ -44,9 +44,28 @@ export function PanelFrame({ id, fixed = false }: FrameProps) {
   return (
     <div className="frame" data-panel={id} data-drop={drop} tabIndex={-1} {...(fixed ? {} : handlers)}>
       <PanelContext value={frame}>
-        <Boundary title={title}>{comes ? <Content /> : <Panel title={title}>{null}</Panel>}</Boundary>
+        <Boundary title={title}>
+          {comes ? (
+            <Suspense fallback={<Coming title={title} />}>
+              <Content />
+            </Suspense>
+          ) : (
+            <Coming title={title} />
+          )}
+        </Boundary>
       </PanelContext>
     </div>
+  );
+}
+
+/** Keeps the place of a panel until it comes, without tools: a click on them would be lost with it. */
+function Coming({ title }: { title: string }) {
+  const frame = useContext(PanelContext);
+  const bare = useMemo(() => ({ ...frame, headProps: {}, frameTools: null }), [frame]);
+  return (
+    <PanelContext value={bare}>
+      <Panel title={title}>{null}</Panel>
+    </PanelContext>
   );
 }
 
