@@ -19,7 +19,7 @@ from nrp_core.cli.options import (
     require_folder_of,
     results_folder,
 )
-from nrp_core.cli.output import complain, document, warn
+from nrp_core.cli.output import document, warn
 
 if TYPE_CHECKING:
     from nrp_lab.evolve.history import History
@@ -64,8 +64,6 @@ def _search(file: Path, folder: Path, on: str, workers: int | None) -> tuple[His
     size = f"{described.generations} generations of {described.population} candidates"
     seeds = f", {described.seeds} runs each" if described.seeds > 1 else ""
     _print_line(f"{made.name}: {method}; {size}{seeds}; results in {folder}")
-    for remark in made.remarks:
-        complain(remark, label="note")
     made.plan.report_warnings(warn)
     with executor(on, folder, workers) as where, display() as shown:
         last = ""

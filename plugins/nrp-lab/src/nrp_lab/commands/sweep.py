@@ -109,8 +109,6 @@ def _opened(
     plan = Plan.of(described, source, confirmed=confirmed)
     made = SweepRun(plan, results_folder(out, file, "sweep"), Choice(tuple(only), retry_failed, record))
     _print_line(_headline(plan, made))
-    for remark in plan.remarks:
-        complain(remark, label="note")
     if made.pending:
         plan.report_warnings(warn)
     return made

@@ -119,7 +119,7 @@ class Evolution:
         keys, seeds = tuple(plan.sweep.sampled), Seeds(file.optimiser_seed).child("evolve")
         space = Space(keys, len(file.objective), file.population, seeds, folder)
         self._optimiser = optimiser(file.optimiser, space)
-        self.name, self.keys, self.remarks, self.ended = plan.name, keys, plan.remarks, ""
+        self.name, self.keys, self.ended = plan.name, keys, ""
         self.files: list[Path] = []
 
     @property

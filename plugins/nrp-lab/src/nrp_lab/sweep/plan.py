@@ -7,7 +7,6 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from functools import cached_property, partial
 from itertools import product
 from math import prod
@@ -36,7 +35,6 @@ from nrp_core.experiment import (
 )
 from nrp_core.findings import Code, InvalidExperimentError
 from nrp_core.paths import TextFrom
-from nrp_core.quantities import time_ns
 from nrp_core.registry import Registry
 from nrp_core.seeds import Seeds
 from nrp_lab.comparison.grid import digest_of_files, require_there
@@ -129,7 +127,6 @@ MOST_RUNS = 100_000
 """The largest number of runs that needs no confirmation."""
 _BACKENDS: Mapping[str, Callable[[], Registry[Any]]] = {"brain.backend": brains, "world.backend": worlds}
 _MAX_CHECKED = 20
-_PAIR = 2
 
 
 @dataclass(frozen=True)
@@ -156,7 +153,6 @@ class Plan:
         own_seed: its seed.
         code: fingerprints of the packages that compute the runs.
         files: a digest of the files of the experiment.
-        remarks: sentences about what the runs never reach.
         search: the settings of the search that chooses the points, if one does.
         parts: the measures that the runs will have, ``metric.part``, by metric; None: known after a run.
     """
@@ -167,7 +163,6 @@ class Plan:
     own_seed: int
     code: Mapping[str, str] = field(default_factory=dict)
     files: str = ""
-    remarks: tuple[str, ...] = ()
     search: Mapping[str, Any] = field(default_factory=dict)
     parts: Mapping[str, list[str] | None] = field(default_factory=dict)
 
@@ -206,9 +201,8 @@ class Plan:
         for brain in backends[0]:
             for world in backends[1]:
                 code |= code_of(brain, world)
-        remarks = (*_remarks(sweep, own), *_undecided(sweep, own), *_unused_steps(sweep))
         parts = {metric: _parts(metric, own) for metric in sweep.measure}
-        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), remarks, parts=parts)
+        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), parts=parts)
 
     def __len__(self) -> int:
         return number_of_runs(self.sweep)
@@ -322,61 +316,6 @@ def _require_valid(experiment: str, settings: list[str], key: str, axis: Axis) -
         collector = Collector(own.source)
         with_parameters(own, collector)
         collector.raise_errors()
-
-
-def _undecided(sweep: SweepFile, own: Experiment) -> Iterator[str]:
-    """Yield the criteria that fail only at the end of a run, so that they never stop it."""
-    for name in sweep.stop_when_failed:
-        criterion = own.criteria.get(name)
-        if criterion is not None and criterion.near is not None and criterion.within_of is None:
-            yield (
-                f"'stop_when_failed' never stops a run for '{name}': without 'within_of' its model may come "
-                "near until the run ends"
-            )
-
-
-def _unused_steps(sweep: SweepFile) -> Iterator[str]:
-    """Yield the ranges with a number of values that a design or a search does not use."""
-    chooser = "the search" if sweep.design.kind == GIVEN else f"the design '{sweep.design}'"
-    for key in sweep.sampled if sweep.design.kind != GRID else ():
-        if isinstance(axis := sweep.vary[key], Span) and axis.steps is not None:
-            yield f"'steps' of '{key}' has no effect: {chooser} chooses values of the whole range"
-
-
-def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
-    """Yield what lies beyond the end of the runs: the end itself, and events with varied times."""
-    until_ns = own.duration if sweep.until is None else sweep.until
-    end = f"{seconds(until_ns):g} s"
-    if until_ns > own.duration:
-        beyond = f"beyond the duration of the experiment, {seconds(own.duration):g} s"
-        yield f"'until', {end}, is {beyond}; the runs continue after it"
-    if number_of_runs(sweep) == 1:
-        yield "the sweep has one run: nothing in it varies"
-    if sweep.design.kind == "sobol" and sweep.design.points & (sweep.design.points - 1):
-        fewer = 1 << (sweep.design.points.bit_length() - 1)
-        yield (
-            f"{sweep.design.points} points of a Sobol design are less evenly spread than {fewer} or "
-            f"{2 * fewer}: the number of points is not a power of 2"
-        )
-    seeds = sweep.vary.get(SEED)
-    for key, axis in sweep.vary.items():
-        if isinstance(axis, Range) and (seeds is None or len(seeds) < _PAIR):  # type: ignore[arg-type]
-            yield f"'{key}' is drawn once, because there is one seed: give several under 'vary', as 'seed'"
-        if key in ("name", "description") or (key == "duration" and sweep.until is not None):
-            yield f"'{key}' has no effect on a run" + f", which ends at {end}" * (key == "duration")
-        if fnmatchcase(key, "events.*.at"):
-            times_ns = list(map(time_ns, _ends(key, axis)))
-            if min(times_ns) >= until_ns:
-                yield f"'{key}' has no effect: the runs end at {end}, before all its values"
-            elif max(times_ns) >= until_ns:
-                yield f"some values of '{key}' have no effect: the runs end at {end}"
-
-
-def _ends(key: str, axis: Axis) -> list[Value]:
-    """Return values of an axis, the smallest and largest among them."""
-    if isinstance(axis, Range):
-        return [f"{end:g} {axis.unit}" for end in (axis.low, axis.high)]
-    return list(_samples(key, axis))
 
 
 def _parts(metric: str, own: Experiment) -> list[str] | None:
