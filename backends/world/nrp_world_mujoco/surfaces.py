@@ -105,7 +105,7 @@ class Surfaces:
         self, surface: ConcaveMesh, name: str, shapes: Mapping[str, tuple[Pose, Geometry]]
     ) -> Part | None:
         """Return a surface as heights; None if it is not a ground, or if another shape is beneath it."""
-        from nrp_core.world.scene.meshes.ground import ground_of  # compiled code takes time to load
+        from nrp_world_mujoco.ground import ground_of  # compiled code takes time to load
 
         ground = ground_of(*triangles_of(surface))
         if ground is None:
@@ -124,7 +124,7 @@ class Surfaces:
         Args:
             uses: number of collisions with each surface.
         """
-        from nrp_core.world.scene.meshes.cells import cells, merged_cells  # compiled code takes time to load
+        from nrp_world_mujoco.cells import cells, merged_cells  # compiled code takes time to load
 
         triangles = {}
         for surface in uses:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nrp_world_mujoco.cells import cells, merged_cells
+from nrp_world_mujoco.ground import ground_of
 from scipy.spatial import ConvexHull
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.meshes.cells import cells, merged_cells
 from nrp_core.world.scene.meshes.concave import concave_parts
-from nrp_core.world.scene.meshes.ground import ground_of
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import ConcaveMesh
 from nrp_core.world.scene.sdf import read_scene
@@ -207,7 +207,7 @@ def test_cells_of_a_round_surface_are_few_and_stay_near_it():
 def test_cells_are_computed_once(monkeypatch):
     (part,) = concave_parts(tube(48))
     first = cells(part.triangles, part.depth)
-    monkeypatch.setattr("nrp_core.world.scene.meshes.cells._computed", None)
+    monkeypatch.setattr("nrp_world_mujoco.cells._computed", None)
     again = cells(part.triangles, part.depth)
     assert len(first) > 1
     assert all(np.array_equal(one, other) for one, other in zip(first, again, strict=True))

@@ -1,4 +1,4 @@
-"""Thin convex cells behind the surface of a mesh, for engines that only have convex shapes.
+"""Thin convex cells behind the surface of a mesh: MuJoCo only has convex shapes.
 
 Triangles are first joined to nearly flat convex polygons, then polygons to cells where the surface is convex.
 A cell is the hull of its polygons and of the same moved into the solid.

@@ -1,4 +1,4 @@
-"""Surfaces with one height at each place as grids of heights, which engines collide faster than triangles."""
+"""Surfaces with one height at each place as grids of heights, which MuJoCo collides faster than cells."""
 
 from __future__ import annotations
 
