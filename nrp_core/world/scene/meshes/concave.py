@@ -13,7 +13,14 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.scene.meshes.convex import MAX_CORNERS, MAX_PIECES, along, simple_hull
-from nrp_core.world.scene.meshes.triangles import Points, Surface, Triangles, weld_vertices
+from nrp_core.world.scene.meshes.triangles import (
+    Points,
+    Surface,
+    Triangles,
+    area_of,
+    connected_pieces,
+    weld_vertices,
+)
 
 MAX_DEPTH = 0.05
 """Maximum depth of a cell behind the surface, m; deeper cells only help against objects above 25 m/s."""
@@ -61,13 +68,8 @@ def _part(pieces: Sequence[Triangles], depth: float) -> Surface:
 
 def _connected(triangles: Triangles) -> Iterator[Triangles]:
     """Yield the triangles that are connected by common corners."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     points, faces = weld_vertices(triangles)
-    ends = np.concatenate([faces[:, :2], faces[:, 1:]]).T
-    links = coo_array((np.ones(ends.shape[1], bool), tuple(ends)), shape=(len(points), len(points)))
-    count, labels = connected_components(links, directed=False)
+    count, labels = connected_pieces(points, faces)
     owners = labels[faces[:, 0]]
     order = np.argsort(owners, kind="stable")
     yield from np.split(triangles[order], np.cumsum(np.bincount(owners, minlength=count))[:-1])
@@ -97,14 +99,14 @@ def _is_concave(piece: Triangles) -> bool:
     if extents[2] <= _ON_HULL * extents[0]:
         flat = flattened[:, :2] if extents[1] > _ON_HULL * extents[0] else None
         sides = 2 if _is_closed(piece) else 1
-        return flat is not None and ConvexHull(flat).volume > (1 + TOLERANCE) * _area(piece) / sides
+        return flat is not None and ConvexHull(flat).volume > (1 + TOLERANCE) * area_of(piece) / sides
     try:
         hull = ConvexHull(points)
     except QhullError:
         return False
     if not _is_closed(piece):
         inside = _heights(hull.equations, piece.mean(axis=1)) < -_ON_HULL * extents[0]
-        return bool(inside.any()) or hull.area > (1 + TOLERANCE) * _area(piece)
+        return bool(inside.any()) or hull.area > (1 + TOLERANCE) * area_of(piece)
     volume = abs(_volume(piece))
     kept = simple_hull(np.unique(points, axis=0)).volume if len(hull.vertices) > MAX_CORNERS else hull.volume
     return bool(hull.volume > (1 + TOLERANCE) * volume or kept < (1 - TOLERANCE) * volume)
@@ -116,11 +118,6 @@ def _heights(equations: Points, points: Points) -> npt.NDArray[np.float64]:
     for plane in np.unique(np.round(equations, 9), axis=0):
         np.maximum(heights, points @ plane[:3] + plane[3], out=heights)
     return heights
-
-
-def _area(piece: Triangles) -> float:
-    a, b, c = piece.swapaxes(0, 1)
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
 
 
 def _is_closed(piece: Triangles) -> bool:
@@ -157,7 +154,7 @@ def _depth(piece: Triangles) -> float:
     """
     a, b, c = piece.swapaxes(0, 1)
     most = MAX_DEPTH
-    if not _is_closed(piece) and np.cross(b - a, c - a)[:, 2].sum() / 2 < _UPWARD * _area(piece):
+    if not _is_closed(piece) and np.cross(b - a, c - a)[:, 2].sum() / 2 < _UPWARD * area_of(piece):
         most = SHEET
     count = int(np.clip(_TESTS // len(piece), 32, 256))
     normals = np.cross(b - a, c - a)

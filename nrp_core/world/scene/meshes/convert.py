@@ -14,7 +14,7 @@ from nrp_core.world.scene.meshes.convex import convex_pieces, whole_hull
 from nrp_core.world.scene.meshes.gltf import parse_gltf
 from nrp_core.world.scene.meshes.obj import ReadBeside, parse_obj
 from nrp_core.world.scene.meshes.stl import parse_stl
-from nrp_core.world.scene.meshes.triangles import Surface, Triangles, concatenate, merge_surfaces
+from nrp_core.world.scene.meshes.triangles import Surface, area_of, concatenate, merge_surfaces
 from nrp_core.world.scene.model import Rgba
 
 MAX_COLORS = 16
@@ -64,7 +64,7 @@ def parse(data: bytes, suffix: str, beside: ReadBeside) -> tuple[list[Surface], 
             if total
             else "it has no triangles"
         )
-    if not any(_area(surface.triangles) for surface in surfaces):
+    if not any(area_of(surface.triangles) for surface in surfaces):
         raise ValueError("its triangles have no area; is a scale in it 0?")
     return surfaces, total - kept
 
@@ -132,11 +132,6 @@ def _by_color(surfaces: Sequence[Surface]) -> list[Surface]:
     alike: dict[tuple[Rgba | None, str | None], list[Surface]] = {}
     for surface in surfaces:
         alike.setdefault((surface.rgba, surface.image), []).append(surface)
-    pieces = sorted(map(merge_surfaces, alike.values()), key=lambda piece: -_area(piece.triangles))
+    pieces = sorted(map(merge_surfaces, alike.values()), key=lambda piece: -area_of(piece.triangles))
     shown, rest = pieces[:MAX_COLORS], pieces[MAX_COLORS:]
     return [*shown[:-1], merge_surfaces([shown[-1], *rest])] if rest else shown
-
-
-def _area(triangles: Triangles) -> float:
-    a, b, c = triangles.swapaxes(0, 1)
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)

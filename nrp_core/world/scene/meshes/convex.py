@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.scene.meshes.triangles import Points, Triangles, weld_vertices
+from nrp_core.world.scene.meshes.triangles import Points, Triangles, connected_pieces, weld_vertices
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
@@ -52,13 +52,8 @@ def whole_hull(triangles: Triangles) -> Triangles:
 
 def _connected(triangles: Triangles) -> Iterator[Points]:
     """Yield the corners of each set of triangles that are connected by common corners."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     points, faces = weld_vertices(triangles)
-    ends = np.concatenate([faces[:, :2], faces[:, 1:]]).T
-    links = coo_array((np.ones(ends.shape[1], bool), tuple(ends)), shape=(len(points), len(points)))
-    count, labels = connected_components(links, directed=False)
+    count, labels = connected_pieces(points, faces)
     order = np.argsort(labels, kind="stable")
     yield from np.split(points[order], np.cumsum(np.bincount(labels, minlength=count))[:-1])
 

@@ -10,7 +10,7 @@ from math import cos, pi, sin
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.scene.model import Box, Cylinder, Geometry, Plane, Rgba, Sphere
 
 Triangles = npt.NDArray[np.float64]
@@ -81,6 +81,23 @@ def weld_vertices(triangles: Triangles) -> tuple[Points, Faces]:
     if not np.array_equal(corners[inverse], points):
         corners, inverse = np.unique(points, axis=0, return_inverse=True)
     return corners, inverse.reshape(-1, 3).astype(np.int32)
+
+
+def area_of(triangles: Triangles) -> float:
+    """Return the area of triangles, m^2."""
+    a, b, c = triangles.swapaxes(0, 1)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+
+def connected_pieces(points: Points, faces: Faces) -> tuple[int, IntArray]:
+    """Return the number of pieces that are connected by common corners, and the piece of each corner."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    ends = np.concatenate([faces[:, :2], faces[:, 1:]]).T
+    links = coo_array((np.ones(ends.shape[1], bool), tuple(ends)), shape=(len(points), len(points)))
+    count, labels = connected_components(links, directed=False)
+    return count, labels
 
 
 SLICES = 32
