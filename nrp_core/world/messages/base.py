@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from itertools import islice
 from math import inf, isfinite
 from operator import attrgetter
-from typing import Any, TypeVar, cast, get_origin, get_type_hints
+from typing import Any, TypeVar, cast, dataclass_transform, get_origin, get_type_hints
 
 import numpy as np
 
@@ -25,9 +25,10 @@ _TYPES: dict[str, type] = {}
 _PACKAGE = __name__.rpartition(".")[0]
 
 
+@dataclass_transform(field_specifiers=(dataclasses.field,))
 @checks_arguments()
 def message(name: str, definition: str = "") -> Callable[[type[T]], type[T]]:
-    """Name a dataclass as a message type.
+    """Name a class as a message type, and make it a dataclass with slots if it is not a dataclass.
 
     Args:
         name: ROS's full name, ``package/msg/Type``.
@@ -35,6 +36,8 @@ def message(name: str, definition: str = "") -> Callable[[type[T]], type[T]]:
     """
 
     def register(cls: type[T]) -> type[T]:
+        if "__dataclass_fields__" not in vars(cls):
+            cls = dataclass(slots=True)(cls)
         cls.__msgtype__ = name  # type: ignore[attr-defined]
         cls.__definition__ = definition  # type: ignore[attr-defined]
         _TYPES[name] = cls
@@ -81,7 +84,6 @@ _NSECS = _alias("nanosec", "The remaining nanoseconds, by its name in ROS 1.")
 
 
 @message("builtin_interfaces/msg/Time")
-@dataclass(slots=True)
 class Time:
     """A time stamp."""
 
@@ -108,7 +110,6 @@ TIME_ZERO = Time()
 
 
 @message("builtin_interfaces/msg/Duration")
-@dataclass(slots=True)
 class Duration:
     """A duration."""
 

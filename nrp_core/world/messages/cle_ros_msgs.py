@@ -6,7 +6,7 @@ read and set the same fields.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from operator import attrgetter
 
 from nrp_core.world.messages.base import message
@@ -18,7 +18,6 @@ def _former(name: str) -> property:
 
 
 @message("cle_ros_msgs/msg/SpikeData")
-@dataclass(slots=True)
 class SpikeData:
     """One spike; ``neuron`` is the index in the monitored population, ``time`` is in ms."""
 
@@ -27,7 +26,6 @@ class SpikeData:
 
 
 @message("cle_ros_msgs/msg/SpikeEvent")
-@dataclass(slots=True)
 class SpikeEvent:
     """The spikes of a population in one step; ``simulation_time`` is in seconds."""
 
@@ -44,7 +42,6 @@ class SpikeEvent:
 
 
 @message("cle_ros_msgs/msg/SpikeRate")
-@dataclass(slots=True)
 class SpikeRate:
     """A rate in Hz, or the voltage of an integrator in mV; ``simulation_time`` is in seconds."""
 

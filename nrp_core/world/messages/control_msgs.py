@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from nrp_core.world.messages.base import message
 from nrp_core.world.messages.std_msgs import Header
@@ -10,7 +10,6 @@ from nrp_core.world.messages.trajectory_msgs import JointTrajectoryPoint
 
 
 @message("control_msgs/msg/JointTrajectoryControllerState")
-@dataclass(slots=True)
 class JointTrajectoryControllerState:
     """Desired and actual states of the joints of a controller, and the errors."""
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from nrp_core.world.messages.base import Time, message
 from nrp_core.world.messages.std_msgs import Header
 
 
 @message("dvs_msgs/msg/Event", "uint16 x\nuint16 y\nbuiltin_interfaces/Time ts\nbool polarity")
-@dataclass(slots=True)
 class Event:
     """A change of the brightness of one pixel; its polarity is true for brighter."""
 
@@ -22,7 +21,6 @@ class Event:
 @message(
     "dvs_msgs/msg/EventArray", "std_msgs/Header header\nuint32 height\nuint32 width\ndvs_msgs/Event[] events"
 )
-@dataclass(slots=True)
 class EventArray:
     """Events in the order of their times."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +26,6 @@ uint8[] events"""
 
 
 @message("event_camera_msgs/msg/EventPacket", _PACKET)
-@dataclass(slots=True)
 class EventPacket:
     """Events in a compact form.
 

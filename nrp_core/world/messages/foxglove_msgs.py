@@ -5,7 +5,7 @@ Fields as in Foxglove's schemas, https://docs.foxglove.dev/docs/sdk/schemas.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
@@ -24,7 +24,6 @@ def _no_indices() -> npt.NDArray[np.uint32]:
 
 
 @message("foxglove_msgs/msg/Color")
-@dataclass(slots=True)
 class Color:
     """A colour, each component 0..1."""
 
@@ -35,7 +34,6 @@ class Color:
 
 
 @message("foxglove_msgs/msg/KeyValuePair")
-@dataclass(slots=True)
 class KeyValuePair:
     """An entry of the metadata of an entity."""
 
@@ -44,7 +42,6 @@ class KeyValuePair:
 
 
 @message("foxglove_msgs/msg/ArrowPrimitive")
-@dataclass(slots=True)
 class ArrowPrimitive:
     """An arrow along x."""
 
@@ -57,7 +54,6 @@ class ArrowPrimitive:
 
 
 @message("foxglove_msgs/msg/CubePrimitive")
-@dataclass(slots=True)
 class CubePrimitive:
     """A box; ``pose`` is at its centre."""
 
@@ -67,7 +63,6 @@ class CubePrimitive:
 
 
 @message("foxglove_msgs/msg/SpherePrimitive")
-@dataclass(slots=True)
 class SpherePrimitive:
     """An ellipsoid; ``size`` has its diameters."""
 
@@ -77,7 +72,6 @@ class SpherePrimitive:
 
 
 @message("foxglove_msgs/msg/CylinderPrimitive")
-@dataclass(slots=True)
 class CylinderPrimitive:
     """A cylinder or cone along z; the scales are those of its two ends."""
 
@@ -103,7 +97,6 @@ uint32[] indices"""
 
 
 @message("foxglove_msgs/msg/LinePrimitive", _LINE)
-@dataclass(slots=True)
 class LinePrimitive:
     """A series of points connected by lines."""
 
@@ -122,7 +115,6 @@ class LinePrimitive:
 
 
 @message("foxglove_msgs/msg/TriangleListPrimitive")
-@dataclass(slots=True)
 class TriangleListPrimitive:
     """Triangles; each three points, or indices of points, are one."""
 
@@ -134,7 +126,6 @@ class TriangleListPrimitive:
 
 
 @message("foxglove_msgs/msg/TextPrimitive")
-@dataclass(slots=True)
 class TextPrimitive:
     """A text label."""
 
@@ -147,7 +138,6 @@ class TextPrimitive:
 
 
 @message("foxglove_msgs/msg/ModelPrimitive")
-@dataclass(slots=True)
 class ModelPrimitive:
     """A mesh, by its address or with its file in ``data``; ``media_type`` is that of the file."""
 
@@ -164,7 +154,6 @@ _DELETION = "uint8 MATCHING_ID=0\nuint8 ALL=1\nbuiltin_interfaces/Time timestamp
 
 
 @message("foxglove_msgs/msg/SceneEntityDeletion", _DELETION)
-@dataclass(slots=True)
 class SceneEntityDeletion:
     """Removes entities that are not newer than ``timestamp``: one, or all."""
 
@@ -177,7 +166,6 @@ class SceneEntityDeletion:
 
 
 @message("foxglove_msgs/msg/SceneEntity")
-@dataclass(slots=True)
 class SceneEntity:
     """Shapes that belong together, in one frame; replaces the entity of the same ``id``.
 
@@ -201,7 +189,6 @@ class SceneEntity:
 
 
 @message("foxglove_msgs/msg/SceneUpdate")
-@dataclass(slots=True)
 class SceneUpdate:
     """Entities to remove, and then entities to add or replace."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,6 @@ def _no_floats() -> npt.NDArray[np.float64]:
 
 
 @message("gazebo_msgs/msg/ModelStates")
-@dataclass(slots=True)
 class ModelStates:
     """Poses and velocities of all models in the frame of the world."""
 
@@ -27,7 +26,6 @@ class ModelStates:
 
 
 @message("gazebo_msgs/msg/ModelState")
-@dataclass(slots=True)
 class ModelState:
     """Pose and velocity of one model, in the frame ``reference_frame`` (the world by default)."""
 
@@ -38,7 +36,6 @@ class ModelState:
 
 
 @message("gazebo_msgs/msg/WheelSpeeds")
-@dataclass(slots=True)
 class WheelSpeeds:
     """Ground speed of each wheel in m/s: back left, back right, front left, front right."""
 
@@ -49,7 +46,6 @@ class WheelSpeeds:
 
 
 @message("gazebo_msgs/msg/LinkStates")
-@dataclass(slots=True)
 class LinkStates:
     """Poses and velocities of all links, ``model::link``, in the frame of the world."""
 
@@ -59,7 +55,6 @@ class LinkStates:
 
 
 @message("gazebo_msgs/msg/LinkState")
-@dataclass(slots=True)
 class LinkState:
     """Pose and velocity of one link, in the frame ``reference_frame`` (the world by default)."""
 
@@ -70,7 +65,6 @@ class LinkState:
 
 
 @message("gazebo_msgs/msg/ContactState")
-@dataclass(slots=True)
 class ContactState:
     """A contact of two collisions, ``model::link::collision``; forces on the first, in the world's frame."""
 
@@ -85,7 +79,6 @@ class ContactState:
 
 
 @message("gazebo_msgs/msg/ContactsState")
-@dataclass(slots=True)
 class ContactsState:
     """All contacts, one entry for each pair of collisions."""
 
@@ -94,7 +87,6 @@ class ContactsState:
 
 
 @message("gazebo_msgs/msg/ODEPhysics")
-@dataclass(slots=True)
 class ODEPhysics:
     """Settings of Gazebo's solver with their defaults; other engines ignore them."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 from nrp_core.world.messages.base import message
@@ -13,7 +13,6 @@ from nrp_core.world.messages.std_msgs import ColorRGBA, Header
 
 
 @message("gazebo_msgs/msg/ApplyBodyWrenchRequest")
-@dataclass(slots=True)
 class ApplyBodyWrenchRequest:
     """Apply a wrench to a link, ``model::link``, for some time; forever if negative."""
 
@@ -26,7 +25,6 @@ class ApplyBodyWrenchRequest:
 
 
 @message("gazebo_msgs/msg/ApplyBodyWrenchResponse")
-@dataclass(slots=True)
 class ApplyBodyWrenchResponse:
     """The answer to :class:`ApplyBodyWrenchRequest`."""
 
@@ -35,7 +33,6 @@ class ApplyBodyWrenchResponse:
 
 
 @message("gazebo_msgs/msg/ApplyJointEffortRequest")
-@dataclass(slots=True)
 class ApplyJointEffortRequest:
     """Apply an effort to a joint, ``model::joint``, for some time; forever if negative."""
 
@@ -46,7 +43,6 @@ class ApplyJointEffortRequest:
 
 
 @message("gazebo_msgs/msg/ApplyJointEffortResponse")
-@dataclass(slots=True)
 class ApplyJointEffortResponse:
     """The answer to :class:`ApplyJointEffortRequest`."""
 
@@ -55,7 +51,6 @@ class ApplyJointEffortResponse:
 
 
 @message("gazebo_msgs/msg/BodyRequestRequest")
-@dataclass(slots=True)
 class BodyRequestRequest:
     """Name a link, ``model::link``."""
 
@@ -63,13 +58,11 @@ class BodyRequestRequest:
 
 
 @message("gazebo_msgs/msg/BodyRequestResponse")
-@dataclass(slots=True)
 class BodyRequestResponse:
     """The answer to :class:`BodyRequestRequest`."""
 
 
 @message("gazebo_msgs/msg/DeleteLightRequest")
-@dataclass(slots=True)
 class DeleteLightRequest:
     """Delete a light."""
 
@@ -77,7 +70,6 @@ class DeleteLightRequest:
 
 
 @message("gazebo_msgs/msg/DeleteLightResponse")
-@dataclass(slots=True)
 class DeleteLightResponse:
     """The answer to :class:`DeleteLightRequest`."""
 
@@ -86,7 +78,6 @@ class DeleteLightResponse:
 
 
 @message("gazebo_msgs/msg/DeleteModelRequest")
-@dataclass(slots=True)
 class DeleteModelRequest:
     """Delete a model."""
 
@@ -94,7 +85,6 @@ class DeleteModelRequest:
 
 
 @message("gazebo_msgs/msg/DeleteModelResponse")
-@dataclass(slots=True)
 class DeleteModelResponse:
     """The answer to :class:`DeleteModelRequest`."""
 
@@ -103,7 +93,6 @@ class DeleteModelResponse:
 
 
 @message("gazebo_msgs/msg/GetJointPropertiesRequest")
-@dataclass(slots=True)
 class GetJointPropertiesRequest:
     """Get the state of a joint, ``model::joint``."""
 
@@ -127,7 +116,6 @@ class GetJointPropertiesRequest:
         "string status_message\n"
     ),
 )
-@dataclass(slots=True)
 class GetJointPropertiesResponse:
     """The answer to :class:`GetJointPropertiesRequest`."""
 
@@ -147,7 +135,6 @@ class GetJointPropertiesResponse:
 
 
 @message("gazebo_msgs/msg/GetLightPropertiesRequest")
-@dataclass(slots=True)
 class GetLightPropertiesRequest:
     """Get the properties of a light."""
 
@@ -155,7 +142,6 @@ class GetLightPropertiesRequest:
 
 
 @message("gazebo_msgs/msg/GetLightPropertiesResponse")
-@dataclass(slots=True)
 class GetLightPropertiesResponse:
     """The answer to :class:`GetLightPropertiesRequest`."""
 
@@ -168,13 +154,11 @@ class GetLightPropertiesResponse:
 
 
 @message("gazebo_msgs/msg/GetLightsNameRequest")
-@dataclass(slots=True)
 class GetLightsNameRequest:
     """Get the names of the lights."""
 
 
 @message("gazebo_msgs/msg/GetLightsNameResponse")
-@dataclass(slots=True)
 class GetLightsNameResponse:
     """The answer to :class:`GetLightsNameRequest`."""
 
@@ -184,7 +168,6 @@ class GetLightsNameResponse:
 
 
 @message("gazebo_msgs/msg/GetLinkStateRequest")
-@dataclass(slots=True)
 class GetLinkStateRequest:
     """Get pose and velocity of a link, ``model::link``."""
 
@@ -193,7 +176,6 @@ class GetLinkStateRequest:
 
 
 @message("gazebo_msgs/msg/GetLinkStateResponse")
-@dataclass(slots=True)
 class GetLinkStateResponse:
     """The answer to :class:`GetLinkStateRequest`."""
 
@@ -203,7 +185,6 @@ class GetLinkStateResponse:
 
 
 @message("gazebo_msgs/msg/GetModelPropertiesRequest")
-@dataclass(slots=True)
 class GetModelPropertiesRequest:
     """Get the parts of a model."""
 
@@ -211,7 +192,6 @@ class GetModelPropertiesRequest:
 
 
 @message("gazebo_msgs/msg/GetModelPropertiesResponse")
-@dataclass(slots=True)
 class GetModelPropertiesResponse:
     """The answer to :class:`GetModelPropertiesRequest`."""
 
@@ -227,7 +207,6 @@ class GetModelPropertiesResponse:
 
 
 @message("gazebo_msgs/msg/GetModelStateRequest")
-@dataclass(slots=True)
 class GetModelStateRequest:
     """Get pose and velocity of a model, relative to ``relative_entity_name``."""
 
@@ -236,7 +215,6 @@ class GetModelStateRequest:
 
 
 @message("gazebo_msgs/msg/GetModelStateResponse")
-@dataclass(slots=True)
 class GetModelStateResponse:
     """The answer to :class:`GetModelStateRequest`."""
 
@@ -248,13 +226,11 @@ class GetModelStateResponse:
 
 
 @message("gazebo_msgs/msg/GetPhysicsPropertiesRequest")
-@dataclass(slots=True)
 class GetPhysicsPropertiesRequest:
     """Get the settings of physics."""
 
 
 @message("gazebo_msgs/msg/GetPhysicsPropertiesResponse")
-@dataclass(slots=True)
 class GetPhysicsPropertiesResponse:
     """The answer to :class:`GetPhysicsPropertiesRequest`."""
 
@@ -268,13 +244,11 @@ class GetPhysicsPropertiesResponse:
 
 
 @message("gazebo_msgs/msg/GetWorldPropertiesRequest")
-@dataclass(slots=True)
 class GetWorldPropertiesRequest:
     """Get the names of the models."""
 
 
 @message("gazebo_msgs/msg/GetWorldPropertiesResponse")
-@dataclass(slots=True)
 class GetWorldPropertiesResponse:
     """The answer to :class:`GetWorldPropertiesRequest`."""
 
@@ -286,7 +260,6 @@ class GetWorldPropertiesResponse:
 
 
 @message("gazebo_msgs/msg/JointRequestRequest")
-@dataclass(slots=True)
 class JointRequestRequest:
     """Name a joint, ``model::joint``."""
 
@@ -294,13 +267,11 @@ class JointRequestRequest:
 
 
 @message("gazebo_msgs/msg/JointRequestResponse")
-@dataclass(slots=True)
 class JointRequestResponse:
     """The answer to :class:`JointRequestRequest`."""
 
 
 @message("gazebo_msgs/msg/SetLightPropertiesRequest")
-@dataclass(slots=True)
 class SetLightPropertiesRequest:
     """Set the colour of a light; its attenuation stays."""
 
@@ -312,7 +283,6 @@ class SetLightPropertiesRequest:
 
 
 @message("gazebo_msgs/msg/SetLightPropertiesResponse")
-@dataclass(slots=True)
 class SetLightPropertiesResponse:
     """The answer to :class:`SetLightPropertiesRequest`."""
 
@@ -321,7 +291,6 @@ class SetLightPropertiesResponse:
 
 
 @message("gazebo_msgs/msg/SetLinkStateRequest")
-@dataclass(slots=True)
 class SetLinkStateRequest:
     """Set pose and velocity of the base link of a model."""
 
@@ -329,7 +298,6 @@ class SetLinkStateRequest:
 
 
 @message("gazebo_msgs/msg/SetLinkStateResponse")
-@dataclass(slots=True)
 class SetLinkStateResponse:
     """The answer to :class:`SetLinkStateRequest`."""
 
@@ -338,7 +306,6 @@ class SetLinkStateResponse:
 
 
 @message("gazebo_msgs/msg/SetModelConfigurationRequest")
-@dataclass(slots=True)
 class SetModelConfigurationRequest:
     """Set positions of joints of a model."""
 
@@ -349,7 +316,6 @@ class SetModelConfigurationRequest:
 
 
 @message("gazebo_msgs/msg/SetModelConfigurationResponse")
-@dataclass(slots=True)
 class SetModelConfigurationResponse:
     """The answer to :class:`SetModelConfigurationRequest`."""
 
@@ -358,7 +324,6 @@ class SetModelConfigurationResponse:
 
 
 @message("gazebo_msgs/msg/SetModelStateRequest")
-@dataclass(slots=True)
 class SetModelStateRequest:
     """Set pose and velocity of a model."""
 
@@ -366,7 +331,6 @@ class SetModelStateRequest:
 
 
 @message("gazebo_msgs/msg/SetModelStateResponse")
-@dataclass(slots=True)
 class SetModelStateResponse:
     """The answer to :class:`SetModelStateRequest`."""
 
@@ -375,7 +339,6 @@ class SetModelStateResponse:
 
 
 @message("gazebo_msgs/msg/SetPhysicsPropertiesRequest")
-@dataclass(slots=True)
 class SetPhysicsPropertiesRequest:
     """Set gravity; a ``time_step`` of 0 keeps the present one, and all other fields have no effect."""
 
@@ -386,7 +349,6 @@ class SetPhysicsPropertiesRequest:
 
 
 @message("gazebo_msgs/msg/SetPhysicsPropertiesResponse")
-@dataclass(slots=True)
 class SetPhysicsPropertiesResponse:
     """The answer to :class:`SetPhysicsPropertiesRequest`."""
 
@@ -395,7 +357,6 @@ class SetPhysicsPropertiesResponse:
 
 
 @message("gazebo_msgs/msg/SetVisualPropertiesRequest")
-@dataclass(slots=True)
 class SetVisualPropertiesRequest:
     """Set the look of a visual: ``material:script:name``, ``material:diffuse``, ``material:emissive``."""
 
@@ -407,7 +368,6 @@ class SetVisualPropertiesRequest:
 
 
 @message("gazebo_msgs/msg/SetVisualPropertiesResponse")
-@dataclass(slots=True)
 class SetVisualPropertiesResponse:
     """The answer to :class:`SetVisualPropertiesRequest`."""
 
@@ -416,7 +376,6 @@ class SetVisualPropertiesResponse:
 
 
 @message("gazebo_msgs/msg/SpawnModelRequest")
-@dataclass(slots=True)
 class SpawnModelRequest:
     """Add a model from the text of its file, ``model_xml``."""
 
@@ -428,7 +387,6 @@ class SpawnModelRequest:
 
 
 @message("gazebo_msgs/msg/SpawnModelResponse")
-@dataclass(slots=True)
 class SpawnModelResponse:
     """The answer to :class:`SpawnModelRequest`."""
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from nrp_core.world.messages.base import message
 from nrp_core.world.messages.std_msgs import Header
 
 
 @message("geometry_msgs/msg/Vector3")
-@dataclass(slots=True)
 class Vector3:
     """A vector."""
 
@@ -19,7 +18,6 @@ class Vector3:
 
 
 @message("geometry_msgs/msg/Point")
-@dataclass(slots=True)
 class Point:
     """A position in m."""
 
@@ -29,7 +27,6 @@ class Point:
 
 
 @message("geometry_msgs/msg/Quaternion")
-@dataclass(slots=True)
 class Quaternion:
     """An orientation, a unit quaternion."""
 
@@ -40,7 +37,6 @@ class Quaternion:
 
 
 @message("geometry_msgs/msg/Pose")
-@dataclass(slots=True)
 class Pose:
     """A position and an orientation."""
 
@@ -49,7 +45,6 @@ class Pose:
 
 
 @message("geometry_msgs/msg/Twist")
-@dataclass(slots=True)
 class Twist:
     """Linear (m/s) and angular (rad/s) velocity."""
 
@@ -58,7 +53,6 @@ class Twist:
 
 
 @message("geometry_msgs/msg/PoseWithCovariance")
-@dataclass(slots=True)
 class PoseWithCovariance:
     """A pose with the covariance of (x, y, z, roll, pitch, yaw), row by row."""
 
@@ -67,7 +61,6 @@ class PoseWithCovariance:
 
 
 @message("geometry_msgs/msg/TwistWithCovariance")
-@dataclass(slots=True)
 class TwistWithCovariance:
     """A twist with its covariance, row by row."""
 
@@ -76,7 +69,6 @@ class TwistWithCovariance:
 
 
 @message("geometry_msgs/msg/Wrench")
-@dataclass(slots=True)
 class Wrench:
     """A force (N) and a torque (N m)."""
 
@@ -85,7 +77,6 @@ class Wrench:
 
 
 @message("geometry_msgs/msg/WrenchStamped")
-@dataclass(slots=True)
 class WrenchStamped:
     """A wrench with the time and frame of its measurement."""
 

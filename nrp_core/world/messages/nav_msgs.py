@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from nrp_core.world.messages.base import message
 from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, TwistWithCovariance
@@ -10,7 +10,6 @@ from nrp_core.world.messages.std_msgs import Header
 
 
 @message("nav_msgs/msg/Odometry")
-@dataclass(slots=True)
 class Odometry:
     """A robot's estimate of its pose (in ``header.frame_id``) and velocity (in its own frame)."""
 

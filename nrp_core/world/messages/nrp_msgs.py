@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,6 @@ def _no_bytes() -> npt.NDArray[np.uint8]:
 
 
 @message("nrp_msgs/msg/Spikes")
-@dataclass(slots=True)
 class Spikes:
     """Spikes of one population in order of time.
 
@@ -38,7 +37,6 @@ class Spikes:
 
 
 @message("nrp_msgs/msg/StepHash")
-@dataclass(slots=True)
 class StepHash:
     """Hashes of the messages recorded in a step of the closed loop.
 
@@ -58,7 +56,6 @@ class StepHash:
 
 
 @message("nrp_msgs/msg/Snapshot")
-@dataclass(slots=True)
 class Snapshot:
     """The complete state of a run after a step: a Python pickle, for the version that wrote it."""
 
@@ -68,7 +65,6 @@ class Snapshot:
 
 
 @message("nrp_msgs/msg/Called")
-@dataclass(slots=True)
 class Called:
     """A call from outside the run between two steps, for replays.
 
@@ -81,7 +77,6 @@ class Called:
 
 
 @message("nrp_msgs/msg/Published")
-@dataclass(slots=True)
 class Published:
     """A message published from outside the run, by ``nrp publish``; ``data`` is its CDR encoding."""
 
@@ -92,7 +87,6 @@ class Published:
 
 
 @message("nrp_msgs/msg/MuscleState")
-@dataclass(slots=True)
 class MuscleState:
     """The state of one muscle.
 
@@ -111,7 +105,6 @@ class MuscleState:
 
 
 @message("nrp_msgs/msg/MuscleStates")
-@dataclass(slots=True)
 class MuscleStates:
     """The states of several muscles, as in :class:`MuscleState`; all arrays are in the order of ``name``."""
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from nrp_core.world.messages.base import message
 from nrp_core.world.messages.std_msgs import Header
 
 
 @message("ros_gz_interfaces/msg/Altimeter")
-@dataclass(slots=True)
 class Altimeter:
     """Height (m) above a reference, vertical velocity (m/s), and the height of the reference in the world."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
@@ -18,7 +18,6 @@ def _no_bytes() -> npt.NDArray[np.uint8]:
 
 
 @message("sensor_msgs/msg/Image")
-@dataclass(slots=True)
 class Image:
     """An image, rows from top to bottom.
 
@@ -36,7 +35,6 @@ class Image:
 
 
 @message("sensor_msgs/msg/CompressedImage")
-@dataclass(slots=True)
 class CompressedImage:
     """An image as the bytes of an image file; ``format`` names the kind, ``jpeg`` or ``png``."""
 
@@ -62,7 +60,6 @@ def _no_projection() -> npt.NDArray[np.float64]:
 
 
 @message("sensor_msgs/msg/JointState")
-@dataclass(slots=True)
 class JointState:
     """Positions (rad, m), velocities and efforts of named joints."""
 
@@ -74,7 +71,6 @@ class JointState:
 
 
 @message("sensor_msgs/msg/LaserScan")
-@dataclass(slots=True)
 class LaserScan:
     """Distances (m) along rays, counter-clockwise from ``angle_min``; ``inf`` for a ray that hit nothing."""
 
@@ -91,7 +87,6 @@ class LaserScan:
 
 
 @message("sensor_msgs/msg/Range")
-@dataclass(slots=True)
 class Range:
     """The distance (m) to the nearest thing in a cone; ``inf`` if there is none."""
 
@@ -108,7 +103,6 @@ class Range:
 
 
 @message("sensor_msgs/msg/PointField")
-@dataclass(slots=True)
 class PointField:
     """A field of the points of a cloud: its name, its offset in the point's bytes, and its type."""
 
@@ -128,7 +122,6 @@ class PointField:
 
 
 @message("sensor_msgs/msg/PointCloud2")
-@dataclass(slots=True)
 class PointCloud2:
     """Points in the frame of the header, as bytes in the layout of ``fields``.
 
@@ -147,7 +140,6 @@ class PointCloud2:
 
 
 @message("sensor_msgs/msg/Imu")
-@dataclass(slots=True)
 class Imu:
     """Orientation in the world, turn rate (rad/s) and acceleration (m/s^2) in the sensor's frame.
 
@@ -165,7 +157,6 @@ class Imu:
 
 
 @message("sensor_msgs/msg/RegionOfInterest")
-@dataclass(slots=True)
 class RegionOfInterest:
     """A region of an image; all 0 for the whole image."""
 
@@ -177,7 +168,6 @@ class RegionOfInterest:
 
 
 @message("sensor_msgs/msg/CameraInfo")
-@dataclass(slots=True)
 class CameraInfo:
     """The optics of a camera: ``k`` projects from its frame (z ahead, x right, y down) to pixels.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,6 @@ from nrp_core.world.messages.base import Time, message
 
 
 @message("std_msgs/msg/Header")
-@dataclass(slots=True)
 class Header:
     """Stamp and frame of a measurement."""
 
@@ -29,13 +28,11 @@ class Header:
 
 
 @message("std_msgs/msg/Empty")
-@dataclass(slots=True)
 class Empty:
     """A message without fields."""
 
 
 @message("std_msgs/msg/Bool")
-@dataclass(slots=True)
 class Bool:
     """A truth value."""
 
@@ -43,7 +40,6 @@ class Bool:
 
 
 @message("std_msgs/msg/String")
-@dataclass(slots=True)
 class String:
     """A text."""
 
@@ -51,7 +47,6 @@ class String:
 
 
 @message("std_msgs/msg/Int32")
-@dataclass(slots=True)
 class Int32:
     """An integer."""
 
@@ -59,7 +54,6 @@ class Int32:
 
 
 @message("std_msgs/msg/Float32")
-@dataclass(slots=True)
 class Float32:
     """A number."""
 
@@ -67,7 +61,6 @@ class Float32:
 
 
 @message("std_msgs/msg/Float64")
-@dataclass(slots=True)
 class Float64:
     """A number."""
 
@@ -75,7 +68,6 @@ class Float64:
 
 
 @message("std_msgs/msg/ColorRGBA")
-@dataclass(slots=True)
 class ColorRGBA:
     """A colour, each channel 0..1."""
 
@@ -86,7 +78,6 @@ class ColorRGBA:
 
 
 @message("std_msgs/msg/MultiArrayDimension")
-@dataclass(slots=True)
 class MultiArrayDimension:
     """Name and extent of one axis of an array; ``stride`` counts the elements from this axis on."""
 
@@ -96,7 +87,6 @@ class MultiArrayDimension:
 
 
 @message("std_msgs/msg/MultiArrayLayout")
-@dataclass(slots=True)
 class MultiArrayLayout:
     """How an array lies in memory, outermost axis first; without axes it is a plain list."""
 
@@ -109,7 +99,6 @@ def _no_floats() -> npt.NDArray[np.float64]:
 
 
 @message("std_msgs/msg/Float64MultiArray")
-@dataclass(slots=True)
 class Float64MultiArray:
     """Numbers; the layout is empty for a plain list."""
 

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from nrp_core.world.messages.base import message
 
 
 @message("std_srvs/msg/EmptyRequest")
-@dataclass(slots=True)
 class EmptyRequest:
     """A request without data."""
 
 
 @message("std_srvs/msg/EmptyResponse")
-@dataclass(slots=True)
 class EmptyResponse:
     """The answer to :class:`EmptyRequest`."""
 
 
 @message("std_srvs/msg/SetBoolRequest")
-@dataclass(slots=True)
 class SetBoolRequest:
     """Switch something on or off."""
 
@@ -28,7 +23,6 @@ class SetBoolRequest:
 
 
 @message("std_srvs/msg/SetBoolResponse")
-@dataclass(slots=True)
 class SetBoolResponse:
     """The answer to :class:`SetBoolRequest`."""
 
@@ -37,13 +31,11 @@ class SetBoolResponse:
 
 
 @message("std_srvs/msg/TriggerRequest")
-@dataclass(slots=True)
 class TriggerRequest:
     """A request without data."""
 
 
 @message("std_srvs/msg/TriggerResponse")
-@dataclass(slots=True)
 class TriggerResponse:
     """The answer to :class:`TriggerRequest`."""
 

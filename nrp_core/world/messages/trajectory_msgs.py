@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,6 @@ def _no_floats() -> npt.NDArray[np.float64]:
 
 
 @message("trajectory_msgs/msg/JointTrajectoryPoint")
-@dataclass(slots=True)
 class JointTrajectoryPoint:
     """States of joints at a time; each array holds one number for each joint, or is empty."""
 
@@ -28,7 +27,6 @@ class JointTrajectoryPoint:
 
 
 @message("trajectory_msgs/msg/JointTrajectory")
-@dataclass(slots=True)
 class JointTrajectory:
     """Points of a trajectory; their times count from the stamp of the header, or from now if that is 0."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from nrp_core.world.messages.base import message
 from nrp_core.world.messages.geometry_msgs import Pose, PoseWithCovariance, Vector3
@@ -10,7 +10,6 @@ from nrp_core.world.messages.std_msgs import Header
 
 
 @message("vision_msgs/msg/ObjectHypothesis")
-@dataclass(slots=True)
 class ObjectHypothesis:
     """The kind of an object, and the confidence that it is one, from 0 to 1."""
 
@@ -19,7 +18,6 @@ class ObjectHypothesis:
 
 
 @message("vision_msgs/msg/ObjectHypothesisWithPose")
-@dataclass(slots=True)
 class ObjectHypothesisWithPose:
     """A kind of object and the pose of such an object."""
 
@@ -28,7 +26,6 @@ class ObjectHypothesisWithPose:
 
 
 @message("vision_msgs/msg/BoundingBox3D")
-@dataclass(slots=True)
 class BoundingBox3D:
     """A box by its centre and its size (m); a size of 0 is unknown."""
 
@@ -37,7 +34,6 @@ class BoundingBox3D:
 
 
 @message("vision_msgs/msg/Detection3D")
-@dataclass(slots=True)
 class Detection3D:
     """An object: what it may be, where, and its name if it is tracked."""
 
@@ -48,7 +44,6 @@ class Detection3D:
 
 
 @message("vision_msgs/msg/Detection3DArray")
-@dataclass(slots=True)
 class Detection3DArray:
     """The objects that are seen at one time."""
 

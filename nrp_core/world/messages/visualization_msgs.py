@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from nrp_core.world.messages.base import Duration, message
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Vector3
@@ -11,7 +11,6 @@ from nrp_core.world.messages.std_msgs import ColorRGBA, Header
 
 
 @message("visualization_msgs/msg/UVCoordinate")
-@dataclass(slots=True)
 class UVCoordinate:
     """Coordinates in a texture, each 0..1."""
 
@@ -20,7 +19,6 @@ class UVCoordinate:
 
 
 @message("visualization_msgs/msg/MeshFile")
-@dataclass(slots=True)
 class MeshFile:
     """A mesh file in a message."""
 
@@ -29,7 +27,6 @@ class MeshFile:
 
 
 @message("visualization_msgs/msg/Marker")
-@dataclass(slots=True)
 class Marker:
     """An object to draw: ``type`` is its shape, ``scale`` its full extents in m."""
 
@@ -59,7 +56,6 @@ CUBE, SPHERE, CYLINDER, MESH_RESOURCE = 1, 2, 3, 10
 
 
 @message("visualization_msgs/msg/MarkerArray")
-@dataclass(slots=True)
 class MarkerArray:
     """Several markers."""
 
