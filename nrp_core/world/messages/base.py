@@ -6,7 +6,7 @@ import dataclasses
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import islice
@@ -15,6 +15,7 @@ from operator import attrgetter
 from typing import Any, TypeVar, cast, dataclass_transform, get_origin, get_type_hints
 
 import numpy as np
+import numpy.typing as npt
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import NS_PER_S
@@ -46,6 +47,11 @@ def message(name: str, definition: str = "") -> Callable[[type[T]], type[T]]:
     return register
 
 
+def array_field(dtype: npt.DTypeLike = np.float64, size: int = 0) -> Any:
+    """Return a field whose default is a new array of zeros, by default of none."""
+    return dataclasses.field(default_factory=partial(np.zeros, size, dtype))
+
+
 def type_of(name: str) -> type | None:
     """Return the message class of a full (``a/msg/B``) or short (``a/B``) name, or None."""
     full = name if name.count("/") == 2 else name.replace("/", "/msg/")
@@ -72,15 +78,12 @@ def type_name(cls: type) -> str:
     return str(getattr(cls, "__msgtype__", cls.__name__))
 
 
-def _alias(field: str, doc: str) -> Any:
-    """Return an attribute that is another name of a field."""
-    return property(
-        lambda self: getattr(self, field), lambda self, value: setattr(self, field, value), doc=doc
-    )
+def alias(field: str) -> property:
+    """Return an attribute that is a field by its name in ROS 1."""
+    return property(attrgetter(field), lambda self, value: setattr(self, field, value))
 
 
-_SECS = _alias("sec", "Whole seconds, by its name in ROS 1.")
-_NSECS = _alias("nanosec", "The remaining nanoseconds, by its name in ROS 1.")
+_SECS, _NSECS = alias("sec"), alias("nanosec")
 
 
 @message("builtin_interfaces/msg/Time")

@@ -7,14 +7,8 @@ read and set the same fields.
 from __future__ import annotations
 
 from dataclasses import field
-from operator import attrgetter
 
-from nrp_core.world.messages.base import message
-
-
-def _former(name: str) -> property:
-    """Return an attribute that is the field ``name`` under the name that it has in ROS 1."""
-    return property(attrgetter(name), lambda self, value: setattr(self, name, value))
+from nrp_core.world.messages.base import alias, message
 
 
 @message("cle_ros_msgs/msg/SpikeData")
@@ -35,10 +29,10 @@ class SpikeEvent:
     monitor_name: str = ""
     population_label: str = ""
 
-    simulationTime = _former("simulation_time")
-    neuronCount = _former("neuron_count")
-    monitorName = _former("monitor_name")
-    populationLabel = _former("population_label")
+    simulationTime = alias("simulation_time")
+    neuronCount = alias("neuron_count")
+    monitorName = alias("monitor_name")
+    populationLabel = alias("population_label")
 
 
 @message("cle_ros_msgs/msg/SpikeRate")
@@ -49,5 +43,5 @@ class SpikeRate:
     rate: float = 0.0
     monitor_name: str = ""
 
-    simulationTime = _former("simulation_time")
-    monitorName = _former("monitor_name")
+    simulationTime = alias("simulation_time")
+    monitorName = alias("monitor_name")

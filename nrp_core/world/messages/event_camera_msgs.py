@@ -7,13 +7,8 @@ from dataclasses import field
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import message
+from nrp_core.world.messages.base import array_field, message
 from nrp_core.world.messages.std_msgs import Header
-
-
-def _no_bytes() -> npt.NDArray[np.uint8]:
-    return np.empty(0, np.uint8)
-
 
 _PACKET = """std_msgs/Header header
 uint32 height
@@ -40,4 +35,4 @@ class EventPacket:
     time_base: int = 0
     encoding: str = "mono"
     is_bigendian: bool = False
-    events: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+    events: npt.NDArray[np.uint8] = array_field(np.uint8)

@@ -11,16 +11,8 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import Duration, Time, message
+from nrp_core.world.messages.base import Duration, Time, array_field, message
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Vector3
-
-
-def _no_bytes() -> npt.NDArray[np.uint8]:
-    return np.empty(0, np.uint8)
-
-
-def _no_indices() -> npt.NDArray[np.uint32]:
-    return np.empty(0, np.uint32)
 
 
 @message("foxglove_msgs/msg/Color")
@@ -111,7 +103,7 @@ class LinePrimitive:
     points: list[Point] = field(default_factory=list)
     color: Color = field(default_factory=Color)
     colors: list[Color] = field(default_factory=list)
-    indices: npt.NDArray[np.uint32] = field(default_factory=_no_indices)
+    indices: npt.NDArray[np.uint32] = array_field(np.uint32)
 
 
 @message("foxglove_msgs/msg/TriangleListPrimitive")
@@ -122,7 +114,7 @@ class TriangleListPrimitive:
     points: list[Point] = field(default_factory=list)
     color: Color = field(default_factory=Color)
     colors: list[Color] = field(default_factory=list)
-    indices: npt.NDArray[np.uint32] = field(default_factory=_no_indices)
+    indices: npt.NDArray[np.uint32] = array_field(np.uint32)
 
 
 @message("foxglove_msgs/msg/TextPrimitive")
@@ -147,7 +139,7 @@ class ModelPrimitive:
     override_color: bool = False
     url: str = ""
     media_type: str = ""
-    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+    data: npt.NDArray[np.uint8] = array_field(np.uint8)
 
 
 _DELETION = "uint8 MATCHING_ID=0\nuint8 ALL=1\nbuiltin_interfaces/Time timestamp\nuint8 type\nstring id"

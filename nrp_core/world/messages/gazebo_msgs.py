@@ -7,13 +7,9 @@ from dataclasses import field
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import message
+from nrp_core.world.messages.base import array_field, message
 from nrp_core.world.messages.geometry_msgs import Pose, Twist, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Header
-
-
-def _no_floats() -> npt.NDArray[np.float64]:
-    return np.empty(0)
 
 
 @message("gazebo_msgs/msg/ModelStates")
@@ -75,7 +71,7 @@ class ContactState:
     total_wrench: Wrench = field(default_factory=Wrench)
     contact_positions: list[Vector3] = field(default_factory=list)
     contact_normals: list[Vector3] = field(default_factory=list)
-    depths: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    depths: npt.NDArray[np.float64] = array_field()
 
 
 @message("gazebo_msgs/msg/ContactsState")

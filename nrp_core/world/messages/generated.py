@@ -12,10 +12,9 @@ from functools import cache
 from types import GenericAlias
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import message, type_of
+from nrp_core.world.messages.base import array_field, message, type_of
 
 PACKAGES = (
     "actionlib_msgs", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rosgraph_msgs", "sensor_msgs",
@@ -87,6 +86,6 @@ def _many(inner: Any, n: int) -> tuple[Any, Any]:
     base = inner[1][0] if isinstance(inner[1], tuple) else ""
     if base and item is not str:
         dtype = {"byte": "uint8", "char": "uint8"}.get(base, base)
-        return npt.NDArray[Any], field(default_factory=lambda: np.zeros(n, dtype))
+        return npt.NDArray[Any], array_field(dtype, n)
     make: Callable[[], Any] = item
     return GenericAlias(list, (item,)), field(default_factory=lambda: [make() for _ in range(n)])

@@ -7,20 +7,8 @@ from dataclasses import field
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import message
+from nrp_core.world.messages.base import array_field, message
 from nrp_core.world.messages.std_msgs import Header
-
-
-def _no_ids() -> npt.NDArray[np.uint32]:
-    return np.empty(0, np.uint32)
-
-
-def _no_numbers() -> npt.NDArray[np.float64]:
-    return np.empty(0)
-
-
-def _no_bytes() -> npt.NDArray[np.uint8]:
-    return np.empty(0, np.uint8)
 
 
 @message("nrp_msgs/msg/Spikes")
@@ -32,8 +20,8 @@ class Spikes:
 
     header: Header = field(default_factory=Header)
     population: str = ""
-    ids: npt.NDArray[np.uint32] = field(default_factory=_no_ids)
-    times_ms: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
+    ids: npt.NDArray[np.uint32] = array_field(np.uint32)
+    times_ms: npt.NDArray[np.float64] = array_field()
 
 
 @message("nrp_msgs/msg/StepHash")
@@ -61,7 +49,7 @@ class Snapshot:
 
     header: Header = field(default_factory=Header)
     step: int = 0
-    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+    data: npt.NDArray[np.uint8] = array_field(np.uint8)
 
 
 @message("nrp_msgs/msg/Called")
@@ -73,7 +61,7 @@ class Called:
 
     header: Header = field(default_factory=Header)
     name: str = ""
-    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+    data: npt.NDArray[np.uint8] = array_field(np.uint8)
 
 
 @message("nrp_msgs/msg/Published")
@@ -83,7 +71,7 @@ class Published:
     header: Header = field(default_factory=Header)
     topic: str = ""
     type: str = ""
-    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+    data: npt.NDArray[np.uint8] = array_field(np.uint8)
 
 
 @message("nrp_msgs/msg/MuscleState")
@@ -110,9 +98,9 @@ class MuscleStates:
 
     header: Header = field(default_factory=Header)
     name: list[str] = field(default_factory=list)
-    length: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
-    velocity: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
-    force: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
-    activation: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
-    normalized_length: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
-    normalized_force: npt.NDArray[np.float64] = field(default_factory=_no_numbers)
+    length: npt.NDArray[np.float64] = array_field()
+    velocity: npt.NDArray[np.float64] = array_field()
+    force: npt.NDArray[np.float64] = array_field()
+    activation: npt.NDArray[np.float64] = array_field()
+    normalized_length: npt.NDArray[np.float64] = array_field()
+    normalized_force: npt.NDArray[np.float64] = array_field()

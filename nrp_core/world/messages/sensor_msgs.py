@@ -8,13 +8,9 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import message
+from nrp_core.world.messages.base import array_field, message
 from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
 from nrp_core.world.messages.std_msgs import Header
-
-
-def _no_bytes() -> npt.NDArray[np.uint8]:
-    return np.empty(0, np.uint8)
 
 
 @message("sensor_msgs/msg/Image")
@@ -31,7 +27,7 @@ class Image:
     encoding: str = "rgb8"
     is_bigendian: int = 0
     step: int = 0
-    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+    data: npt.NDArray[np.uint8] = array_field(np.uint8)
 
 
 @message("sensor_msgs/msg/CompressedImage")
@@ -40,23 +36,7 @@ class CompressedImage:
 
     header: Header = field(default_factory=Header)
     format: str = ""
-    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
-
-
-def _no_floats() -> npt.NDArray[np.float64]:
-    return np.empty(0)
-
-
-def _no_singles() -> npt.NDArray[np.float32]:
-    return np.empty(0, np.float32)
-
-
-def _no_covariance() -> npt.NDArray[np.float64]:
-    return np.zeros(9)
-
-
-def _no_projection() -> npt.NDArray[np.float64]:
-    return np.zeros(12)
+    data: npt.NDArray[np.uint8] = array_field(np.uint8)
 
 
 @message("sensor_msgs/msg/JointState")
@@ -65,9 +45,9 @@ class JointState:
 
     header: Header = field(default_factory=Header)
     name: list[str] = field(default_factory=list)
-    position: npt.NDArray[np.float64] = field(default_factory=_no_floats)
-    velocity: npt.NDArray[np.float64] = field(default_factory=_no_floats)
-    effort: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    position: npt.NDArray[np.float64] = array_field()
+    velocity: npt.NDArray[np.float64] = array_field()
+    effort: npt.NDArray[np.float64] = array_field()
 
 
 @message("sensor_msgs/msg/LaserScan")
@@ -82,8 +62,8 @@ class LaserScan:
     scan_time: float = 0.0
     range_min: float = 0.0
     range_max: float = 0.0
-    ranges: npt.NDArray[np.float32] = field(default_factory=_no_singles)
-    intensities: npt.NDArray[np.float32] = field(default_factory=_no_singles)
+    ranges: npt.NDArray[np.float32] = array_field(np.float32)
+    intensities: npt.NDArray[np.float32] = array_field(np.float32)
 
 
 @message("sensor_msgs/msg/Range")
@@ -135,7 +115,7 @@ class PointCloud2:
     is_bigendian: bool = False
     point_step: int = 0
     row_step: int = 0
-    data: npt.NDArray[np.uint8] = field(default_factory=_no_bytes)
+    data: npt.NDArray[np.uint8] = array_field(np.uint8)
     is_dense: bool = False
 
 
@@ -149,11 +129,11 @@ class Imu:
 
     header: Header = field(default_factory=Header)
     orientation: Quaternion = field(default_factory=Quaternion)
-    orientation_covariance: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
+    orientation_covariance: npt.NDArray[np.float64] = array_field(size=9)
     angular_velocity: Vector3 = field(default_factory=Vector3)
-    angular_velocity_covariance: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
+    angular_velocity_covariance: npt.NDArray[np.float64] = array_field(size=9)
     linear_acceleration: Vector3 = field(default_factory=Vector3)
-    linear_acceleration_covariance: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
+    linear_acceleration_covariance: npt.NDArray[np.float64] = array_field(size=9)
 
 
 @message("sensor_msgs/msg/RegionOfInterest")
@@ -178,10 +158,10 @@ class CameraInfo:
     height: int = 0
     width: int = 0
     distortion_model: str = "plumb_bob"
-    d: npt.NDArray[np.float64] = field(default_factory=_no_floats)
-    k: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
-    r: npt.NDArray[np.float64] = field(default_factory=_no_covariance)
-    p: npt.NDArray[np.float64] = field(default_factory=_no_projection)
+    d: npt.NDArray[np.float64] = array_field()
+    k: npt.NDArray[np.float64] = array_field(size=9)
+    r: npt.NDArray[np.float64] = array_field(size=9)
+    p: npt.NDArray[np.float64] = array_field(size=12)
     binning_x: int = 0
     binning_y: int = 0
     roi: RegionOfInterest = field(default_factory=RegionOfInterest)

@@ -7,7 +7,7 @@ from dataclasses import field
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import Time, message
+from nrp_core.world.messages.base import Time, array_field, message
 
 
 @message("std_msgs/msg/Header")
@@ -94,13 +94,9 @@ class MultiArrayLayout:
     data_offset: int = 0
 
 
-def _no_floats() -> npt.NDArray[np.float64]:
-    return np.empty(0)
-
-
 @message("std_msgs/msg/Float64MultiArray")
 class Float64MultiArray:
     """Numbers; the layout is empty for a plain list."""
 
     layout: MultiArrayLayout = field(default_factory=MultiArrayLayout)
-    data: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    data: npt.NDArray[np.float64] = array_field()

@@ -7,22 +7,18 @@ from dataclasses import field
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import Duration, message
+from nrp_core.world.messages.base import Duration, array_field, message
 from nrp_core.world.messages.std_msgs import Header
-
-
-def _no_floats() -> npt.NDArray[np.float64]:
-    return np.empty(0)
 
 
 @message("trajectory_msgs/msg/JointTrajectoryPoint")
 class JointTrajectoryPoint:
     """States of joints at a time; each array holds one number for each joint, or is empty."""
 
-    positions: npt.NDArray[np.float64] = field(default_factory=_no_floats)
-    velocities: npt.NDArray[np.float64] = field(default_factory=_no_floats)
-    accelerations: npt.NDArray[np.float64] = field(default_factory=_no_floats)
-    effort: npt.NDArray[np.float64] = field(default_factory=_no_floats)
+    positions: npt.NDArray[np.float64] = array_field()
+    velocities: npt.NDArray[np.float64] = array_field()
+    accelerations: npt.NDArray[np.float64] = array_field()
+    effort: npt.NDArray[np.float64] = array_field()
     time_from_start: Duration = field(default_factory=Duration)
 
 
