@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.recording.layout import TEXTURED_TYPE
-from nrp_core.world.messages.foxglove_msgs import ModelPrimitive, SceneEntity, SceneUpdate
-from nrp_core.world.messages.visualization_msgs import CYLINDER, MESH_RESOURCE, SPHERE, MarkerArray
+from nrp_core.world.messages.base import type_name
+from nrp_core.world.messages.foxglove_msgs import ModelPrimitive, SceneEntity
 from nrp_core.world.model_states import pose_of, vector_of
 from nrp_core.world.rigid import Pose, Vector
 from nrp_core.world.scene.meshes.gltf import contents_of
@@ -27,6 +27,10 @@ class ShapeKind(Enum):
     ELLIPSOID = "ellipsoid"
     CYLINDER = "cylinder"
     MESH = "mesh"
+
+
+_MARKER_KINDS = {2: ShapeKind.ELLIPSOID, 3: ShapeKind.CYLINDER, 10: ShapeKind.MESH}
+"""The kinds by the ``type`` of a ``visualization_msgs/Marker``; others are boxes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,9 +92,9 @@ class RecordedScene:
         """All shapes."""
         return [shape for shapes in self._shapes.values() for shape in shapes]
 
-    def take(self, message: SceneUpdate | MarkerArray) -> list[str]:
-        """Apply a message; return the visuals that are new or changed."""
-        if isinstance(message, MarkerArray):
+    def take(self, message: Any) -> list[str]:
+        """Apply a ``SceneUpdate`` or a ``MarkerArray``; return the visuals that are new or changed."""
+        if type_name(type(message)) == "visualization_msgs/msg/MarkerArray":
             self._shapes = {marker.ns: [_marker_shape(marker)] for marker in message.markers}
             return list(self._shapes)
         for deletion in message.deletions:
@@ -124,8 +128,7 @@ def _mesh(model: ModelPrimitive) -> tuple[npt.NDArray[np.uint8], ShapeImage | No
 
 
 def _marker_shape(marker: Any) -> RecordedShape:
-    kinds = {SPHERE: ShapeKind.ELLIPSOID, CYLINDER: ShapeKind.CYLINDER, MESH_RESOURCE: ShapeKind.MESH}
-    kind, size = kinds.get(marker.type, ShapeKind.BOX), vector_of(marker.scale)
+    kind, size = _MARKER_KINDS.get(marker.type, ShapeKind.BOX), vector_of(marker.scale)
     return RecordedShape(
         marker.ns, marker.header.frame_id, kind, pose_of(marker.pose), size, _rgba(marker.color)
     )
