@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from nrp_core.world.messages.base import message
@@ -10,6 +10,14 @@ from nrp_core.world.messages.builtin_interfaces import Duration, Time
 from nrp_core.world.messages.gazebo_msgs import LinkState, ModelState, ODEPhysics
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3, Wrench
 from nrp_core.world.messages.std_msgs import ColorRGBA, Header
+
+
+@dataclass(slots=True)
+class _Outcome:
+    """What most answers consist of: whether the request was granted, and else the reason."""
+
+    success: bool = True
+    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/ApplyBodyWrenchRequest")
@@ -25,11 +33,8 @@ class ApplyBodyWrenchRequest:
 
 
 @message("gazebo_msgs/msg/ApplyBodyWrenchResponse")
-class ApplyBodyWrenchResponse:
+class ApplyBodyWrenchResponse(_Outcome):
     """The answer to :class:`ApplyBodyWrenchRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/ApplyJointEffortRequest")
@@ -43,11 +48,8 @@ class ApplyJointEffortRequest:
 
 
 @message("gazebo_msgs/msg/ApplyJointEffortResponse")
-class ApplyJointEffortResponse:
+class ApplyJointEffortResponse(_Outcome):
     """The answer to :class:`ApplyJointEffortRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/BodyRequestRequest")
@@ -70,11 +72,8 @@ class DeleteLightRequest:
 
 
 @message("gazebo_msgs/msg/DeleteLightResponse")
-class DeleteLightResponse:
+class DeleteLightResponse(_Outcome):
     """The answer to :class:`DeleteLightRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/DeleteModelRequest")
@@ -85,11 +84,8 @@ class DeleteModelRequest:
 
 
 @message("gazebo_msgs/msg/DeleteModelResponse")
-class DeleteModelResponse:
+class DeleteModelResponse(_Outcome):
     """The answer to :class:`DeleteModelRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/GetJointPropertiesRequest")
@@ -283,11 +279,8 @@ class SetLightPropertiesRequest:
 
 
 @message("gazebo_msgs/msg/SetLightPropertiesResponse")
-class SetLightPropertiesResponse:
+class SetLightPropertiesResponse(_Outcome):
     """The answer to :class:`SetLightPropertiesRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/SetLinkStateRequest")
@@ -298,11 +291,8 @@ class SetLinkStateRequest:
 
 
 @message("gazebo_msgs/msg/SetLinkStateResponse")
-class SetLinkStateResponse:
+class SetLinkStateResponse(_Outcome):
     """The answer to :class:`SetLinkStateRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/SetModelConfigurationRequest")
@@ -316,11 +306,8 @@ class SetModelConfigurationRequest:
 
 
 @message("gazebo_msgs/msg/SetModelConfigurationResponse")
-class SetModelConfigurationResponse:
+class SetModelConfigurationResponse(_Outcome):
     """The answer to :class:`SetModelConfigurationRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/SetModelStateRequest")
@@ -331,11 +318,8 @@ class SetModelStateRequest:
 
 
 @message("gazebo_msgs/msg/SetModelStateResponse")
-class SetModelStateResponse:
+class SetModelStateResponse(_Outcome):
     """The answer to :class:`SetModelStateRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/SetPhysicsPropertiesRequest")
@@ -349,11 +333,8 @@ class SetPhysicsPropertiesRequest:
 
 
 @message("gazebo_msgs/msg/SetPhysicsPropertiesResponse")
-class SetPhysicsPropertiesResponse:
+class SetPhysicsPropertiesResponse(_Outcome):
     """The answer to :class:`SetPhysicsPropertiesRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/SetVisualPropertiesRequest")
@@ -368,11 +349,8 @@ class SetVisualPropertiesRequest:
 
 
 @message("gazebo_msgs/msg/SetVisualPropertiesResponse")
-class SetVisualPropertiesResponse:
+class SetVisualPropertiesResponse(_Outcome):
     """The answer to :class:`SetVisualPropertiesRequest`."""
-
-    success: bool = True
-    status_message: str = ""
 
 
 @message("gazebo_msgs/msg/SpawnModelRequest")
@@ -387,8 +365,5 @@ class SpawnModelRequest:
 
 
 @message("gazebo_msgs/msg/SpawnModelResponse")
-class SpawnModelResponse:
+class SpawnModelResponse(_Outcome):
     """The answer to :class:`SpawnModelRequest`."""
-
-    success: bool = True
-    status_message: str = ""
