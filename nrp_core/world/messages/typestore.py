@@ -7,8 +7,9 @@ conversions between versions. A recording needs three of these fifteen; all of t
 from __future__ import annotations
 
 import struct
-from functools import cached_property, lru_cache
-from typing import Any, cast
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, Final, cast
 
 from rosbags.interfaces import Msgdef
 from rosbags.interfaces.typing import Typesdict
@@ -76,46 +77,22 @@ class _Functions:
         self.fields = [(normalize_fieldname(field), kind) for field, kind in store.fielddefs[name][1]]
         self.cls = store.types[name]
 
-    @cached_property
-    def _cdr_size(self) -> tuple[Any, int]:
-        return cdr.generate_getsize_cdr(self.fields, self._store)
+    def __getattr__(self, name: str) -> Any:
+        """Compile a function, or find a size, when it is first used."""
+        for names, generate in _GENERATORS.items():
+            if name in names:
+                vars(self).update(zip(names, generate(self.fields, self._store), strict=True))
+                return vars(self)[name]
+        raise AttributeError(name)
 
-    @cached_property
-    def _ros1_size(self) -> tuple[Any, int]:
-        return ros1.generate_getsize_ros1(self.fields, self._store)
 
-    @cached_property
-    def getsize_cdr(self) -> Any:
-        return self._cdr_size[0]
-
-    @cached_property
-    def size_cdr(self) -> int:
-        return self._cdr_size[1]
-
-    @cached_property
-    def getsize_ros1(self) -> Any:
-        return self._ros1_size[0]
-
-    @cached_property
-    def size_ros1(self) -> int:
-        return self._ros1_size[1]
-
-    @cached_property
-    def serialize_cdr_le(self) -> Any:
-        return cdr.generate_serialize_cdr(self.fields, self._store, "le")
-
-    @cached_property
-    def deserialize_cdr_le(self) -> Any:
-        return cdr.generate_deserialize_cdr(self.fields, self._store, "le")
-
-    @cached_property
-    def deserialize_cdr_be(self) -> Any:
-        return cdr.generate_deserialize_cdr(self.fields, self._store, "be")
-
-    @cached_property
-    def serialize_ros1(self) -> Any:
-        return ros1.generate_serialize_ros1(self.fields, self._store)
-
-    @cached_property
-    def deserialize_ros1(self) -> Any:
-        return ros1.generate_deserialize_ros1(self.fields, self._store)
+_GENERATORS: Final[dict[tuple[str, ...], Callable[..., tuple[Any, ...]]]] = {
+    ("getsize_cdr", "size_cdr"): cdr.generate_getsize_cdr,
+    ("getsize_ros1", "size_ros1"): ros1.generate_getsize_ros1,
+    ("serialize_cdr_le",): lambda fields, store: (cdr.generate_serialize_cdr(fields, store, "le"),),
+    ("deserialize_cdr_le",): lambda fields, store: (cdr.generate_deserialize_cdr(fields, store, "le"),),
+    ("deserialize_cdr_be",): lambda fields, store: (cdr.generate_deserialize_cdr(fields, store, "be"),),
+    ("serialize_ros1",): lambda fields, store: (ros1.generate_serialize_ros1(fields, store),),
+    ("deserialize_ros1",): lambda fields, store: (ros1.generate_deserialize_ros1(fields, store),),
+}
+"""What the library's generators make of the fields of a type."""
