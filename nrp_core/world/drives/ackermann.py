@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import atan, copysign, dist, inf, tan
 from typing import ClassVar
 
@@ -10,7 +10,6 @@ from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.wheels import WheelDrivePart, wheels_in
 from nrp_core.world.engine import Engine
 from nrp_core.world.rigid import BodyVelocity, ServoTarget, Vector
-from nrp_core.world.scene.devices import Rename
 from nrp_core.world.scene.merged_bodies import bodies_of, joint_inertias, stiff_gains
 from nrp_core.world.scene.model import Cylinder, Model, Sphere
 from nrp_core.world.scene.reading.context import Element, Reading
@@ -35,6 +34,7 @@ class Ackermann(Drive):
 
     tag: ClassVar[str] = "ackermann"
     components: ClassVar[tuple[str, ...]] = ("linear.x", "angular.z")
+    joint_fields: ClassVar[tuple[str, ...]] = ("left", "right", "steering")
 
     left: tuple[str, ...]
     right: tuple[str, ...]
@@ -49,17 +49,6 @@ class Ackermann(Drive):
     rate_hz: float = 100.0
     odometry_topic: str | None = None
     wheel_speeds_topic: str | None = None
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """The joints it moves."""
-        return (*self.left, *self.right, *self.steering)
-
-    def renamed(self, named: Rename) -> Ackermann:
-        """Return the same drive for a model whose parts are renamed."""
-        left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
-        steering = named(self.steering[0]), named(self.steering[1])
-        return replace(self, name=named(self.name), left=left, right=right, steering=steering)
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Ackermann:

@@ -5,7 +5,7 @@ A drive is found by entry points in the group ``nrp_core.drives``, named after t
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
@@ -23,7 +23,7 @@ from nrp_core.world.messages.std_msgs import Float64, Header
 from nrp_core.world.model_states import pose_message, twist_message
 from nrp_core.world.part import Part
 from nrp_core.world.rigid import BodyVelocity
-from nrp_core.world.scene.devices import MountedDrive, Rename
+from nrp_core.world.scene.devices import MountedDrive
 from nrp_core.world.scene.merged_bodies import Body, body_of, tree_of
 from nrp_core.world.scene.model import Inertial, Model, Scene
 from nrp_core.world.scene.reading.context import Element, Reading
@@ -35,7 +35,7 @@ _FAST_RAD_S: Final = 50.0
 """Eight turns a second; a turn of a right angle that is given in degrees is faster."""
 
 
-class Drive(MountedDrive):
+class Drive(MountedDrive, ABC):
     """The data of a drive; a subclass is a frozen dataclass with slots whose fields are its parameters.
 
     Attributes:
@@ -221,10 +221,6 @@ class Actuator(Drive):
 
     lowest: float = -inf
     highest: float = inf
-
-    def renamed(self, named: Rename) -> Actuator:
-        """Return the same actuator for a model whose parts are renamed."""
-        return replace(self, name=named(self.name))
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Actuator:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from posixpath import join
 from typing import Any, ClassVar
 
@@ -17,7 +17,6 @@ from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.model_states import vector_of
 from nrp_core.world.part import Part
 from nrp_core.world.rigid import Vector, Wrench, rotation_matrix
-from nrp_core.world.scene.devices import Rename
 from nrp_core.world.scene.inertia import inertia_tensor, sum_inertials
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model
@@ -47,10 +46,6 @@ class Flight(Drive):
     initial: tuple[Vector, Vector] | None = None
     odometry_topic: None = None
     wheel_speeds_topic: None = None
-
-    def renamed(self, named: Rename) -> Flight:
-        """Return the same drive for a model whose parts are renamed."""
-        return replace(self, name=named(self.name))
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Flight:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 from typing import ClassVar
 
@@ -10,7 +10,6 @@ from nrp_core.world.drives.drive import Drive, DrivePart
 from nrp_core.world.drives.wheels import wheels_in
 from nrp_core.world.engine import Engine
 from nrp_core.world.rigid import BodyVelocity
-from nrp_core.world.scene.devices import Rename
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.plugins import ModelParts, ros_topic
@@ -31,10 +30,6 @@ class PlanarMove(Drive):
     rate_hz: float = 20.0
     odometry_topic: str | None = None
     wheel_speeds_topic: None = None
-
-    def renamed(self, named: Rename) -> PlanarMove:
-        """Return the same drive for a model whose parts are renamed."""
-        return replace(self, name=named(self.name))
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> PlanarMove:
@@ -83,6 +78,7 @@ class MecanumDrive(Drive):
 
     tag: ClassVar[str] = "mecanum"
     components: ClassVar[tuple[str, ...]] = ("linear.x", "linear.y", "angular.z")
+    joint_fields: ClassVar[tuple[str, ...]] = ("left", "right")
 
     left: tuple[str, ...]
     right: tuple[str, ...]
@@ -93,16 +89,6 @@ class MecanumDrive(Drive):
     rate_hz: float = 50.0
     odometry_topic: str | None = None
     wheel_speeds_topic: None = None
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """The joints it moves."""
-        return (*self.left, *self.right)
-
-    def renamed(self, named: Rename) -> MecanumDrive:
-        """Return the same drive for a model whose parts are renamed."""
-        left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
-        return replace(self, name=named(self.name), left=left, right=right)
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> MecanumDrive:

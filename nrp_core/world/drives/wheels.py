@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import dist, inf, isfinite
 from typing import Any, ClassVar, Protocol, TypeAlias
 
@@ -16,7 +16,6 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.rigid import BodyVelocity
-from nrp_core.world.scene.devices import Rename
 from nrp_core.world.scene.model import Cylinder, Model, Sphere
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.plugins import ModelParts, plugin_name, ros_topic
@@ -219,6 +218,7 @@ class WheelDrive(Drive):
 
     tag: ClassVar[str] = "wheels"
     components: ClassVar[tuple[str, ...]] = ("linear.x", "angular.z")
+    joint_fields: ClassVar[tuple[str, ...]] = ("left", "right")
 
     left: tuple[str, ...]
     right: tuple[str, ...]
@@ -233,16 +233,6 @@ class WheelDrive(Drive):
     angular: SpeedLimits = SpeedLimits()
     pose_variances: tuple[float, ...] = ()
     twist_variances: tuple[float, ...] = ()
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """The joints it moves."""
-        return (*self.left, *self.right)
-
-    def renamed(self, named: Rename) -> WheelDrive:
-        """Return the same drive for a model whose parts are renamed."""
-        left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
-        return replace(self, name=named(self.name), left=left, right=right)
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> WheelDrive:

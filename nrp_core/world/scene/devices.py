@@ -6,7 +6,6 @@ Each drive is a class in :mod:`nrp_core.world.drives` or in another package.
 from __future__ import annotations
 
 import hashlib
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from math import inf
@@ -176,16 +175,21 @@ ControllerKind = Literal["position", "velocity", "effort"]
 
 
 @dataclass(frozen=True, slots=True)
-class MountedDrive(ABC):
+class MountedDrive:
     """A drive of a model: it moves the whole body as commanded.
 
     Args:
         name: the name of the plugin.
         command_topic: the absolute topic of commands.
+
+    Attributes:
+        joint_fields: fields with the names of the joints that it moves, in their order.
     """
 
     name: str
     command_topic: str
+
+    joint_fields: ClassVar[tuple[str, ...]] = ()
 
     @property
     def odometry_topic(self) -> str | None:
@@ -200,7 +204,7 @@ class MountedDrive(ABC):
     @property
     def joints(self) -> tuple[str, ...]:
         """The joints it moves."""
-        return ()
+        return tuple(joint for field in self.joint_fields for joint in getattr(self, field))
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -222,9 +226,12 @@ class MountedDrive(ABC):
             SceneError: the model does not have a part.
         """
 
-    @abstractmethod
     def renamed(self, named: Rename) -> Self:
         """Return the same drive for a model whose parts are renamed."""
+        joints: dict[str, Any] = {
+            field: tuple(map(named, getattr(self, field))) for field in self.joint_fields
+        }
+        return replace(self, name=named(self.name), **joints)
 
 
 @dataclass(frozen=True, slots=True)
