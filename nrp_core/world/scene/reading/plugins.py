@@ -326,23 +326,14 @@ class Actuators(NamedTuple):
 
     def with_others(self, others: Actuators) -> Actuators:
         """Return these and others; equal controllers of a joint are merged into the first one."""
-        return Actuators(
-            (*self.drives, *others.drives),
-            _once((*self.controllers, *others.controllers)),
-            (*self.trajectory_controllers, *others.trajectory_controllers),
-            (*self.pair_controllers, *others.pair_controllers),
-            (*self.group_controllers, *others.group_controllers),
-        )
+        both: list[Any] = [(*mine, *added) for mine, added in zip(self, others, strict=True)]
+        joined = Actuators(*both)
+        return joined._replace(controllers=_once(joined.controllers))
 
     def renamed(self, named: Rename) -> Actuators:
         """Return the same actuators for a model whose parts are renamed."""
-        return Actuators(
-            tuple(drive.renamed(named) for drive in self.drives),
-            tuple(controller.renamed(named) for controller in self.controllers),
-            tuple(follower.renamed(named) for follower in self.trajectory_controllers),
-            tuple(pair.renamed(named) for pair in self.pair_controllers),
-            tuple(group.renamed(named) for group in self.group_controllers),
-        )
+        renamed: list[Any] = [tuple(each.renamed(named) for each in alike) for alike in self]
+        return Actuators(*renamed)
 
 
 def _once(controllers: Sequence[JointController]) -> tuple[JointController, ...]:
