@@ -74,12 +74,18 @@ def expand_xacro(
         raise SceneError(message, path=path) from None
 
     declared: set[str] = set()
+    find = partial(_folder_of, package)
+    functions = {
+        "parse": _checked_parse(xacro.parse, declared),
+        "safe_eval": _bounded_eval(xacro.safe_eval),
+        **_without_missing(xacro, leave_out),
+    }
     try:
+        # `$(find ...)` is resolved here, because xacro needs an installation of ROS for it
         with (
-            _finding(substitution_args, partial(_folder_of, package)),
-            _checking(xacro, declared),
-            _without_missing(xacro, leave_out),
-            _bounding_powers(xacro),
+            _patched(vars(substitution_args), _eval_find=find),
+            _patched(substitution_args._eval_dict, find=find),
+            _patched(vars(xacro), **functions),
             redirect_stderr(StringIO()),
         ):
             given = {**_early(path), **{name: _as_text(value) for name, value in args.items()}}
@@ -105,8 +111,18 @@ def _folder_of(package: Callable[[str], Path], name: str) -> str:
 
 
 @contextmanager
-def _without_missing(xacro: Any, leave_out: Callable[[str], None] | None) -> Iterator[None]:
-    """Report included files of missing packages, and leave out these and the macros in them."""
+def _patched(names: dict[str, Any], **functions: Any) -> Iterator[None]:
+    """Replace functions in the names of a module."""
+    own = {name: names[name] for name in functions}
+    names.update(functions)
+    try:
+        yield
+    finally:
+        names.update(own)
+
+
+def _without_missing(xacro: Any, leave_out: Callable[[str], None] | None) -> dict[str, Any]:
+    """Return functions that report files of missing packages, and leave out these and the macros in them."""
     include, call = xacro.get_include_files, xacro.handle_macro_call
     missing: list[str] = []
 
@@ -133,11 +149,7 @@ def _without_missing(xacro: Any, leave_out: Callable[[str], None] | None) -> Ite
             xacro.replace_node(node, by=None)
             return True
 
-    xacro.get_include_files, xacro.handle_macro_call = included, called
-    try:
-        yield
-    finally:
-        xacro.get_include_files, xacro.handle_macro_call = include, call
+    return {"get_include_files": included, "handle_macro_call": called}
 
 
 def _early(path: Path) -> dict[str, str]:
@@ -178,13 +190,11 @@ def _arguments(element: Element) -> Iterator[str]:
         yield from _arguments(child)
 
 
-@contextmanager
-def _checking(xacro: Any, declared: set[str]) -> Iterator[None]:
-    """Check every file with our parser first, included files as well, and collect the arguments.
+def _checked_parse(own: Callable[..., Any], declared: set[str]) -> Callable[..., Any]:
+    """Return a parser that checks files with ours first, included ones as well, and collects the arguments.
 
     Our parser refuses document types, and accepts comments that xacro's parser refuses.
     """
-    own = xacro.parse
 
     def parse(inp: Any, filename: str | None = None) -> Any:
         if inp is None and filename is not None:
@@ -192,17 +202,11 @@ def _checking(xacro: Any, declared: set[str]) -> Iterator[None]:
             inp = strict_xml(Path(filename).read_bytes())
         return own(inp, filename)
 
-    xacro.parse = parse
-    try:
-        yield
-    finally:
-        xacro.parse = own
+    return parse
 
 
-@contextmanager
-def _bounding_powers(xacro: Any) -> Iterator[None]:
-    """Refuse powers of whole numbers that would take minutes or all memory."""
-    own = xacro.safe_eval
+def _bounded_eval(own: Callable[..., Any]) -> Callable[..., Any]:
+    """Return an evaluation that refuses powers of whole numbers that would take minutes or all memory."""
 
     def evaluate(expression: str, names: Any, more: Any = None) -> Any:
         powers = [node for node in ast.walk(_tree(expression)) if _is_power(node)]
@@ -213,11 +217,7 @@ def _bounding_powers(xacro: Any) -> Iterator[None]:
                 raise SceneError(f"the power '{ast.unparse(power)}' has more than {_MAX_POWER_BITS} bits")
         return own(expression, names, more)
 
-    xacro.safe_eval = evaluate
-    try:
-        yield
-    finally:
-        xacro.safe_eval = own
+    return evaluate
 
 
 def _tree(expression: str) -> ast.AST:
@@ -229,14 +229,3 @@ def _tree(expression: str) -> ast.AST:
 
 def _is_power(node: ast.AST) -> TypeGuard[ast.BinOp]:
     return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
-
-
-@contextmanager
-def _finding(substitution_args: Any, find: Callable[[str], str]) -> Iterator[None]:
-    """Resolve ``$(find ...)`` here, because xacro needs an installation of ROS for it."""
-    own, functions = substitution_args._eval_find, substitution_args._eval_dict
-    substitution_args._eval_find = functions["find"] = find
-    try:
-        yield
-    finally:
-        substitution_args._eval_find = functions["find"] = own
