@@ -61,34 +61,4 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.sdf import read_scene as read_scene
     from nrp_core.world.world import World as World
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_core.checks.validate": "validate",
-            "nrp_core.brain.backends": "brains",
-            "nrp_core.brain.files": "read_network save_network",
-            "nrp_core.brain.files.script": "load_network",
-            "nrp_core.brain.interface": "Brain",
-            "nrp_core.brain.network.data": "Network Population Projection",
-            "nrp_core.dsl.functions": "TransferFunction",
-            "nrp_core.dsl.loading": "load_transfer_functions provide_messages",
-            "nrp_core.errors": "NrpError",
-            "nrp_core.experiment.model.experiment": "Experiment",
-            "nrp_core.experiment.reading.find": "load_experiment shipped",
-            "nrp_core.experiment.running.result": "Result",
-            "nrp_core.experiment.running.run": "Run",
-            "nrp_core.findings": "Code Finding InvalidExperimentError Level Weight",
-            "nrp_core.recording.layout": "Images",
-            "nrp_core.recording.recording": "Recording",
-            "nrp_core.running": "open_run open_world run",
-            "nrp_core.world.backends": "worlds",
-            "nrp_core.world.messages": (
-                "builtin_interfaces control_msgs gazebo_msgs geometry_msgs message nav_msgs nrp_msgs "
-                "sensor_msgs std_msgs trajectory_msgs"
-            ),
-            "nrp_core.world.rigid": "Pose",
-            "nrp_core.world.scene.model": "Model Scene",
-            "nrp_core.world.scene.sdf": "read_model read_scene",
-            "nrp_core.world.world": "World",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

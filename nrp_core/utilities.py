@@ -27,19 +27,4 @@ if TYPE_CHECKING:
     from nrp_core._support.worker_pool import WorkerDiedError as WorkerDiedError
     from nrp_core._support.worker_pool import WorkerPool as WorkerPool
 else:
-    __getattr__, __dir__, __all__ = _lazily(
-        __name__,
-        {
-            "nrp_core._support.checked_arguments": "checks_arguments require_fields takes",
-            "nrp_core._support.files": "writing",
-            "nrp_core._support.jit": "jit",
-            "nrp_core._support.json_values": "strict_json to_jsonable",
-            "nrp_core._support.lazy": "lazily",
-            "nrp_core._support.machine": "cores describe_machine",
-            "nrp_core._support.named_values": "Named",
-            "nrp_core._support.packages": "fingerprint require_extra",
-            "nrp_core._support.stopwatch": "work",
-            "nrp_core._support.text": "join_with_limit",
-            "nrp_core._support.worker_pool": "Worker WorkerDiedError WorkerPool",
-        },
-    )
+    __getattr__, __dir__, __all__ = _lazily(__name__)

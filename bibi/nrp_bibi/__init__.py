@@ -19,12 +19,4 @@ if TYPE_CHECKING:
     from nrp_bibi.writer import bibi_text as bibi_text
     from nrp_bibi.writer import write_bibi as write_bibi
 
-__getattr__, __dir__, __all__ = lazily(
-    __name__,
-    {
-        "nrp_bibi.generation.transformation": "generate",
-        "nrp_bibi.model.functions": "Bibi",
-        "nrp_bibi.reader": "parse_bibi read_bibi",
-        "nrp_bibi.writer": "bibi_text write_bibi",
-    },
-)
+__getattr__, __dir__, __all__ = lazily(__name__)

@@ -10,20 +10,20 @@ from nrp_core._support.collector import CollectorPaused
 # does not import typing or collections.abc: every program that imports nrp_core would pay for them
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
     from typing import Any
 
 
-def lazily(
-    package: str, homes: Mapping[str, str]
-) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+def lazily(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package.
+
+    Its names are those that its file imports for type checkers, each in a line of its own,
+    ``from module import name as name``; a submodule counts as a name.
 
     Args:
         package: its ``__name__``.
-        homes: the names that each module provides, separated by spaces; a submodule counts as a name.
     """
-    home_of = {name: home for home, names in homes.items() for name in names.split()}
+    home_of = _homes(package)
     public = sorted(home_of)
 
     def get(name: str) -> Any:
@@ -42,3 +42,11 @@ def lazily(
         return sorted({*vars(sys.modules[package]), *public})
 
     return get, names, public
+
+
+def _homes(package: str) -> dict[str, str]:
+    """Return the module of each name that a package imports for type checkers."""
+    spec: Any = sys.modules[package].__spec__
+    lines = spec.loader.get_data(spec.origin).decode().splitlines()
+    imports = [line.split() for line in lines if line.startswith("    from ") and " as " in line]
+    return {name: home for _, home, _, name, _, _ in imports}

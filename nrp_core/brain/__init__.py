@@ -78,41 +78,4 @@ if TYPE_CHECKING:
     from nrp_core.findings import Weight as Weight
     from nrp_core.findings.refusals import no_variable as no_variable
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_core._support.arrays": "BoolArray FloatArray IndexArray IntArray",
-            "nrp_core._support.closing": "Closing",
-            "nrp_core._support.diagnosis": "Diagnosis",
-            "nrp_core._support.subnormals": "flushing_subnormals",
-            "nrp_core.brain.capabilities": "BrainCapabilities Fact Quantity Report Table",
-            "nrp_core.brain.changes": (
-                "DOPAMINE ELIGIBILITY PARAMETERS PLASTICITY ParameterChange Synapses WEIGHTS"
-            ),
-            "nrp_core.brain.devices.ports": "SourcePort SourceSpec",
-            "nrp_core.brain.devices.sinks": (
-                "ConductanceRecorder LeakyIntegratorAlpha LeakyIntegratorExp PopulationRate SinkPort "
-                "SinkSpec SpikeRecorder SpikeRecorderPort StateRecorder StateRecorderPort "
-                "VoltageRecorder"
-            ),
-            "nrp_core.brain.devices.sources": (
-                "ACSource DCSource FixedFrequencySource NoisyCurrentSource PoissonSource SpikeInjector"
-            ),
-            "nrp_core.brain.devices.source_cells": "TrainQueue",
-            "nrp_core.brain.backend": "BRAIN_INTERFACE_VERSION BrainBackend BrainOptions",
-            "nrp_core.brain.interface": "Brain",
-            "nrp_core.brain.network.currents": "InjectedCurrent",
-            "nrp_core.brain.network.data": "Network Origin Population Projection RECEPTORS",
-            "nrp_core.brain.network.grid": "Grid same_order",
-            "nrp_core.brain.network.modulations": "modulations_of",
-            "nrp_core.brain.network.motoneurons": "MotoneuronPool",
-            "nrp_core.brain.network.rewiring": "Neuromodulation",
-            "nrp_core.brain.network.synapses": "STATIC STDP TSODYKS_MARKRAM",
-            "nrp_core.brain.pynn": "builder",
-            "nrp_core.brain.pynn.export": "network_of",
-            "nrp_core.brain.remote": "ProcessLock RemoteBrain RemoteOptions",
-            "nrp_core.brain.spikes": "Spikes SynapticEvents",
-            "nrp_core.findings": "Code Finding Findings Level Weight",
-            "nrp_core.findings.refusals": "no_variable",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

@@ -126,22 +126,4 @@ if TYPE_CHECKING:
     from nrp_core.dsl.selection import Selector as Selector
     from nrp_core.dsl.selection import evaluate as evaluate
 else:
-    __getattr__, __dir__, EXTENSION_NAMES = lazily(
-        __name__,
-        {
-            "nrp_core.dsl.device_kinds": "DeviceKind",
-            "nrp_core.dsl.devices": (
-                "CurrentGenerator Device LeakyIntegratorDevice NoiseCurrentGenerator Port SettableAttribute "
-                "SineCurrentGenerator SpikeGenerator"
-            ),
-            "nrp_core.dsl.functions": "Flow TIME",
-            "nrp_core.dsl.loading": (
-                "Listing PythonSource file_names file_scope load_transfer_functions provide_messages"
-            ),
-            "nrp_core.dsl.mappings": "Variable",
-            "nrp_core.dsl.messages": "message_packages message_type",
-            "nrp_core.dsl.monitors": "MonitoringFunction",
-            "nrp_core.dsl.parameters": "Adapter Binding ParameterMapping line_in",
-            "nrp_core.dsl.selection": "Selection Selector evaluate",
-        },
-    )
+    __getattr__, __dir__, EXTENSION_NAMES = lazily(__name__)

@@ -52,24 +52,4 @@ if TYPE_CHECKING:
     from nrp_core.experiment.running.result import recorded_judgement as recorded_judgement
     from nrp_core.experiment.running.run import Run as Run
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_core.experiment.backends": "code_of",
-            "nrp_core.experiment.making.maker": (
-                "Maker build_here load_function_file network_from with_parameters"
-            ),
-            "nrp_core.experiment.making.prepare": "Plan load_functions make_parts prepare",
-            "nrp_core.experiment.model.collector": "Collector Omission describe_fault",
-            "nrp_core.experiment.model.experiment": "BackendSection Build Experiment",
-            "nrp_core.experiment.model.section": "Key Name Place Range Section Tree keyed_range tree_of",
-            "nrp_core.experiment.reading.find": "READERS SHIPPED find_file load_experiment shipped",
-            "nrp_core.experiment.reading.reader": (
-                "Platform experiment_of form_of overridden read_form read_form_tree read_yaml"
-            ),
-            "nrp_core.experiment.reading.yaml_tree": "parse_tree",
-            "nrp_core.experiment.running.observers": "Participant RunObserver",
-            "nrp_core.experiment.running.result": "Result recorded_judgement",
-            "nrp_core.experiment.running.run": "Run",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

@@ -30,19 +30,4 @@ if TYPE_CHECKING:
     from nrp_core.recording.replay.replay import ReplayRequest as ReplayRequest
     from nrp_core.recording.replay.replay import ReplayVerdict as ReplayVerdict
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_core.recording.export.numbers": "Numbers Series groups_of",
-            "nrp_core.recording.folder.recording_folder": "RecordingFolder named_files",
-            "nrp_core.recording.folder.used_files": "FilesRead",
-            "nrp_core.recording.images": "values_of",
-            "nrp_core.recording.layout": "Images RUN_NAME Role",
-            "nrp_core.recording.reading.mcap_messages": "RecordedTopic",
-            "nrp_core.recording.recording": "Recording",
-            "nrp_core.recording.reading.steps": "Comparison Difference RecordedStep steps_of",
-            "nrp_core.recording.reading.tables": "numbers_in",
-            "nrp_core.recording.replay.recorded_world": "with_recorded_brain with_recorded_world",
-            "nrp_core.recording.replay.replay": "Replay ReplayRequest ReplayVerdict",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

@@ -14,4 +14,4 @@ if TYPE_CHECKING:
     from nrp_cockpit.notebook import PlayedRecording as PlayedRecording
     from nrp_cockpit.notebook import show as show
 else:
-    __getattr__, __dir__, __all__ = lazily(__name__, {"nrp_cockpit.notebook": "PlayedRecording show"})
+    __getattr__, __dir__, __all__ = lazily(__name__)

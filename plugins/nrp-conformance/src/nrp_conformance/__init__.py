@@ -23,12 +23,4 @@ if TYPE_CHECKING:
     from nrp_conformance.world import WorldContractTests as WorldContractTests
     from nrp_conformance.world.comparison import WorldCrossTests as WorldCrossTests
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_conformance.brain": "BrainBackendTests BrainContractTests FullBrainTests",
-            "nrp_conformance.brain.comparison": "BrainCrossTests",
-            "nrp_conformance.world": "FullWorldTests WorldBackendTests WorldContractTests",
-            "nrp_conformance.world.comparison": "WorldCrossTests",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

@@ -19,12 +19,4 @@ if TYPE_CHECKING:
     from nrp_formats.nir.save import save_nir as save_nir
     from nrp_formats.sonata.circuit import read_sonata as read_sonata
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_formats.connectome.network": "read_connectome",
-            "nrp_formats.nir.load": "load_nir read_nir",
-            "nrp_formats.nir.save": "save_nir",
-            "nrp_formats.sonata.circuit": "read_sonata",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

@@ -16,10 +16,4 @@ if TYPE_CHECKING:
     from nrp_lab.benchmark.tasks import TASKS as TASKS
     from nrp_lab.benchmark.tasks import BenchmarkTask as BenchmarkTask
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_lab.benchmark.ladder": "Ladder Standing",
-            "nrp_lab.benchmark.tasks": "BenchmarkTask TASKS",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

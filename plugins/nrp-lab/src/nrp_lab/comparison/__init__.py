@@ -17,10 +17,4 @@ if TYPE_CHECKING:
     from nrp_lab.comparison.metric import ScalarMetric as ScalarMetric
     from nrp_lab.comparison.signals import RunSignals as RunSignals
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_lab.comparison.metric": "DistanceMetric Margin ScalarMetric",
-            "nrp_lab.comparison.signals": "RunSignals",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

@@ -17,10 +17,4 @@ if TYPE_CHECKING:
     from nrp_lab.evolve.optimisers import Optimiser as Optimiser
     from nrp_lab.evolve.optimisers import Space as Space
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_lab.evolve.evolution": "Evolved evolve",
-            "nrp_lab.evolve.optimisers": "Optimiser Space",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

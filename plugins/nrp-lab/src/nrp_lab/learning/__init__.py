@@ -20,13 +20,4 @@ if TYPE_CHECKING:
     from nrp_lab.learning.trial import Trial as Trial
     from nrp_lab.learning.trial import perform as perform
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_lab.learning.ladder": "Ladder",
-            "nrp_lab.learning.learner": "Learner find_learner",
-            "nrp_lab.learning.task": "Task",
-            "nrp_lab.learning.tasks": "TASKS",
-            "nrp_lab.learning.trial": "Trial perform",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)

@@ -16,11 +16,4 @@ if TYPE_CHECKING:
     from nrp_lab.sweep.record import Task as Task
     from nrp_lab.sweep.running import sweep as sweep
 else:
-    __getattr__, __dir__, __all__ = lazily(
-        __name__,
-        {
-            "nrp_lab.sweep.executor": "Executor",
-            "nrp_lab.sweep.record": "Record Task",
-            "nrp_lab.sweep.running": "sweep",
-        },
-    )
+    __getattr__, __dir__, __all__ = lazily(__name__)
