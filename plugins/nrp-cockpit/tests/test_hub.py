@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import time
+from collections.abc import Iterable, Iterator
 
-from nrp_cockpit.wire.channels import Channel, Sent
-from nrp_cockpit.wire.hub import Hub
+import pytest
+from nrp_cockpit.wire.channels import Channel, Kind, Sent
+from nrp_cockpit.wire.client import Client
+from nrp_cockpit.wire.guard import Guard
+from nrp_cockpit.wire.hub import Hub, Services
 from nrp_cockpit.wire.playback import Playback
+from nrp_cockpit.wire.server import Server
+from visitors import Visitor, visit
 
 
 class Written:
@@ -61,3 +67,33 @@ def test_messages_are_passed_although_their_block_fails() -> None:
     except ZeroDivisionError:
         pass
     assert listener.writes == [[b"1"]]
+
+
+@pytest.fixture
+def served() -> Iterator[tuple[Hub, Visitor]]:
+    """A hub, and a client that subscribes to what is large and to what is small."""
+    hub, guard = Hub(), Guard()
+    hub.services = Services(watching={"/cockpit/nothing": lambda: None})
+    hub.offer_json("/large", Kind.EVERY)
+    hub.offer_json("/small")
+    server = Server(hub, guard=guard)
+    try:
+        with visit(f"http://127.0.0.1:{server.port}/?token={guard.token}") as visitor:
+            visitor.subscribe("/large", "/small")
+            visitor.until(lambda: len(hub.subscribed) == 2)
+            yield hub, visitor
+    finally:
+        server.close()
+
+
+def test_the_last_message_reaches_a_client_that_did_not_read_when_it_was_sent(
+    served: tuple[Hub, Visitor],
+) -> None:
+    hub, visitor = served
+    (client,) = hub.listeners
+    assert isinstance(client, Client)
+    while not client._connection.paused:
+        hub.send_json("/large", "x" * 200_000)
+        time.sleep(0.01)
+    hub.send_json("/small", "the end")  # and nothing comes after it
+    visitor.until(lambda: visitor.heard["/small"])

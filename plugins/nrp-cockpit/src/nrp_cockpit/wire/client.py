@@ -114,9 +114,12 @@ class Client:
         self._outbox.tick(protocol.clock(t_ns))
 
     def flush(self) -> None:
-        """Send what waits, unless the client does not read what it was sent before."""
+        """Send what waits; later if the client does not read what it was sent before."""
         connection, outbox = self._connection, self._outbox
-        if connection.paused or connection.state is not State.OPEN:
+        if connection.state is not State.OPEN:
+            return
+        if connection.paused:
+            self._wake.set()  # perhaps nothing is sent after this
             return
         pieces: list[bytes | memoryview] = []
         size = 0
