@@ -75,19 +75,8 @@ def test_a_weight_or_delay_of_nothing_is_refused(
     assert f"{name} is 0; it must be above 0" in done.err
 
 
-@pytest.mark.parametrize(
-    ("rows", "words"),
-    [
-        ("1,2,3\n2,1,4\n1,1,2\n", ""),
-        ("1,2,0.5\n2,1,0.5\n", "2 of 2 edges have no whole number of synapses, the first 0.5"),
-        ("1,1,3\n2,2,4\n1,2,5\n", "2 of 3 edges join a neuron with itself"),
-        ("1,2,0\n2,1,0\n", "all 2 edges have 0 synapses"),
-    ],
-)
-def test_a_table_that_holds_no_connectome_is_reported(
-    rows: str, words: str, tmp_path: Path, nrp: Callable[..., Any]
-) -> None:
-    (tmp_path / "edges.csv").write_text(f"pre,post,weight\n{rows}")
+def test_a_table_without_synapses_is_refused(tmp_path: Path, nrp: Callable[..., Any]) -> None:
+    (tmp_path / "edges.csv").write_text("pre,post,weight\n1,2,0\n2,1,0\n")
     done = nrp("import-connectome", tmp_path / "edges.csv", "-o", tmp_path / "brain.nrpnet")
-    assert words in done.err
-    assert ("edges" in done.err.replace("edges.csv", "")) == bool(words)
+    assert done.code != 0
+    assert "all 2 edges have 0 synapses" in done.err

@@ -259,21 +259,12 @@ def test_a_column_that_is_there_twice_is_refused_where_it_is_read(
     assert read_connectome(path).network.projections[0].size == 2
 
 
-def test_a_misspelt_side_is_a_remark_and_names_of_the_middle_are_one_side(tmp_path: Path) -> None:
+def test_names_of_the_middle_are_one_side(tmp_path: Path) -> None:
     edges = write(tmp_path / "edges.csv", pre=[1], post=[2], weight=[1])
     sides = ["L", "rigth", "left", "", "centre", "Central", "centered", "M"]
     network = read_connectome(edges, write(tmp_path / "sides.csv", id=[*range(1, 9)], side=sides)).network
-    assert network.remarks == ("the column 'side' holds 'rigth'; did you mean 'right'?",)
     views = {name: ids.tolist() for name, ids in network.views.items()}
     assert views == {"left": [0, 2], "rigth": [1], "center": [4, 5, 6, 7]}
-
-
-def test_a_table_in_which_edges_are_repeated_is_reported(tmp_path: Path) -> None:
-    pre, post, weight = [1, 2, 3, 1, 2, 3], [2, 3, 1, 2, 3, 1], [5, 6, 7, 5, 6, 7]
-    twice = read_connectome(write(tmp_path / "twice.csv", pre=pre, post=post, weight=weight))
-    assert twice.warnings == ("3 of 6 edges repeat another one, with the same number of synapses",)
-    parts = write(tmp_path / "neuropils.csv", pre=pre, post=post, weight=[*weight[:3], 1, 2, 3])
-    assert read_connectome(parts).warnings == ()
 
 
 # of the pharynx (Albertson and Thomson 1976), of the mechanosensory and command cells (White et al. 1986)

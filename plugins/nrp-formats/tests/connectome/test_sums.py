@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_formats.connectome import wiring
 from nrp_formats.connectome.network import read_connectome
-from nrp_formats.connectome.wiring import Places, Repeats, Sums
+from nrp_formats.connectome.wiring import Places, Sums
 from pyarrow import csv, feather
 
 ROOT = 720575940600000000
@@ -84,18 +84,6 @@ def test_a_table_with_a_row_for_each_synapse_is_counted(tmp_path: Path) -> None:
     (edges,) = made.network.projections
     pairs = [*zip(edges.pre_index.tolist(), edges.post_index.tolist(), edges.weight.tolist(), strict=True)]
     assert pairs == [(0, 0, 0.5), (0, 1, 1.0), (1, 0, 0.5)]
-    assert made.warnings == ()
-
-
-def test_repeats_are_found_in_a_sample_of_a_large_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wiring, "MAX_SAMPLED_ROWS", 1000)
-    found, counts = Repeats(), np.arange(1.0, 10_001.0)
-    for _ in range(2):
-        found.add(np.arange(10_000), counts)
-    repeated, rows = found.found()
-    assert not found.are_exact
-    assert 500 < rows <= 1000
-    assert repeated / rows == 0.5
 
 
 def test_places_are_those_of_a_search() -> None:

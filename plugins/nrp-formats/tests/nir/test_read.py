@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import exp
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,10 @@ import nir
 import numpy as np
 import pytest
 from golden import Golden
-from nrp_formats import load_nir
+from nrp_formats import load_nir, read_nir
 
 from nrp_core import load_network
+from nrp_core.checks.network_units import unlikely_units
 from nrp_core.errors import NetworkError
 from nrp_core.pynn import new_simulator
 
@@ -407,3 +409,23 @@ def test_a_file_is_a_brain_whose_inputs_devices_drive(tmp_path: Path, golden: Go
         f"net = load_nir(sim, {str(NETWORKS / 'leaky.nir')!r}, inputs='cells')\nactors = net['3']\n"
     )
     assert load_network(script).views["actors"].size == 3
+
+
+def _written(folder: Path, threshold: float, **metadata: object) -> Path:
+    """Write a layer of two cells."""
+    each = np.ones(2)
+    cells = nir.LIF(tau=0.001 * each, r=each, v_leak=0 * each, v_threshold=threshold * each, v_reset=0 * each)
+    nodes = {"eyes": nir.Input(np.array([3])), "weights": nir.Linear(np.ones((2, 3))), "wheels": cells,
+             "output": nir.Output(np.array([2]))}  # fmt: skip
+    nir.write(folder / "net.nir", nir.NIRGraph(nodes, [*pairwise(nodes)], metadata))
+    return folder / "net.nir"
+
+
+def test_an_infinite_threshold_is_not_another_unit(tmp_path: Path) -> None:
+    network = read_nir(_written(tmp_path, np.inf))
+    assert not [one for one in unlikely_units(network) if "v_thresh" in one]
+
+
+def test_a_step_in_metadata_that_is_not_a_number_is_refused(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(NetworkError, match="'1 ms'"):
+        read_nir(_written(tmp_path, 1.0, dt="1 ms"))

@@ -53,7 +53,6 @@ def import_connectome(
         edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms, junction_ns=junction_ns
     )
     save_network(made.network, target)
-    suspicious = [*made.network.remarks, *made.warnings]
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
         facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}
@@ -64,7 +63,7 @@ def import_connectome(
                 "left_out": made.left_out,
                 "unsigned": made.unsigned,
                 "sources": made.sources,
-                "implausible": suspicious,
+                "remarks": made.network.remarks,
             }
         )
         return
@@ -72,8 +71,8 @@ def import_connectome(
         warn(f"{made.left_out} edges were left out because one of their neurons is not in the table")
     if made.unsigned:
         warn(f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown")
-    for sentence in suspicious:
-        warn(sentence)
+    for remark in made.network.remarks:
+        warn(remark)
     counts = ", ".join(f"{n} {label} edges" for label, n in sizes.items())
     typer.echo(f"{target}: {made.network.size} neurons, {counts}, {len(made.network.views)} groups")
     for path, sha256 in made.sources.items():

@@ -43,7 +43,6 @@ class EdgeChunk:
         weight: signed number of synapses, or number of gap junctions, shape ``(n,)``.
         is_electrical: whether they are gap junctions, shape ``(n,)``.
         names: the names of cells by id, if the table has names.
-        are_single: whether each is one synapse, so that a pair of cells has many.
     """
 
     pre: IntArray
@@ -51,7 +50,6 @@ class EdgeChunk:
     weight: FloatArray
     is_electrical: BoolArray
     names: Mapping[int, str] = field(default_factory=dict)
-    are_single: bool = False
 
 
 def read_edges(path: Path) -> Iterator[EdgeChunk]:
@@ -82,9 +80,7 @@ def read_edges(path: Path) -> Iterator[EdgeChunk]:
             values = np.where(is_electrical, values, values * signs)
         (sources, ours), (targets, theirs) = (ids_of(path, end, rows[end]) for end in (pre, post))
         kept = np.array([one not in RECEIVED for one in kinds] or np.ones(len(values)), bool)
-        yield EdgeChunk(
-            sources[kept], targets[kept], values[kept], is_electrical[kept], {**ours, **theirs}, are_single
-        )
+        yield EdgeChunk(sources[kept], targets[kept], values[kept], is_electrical[kept], {**ours, **theirs})
 
 
 def _weights(path: Path, column: str, values: Any) -> FloatArray:

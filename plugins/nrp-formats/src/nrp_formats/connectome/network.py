@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from math import inf
@@ -12,56 +11,13 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.brain import FloatArray, IntArray, Network, Population, Projection
+from nrp_core.brain import IntArray, Network, Population
 from nrp_core.brain.network.cells import CELLS
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_formats.connectome.edges import read_edges
 from nrp_formats.connectome.neurons import Neurons, read_neurons
 from nrp_formats.connectome.tables import checksum
-from nrp_formats.connectome.wiring import PART, Places, Repeats, Wiring
-
-_ROUNDED: Final = 1e-3
-_LARGE: Final = 0.5
-"""The share of edges from a neuron to itself that no nervous system has."""
-_REPEATED: Final = 0.1
-"""The share of edges that are equal to another one; more than in a table with a row for each neuropil."""
-
-
-def implausible_properties(network: Network, unit_mv: float, repeats: Repeats) -> Iterator[str]:
-    """Yield a sentence for each property of a table of edges that no connectome has.
-
-    Args:
-        network: the network that was made of it.
-        unit_mv: weight of one synapse in it.
-        repeats: the rows of the table that are there twice.
-    """
-    chemical = [one for one in network.projections if not one.is_electrical]
-    n_edges = sum(one.size for one in chemical)
-    broken = [part for part in map(_broken, _counts(chemical, unit_mv)) if len(part)]
-    if broken:
-        yield (
-            f"{sum(map(len, broken))} of {n_edges} edges have no whole number of synapses, the first "
-            f"{broken[0][0]:.3g}: are they shares or weights? A synapse is a weight of --unit-mv"
-        )
-    repeated, rows = repeats.found()
-    if repeated > _REPEATED * rows:
-        many = f"{repeated} of {rows}" if repeats.are_exact else f"about {repeated / rows:.0%} of all"
-        yield f"{many} edges repeat another one, with the same number of synapses"
-    selves = sum(int((pre == post).sum()) for one in chemical for pre, post in one.pairs())
-    if selves > _LARGE * n_edges:
-        yield f"{selves} of {n_edges} edges join a neuron with itself"
-
-
-def _counts(projections: Iterable[Projection], unit_mv: float) -> Iterator[FloatArray]:
-    """Yield the numbers of synapses of all edges in parts."""
-    for one in projections:
-        for first in range(0, one.size, PART):
-            yield np.abs(one.weight[first : first + PART]) / unit_mv
-
-
-def _broken(counts: FloatArray) -> FloatArray:
-    return counts[np.abs(counts - np.round(counts)) > _ROUNDED * np.maximum(counts, 1.0)]
-
+from nrp_formats.connectome.wiring import Places, Wiring
 
 LABEL: Final = "brain"
 CELL: Final = "IF_curr_exp_frozen"
@@ -85,14 +41,12 @@ class Connectome:
         sources: SHA-256 of each table, and the name of published ones.
         left_out: edges whose ends are not both in the table of neurons.
         unsigned: edges that are excitatory because their sign is not given.
-        warnings: a sentence for each property of the table of edges that no connectome has.
     """
 
     network: Network
     sources: dict[str, str] = field(default_factory=dict)
     left_out: int = 0
     unsigned: int = 0
-    warnings: tuple[str, ...] = ()
 
 
 def read_connectome(
@@ -132,11 +86,9 @@ def read_connectome(
         {LABEL: _population(known)},
         (*wiring.projections(LABEL, unit_mv, delay_ms), *wiring.junctions(LABEL, 1e-3 * junction_ns)),
         _groups(known, groups, neurons or edges),
-        remarks=known.warnings,
+        remarks=known.remarks,
     )
-    warnings = tuple(implausible_properties(network, unit_mv, wiring.repeats))
-    sources = _sources(edges, neurons)
-    return Connectome(network, sources, wiring.left_out, unsigned, warnings)
+    return Connectome(network, _sources(edges, neurons), wiring.left_out, unsigned)
 
 
 def _neurons_of(path: Path) -> Neurons:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from nrp_core.brain import FloatArray, IntArray
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import NetworkError
 from nrp_formats.connectome.tables import chosen_column, column_names, ids_of, read_rows, sign_of
 
 IDS: Final = ("id", "root_id", "bodyId", "body", "Unnamed: 0", "", "neuron", "name")
@@ -32,7 +30,6 @@ _TEXTS: Final = {
     "class": ("super_class", "superclass", "class"),
 }
 _POSITION: Final = ("x", "y", "z")
-_ALIKE: Final = 0.75
 _MIDDLE: Final = ("m", "c", "centre", "central", "centered", "centred", "median", "midline", "middle")
 _SIDES: Final = {"l": "left", "r": "right", "center": "center", **dict.fromkeys(_MIDDLE, "center")}
 
@@ -45,13 +42,13 @@ class Neurons:
         ids: shape ``(n,)``, unique.
         texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each as far as known; empty texts.
         positions: in the unit of the table, shape ``(n, 3)``, or None.
-        warnings: sentences about positions that are missing and labels that are probably misspelt.
+        remarks: a sentence about positions that are missing.
     """
 
     ids: IntArray
     texts: dict[str, list[str]]
     positions: FloatArray | None = None
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def signs(self) -> IntArray:
@@ -94,23 +91,15 @@ def read_neurons(path: Path) -> Neurons:
         raise NetworkError(f"the neuron {who} is in the column '{id_column}' twice", path=path)
     if named:
         texts.setdefault("name", [named[number] for number in every.tolist()])
-    warnings: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     if where is not None:
         missing = np.isnan(where).any(axis=1)
         where[missing] = 0.0
         if missing.any():
-            warnings = (f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0",)
+            remarks = (f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0",)
     if "side" in texts:
         texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
-        warnings += tuple(_misspelt(columns["side"], set(texts["side"])))
-    return Neurons(every, texts, where, warnings)
-
-
-def _misspelt(column: str, sides: set[str]) -> Iterator[str]:
-    valid = [*dict.fromkeys(_SIDES.values())]
-    for side in sorted(sides - set(valid)):  # any label may be meant
-        if side.lower() not in valid and get_close_matches(side.lower(), valid, cutoff=_ALIKE):
-            yield f"the column '{column}' holds '{side}'{did_you_mean(side, valid)}"
+    return Neurons(every, texts, where, remarks)
 
 
 def _numbers(values: Any) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -48,46 +48,6 @@ class Places:
 
     def _slots(self, ids: IntArray) -> IntArray:
         return (ids.astype(np.uint64) * MIX >> self._shift).astype(np.int64)
-
-
-MAX_SAMPLED_ROWS: Final = 1 << 20
-"""Rows kept; of larger tables, a half of the pairs, a quarter, ... are looked at, with all their rows."""
-
-
-class Repeats:
-    """Counts rows with the pair and the number of synapses of another row."""
-
-    def __init__(self) -> None:
-        self._halvings = 0
-        self._keys = np.empty(0, np.int64)
-        self._counts = np.empty(0)
-
-    @property
-    def are_exact(self) -> bool:
-        """Whether all rows were looked at."""
-        return not self._halvings
-
-    def add(self, keys: IntArray, counts: FloatArray) -> None:
-        """Add rows: the pair of cells of each as one number, and its synapses."""
-        mine = self._chosen(keys)
-        self._keys = np.concatenate([self._keys, keys[mine]])
-        self._counts = np.concatenate([self._counts, counts[mine]])
-        while len(self._keys) > MAX_SAMPLED_ROWS:
-            self._halvings += 1
-            mine = self._chosen(self._keys)
-            self._keys, self._counts = self._keys[mine], self._counts[mine]
-
-    def found(self) -> tuple[int, int]:
-        """Return how many of the rows that were looked at repeat another one, and how many there were."""
-        order = np.lexsort((self._counts, self._keys))
-        keys, counts = self._keys[order], self._counts[order]
-        return int(((keys[1:] == keys[:-1]) & (counts[1:] == counts[:-1])).sum()), len(keys)
-
-    def _chosen(self, keys: IntArray) -> slice | BoolArray:
-        if not self._halvings:
-            return slice(None)
-        chosen: BoolArray = keys.astype(np.uint64) * MIX >> np.uint64(64 - self._halvings) == 0
-        return chosen
 
 
 PART: Final = 1 << 20
@@ -194,13 +154,11 @@ class Wiring:
         n_cells: number of neurons.
         rows: number of rows between known neurons.
         left_out: number of rows that are not used, as in :class:`~nrp_formats.connectome.network.Connectome`.
-        repeats: rows that are there twice.
     """
 
     n_cells: int
     rows: int = 0
     left_out: int = 0
-    repeats: Repeats = field(default_factory=Repeats)
 
     def __post_init__(self) -> None:
         self.excitatory, self.inhibitory = Sums(self.n_cells), Sums(self.n_cells)
@@ -220,8 +178,6 @@ class Wiring:
             self.rows += len(keys)
             self.electrical.add(keys[is_electrical], np.abs(counts[is_electrical]))
             keys, counts = keys[~is_electrical], counts[~is_electrical]
-            if not part.are_single:
-                self.repeats.add(keys, counts)
             self._waiting.append((keys, counts.astype(np.float32)))
             n_waiting += len(keys)
             if n_waiting >= max(FEWEST, (len(self.excitatory) + len(self.inhibitory)) // 8):

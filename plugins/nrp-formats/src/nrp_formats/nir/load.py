@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
@@ -13,44 +13,10 @@ from nrp_core.brain import FloatArray, Network, builder
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.utilities import Named, checks_arguments
-from nrp_formats.nir.graded import GRADED, currents
+from nrp_formats.nir.graded import currents
 from nrp_formats.nir.graph import Graph, lags_of, read_graph, returning
 from nrp_formats.nir.linear import NEURONS, Signal, Signals, emitting
 from nrp_formats.nir.neurons import Cells, Method, Step, cells_of, late_of, relays
-
-
-def never_fires(cells: Cells, matrices: Iterable[Any], step: Step) -> str:
-    """Return that no cell of a node can fire, with the one that comes nearest; empty if one can.
-
-    Args:
-        cells: the cells.
-        matrices: the weights onto them in the file, sparse, a row for each cell. A cell sends at most one
-            spike in a step, so if all that excite spike in every step, the voltage rises to a limit.
-        step: the step of the network.
-    """
-    threshold = cells.parameters["v_thresh"]
-    if not threshold.size or not np.isfinite(threshold).all():
-        return "its threshold is inf" if threshold.size and np.isinf(threshold).all() else ""
-    tau_ms, cm, offset = (cells.parameters.get(name, np.ones(1)) for name in ("tau_m", "cm", "i_offset"))
-    if cells.kick is not None:
-        cm = cm * np.exp(-step.h_ms / cells.parameters["tau_syn_E"])
-    weight = np.zeros(len(threshold))
-    for matrix in matrices:
-        weight += np.asarray(matrix.maximum(0).sum(axis=1)).ravel() * cells.per_weight
-    driven = offset * tau_ms / cm
-    if cells.cell_type == "IF_curr_delta":
-        driven = driven + weight / -np.expm1(-step.h_ms / tau_ms)
-    else:
-        driven = driven + weight / -np.expm1(-step.h_ms / cells.parameters["tau_syn_E"]) * tau_ms / cm
-    highest = cells.parameters["v_rest"] + driven
-    if (np.maximum(highest, cells.parameters["v_rest"]) >= threshold).any():
-        return ""
-    nearest = int(np.argmin(threshold - highest))
-    return (
-        f"all inputs together, in every step, take it to {highest[nearest]:.3g}, and its threshold is "
-        f"{threshold[nearest]:.3g}"
-    )
-
 
 Reset = Literal["value", "subtract", "subtract_next"]
 DOWN: Final = "step_down"
@@ -158,8 +124,6 @@ DT_S: Final = 1e-4
 """The step that most frameworks assume when they write a file."""
 _MOST_REFRACTORY: Final = 10**6
 _CURRENTS: Final = frozenset({"CubaLIF", "CubaLI"})
-_TIMES: Final = ("tau", "tau_mem", "tau_syn")
-_SHORT: Final = 1.0 - 1e-6
 _RESETTING: Final = frozenset({"LIF", "IF", "CubaLIF"})
 
 
@@ -249,33 +213,7 @@ class _Loader:
         for end, signal in self._signals.items():
             for (start, delay_s), matrix in signal.parts.items():
                 self._connect(populations, start, end, delay_s, matrix, cells[end])
-            reason = never_fires(cells[end], signal.parts.values(), self._step)
-            if reason and self._kinds[end] not in GRADED:
-                self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
-        self._remark_loose_ends({start for start, _ in edges})
-        self._remark_unread_outputs()
-        self._remark_short_times()
         return Named(populations, "population", "the file")
-
-    def _remark_short_times(self) -> None:
-        """Remark on time constants shorter than a step, in which a cell keeps nothing of its state."""
-        for name, kind in self._kinds.items():
-            node = self._graph.nodes[name]
-            taus = [np.min(getattr(node, one)) for one in _TIMES if hasattr(node, one) and kind in NEURONS]
-            if taus and min(taus) < self._step.dt_s * _SHORT:
-                shortest = f"a time constant of the node '{name}' ({kind}) is {min(taus):g} s"
-                self._sim.state.remark(f"{shortest}, shorter than a step of the file, {self._step.dt_s:g} s")
-
-    def _remark_loose_ends(self, sending: set[str]) -> None:
-        """Remark on inputs that reach no cell, and on nodes that no edge joins to the others."""
-        leaving = {start for starts in self._graph.before.values() for start in starts}
-        for name, kind in self._kinds.items():
-            if kind == "Input" and name in self._order and name not in sending:
-                self._sim.state.remark(f"the input '{name}' reaches no cell")
-            elif kind != "Input" and not self._graph.before[name]:
-                self._sim.state.remark(f"no edge leads to the node '{name}' ({kind})")
-            elif kind != "Output" and kind not in NEURONS and name not in leaving:
-                self._sim.state.remark(f"no edge leaves the node '{name}' ({kind})")
 
     def _in_short_loops(self) -> set[str]:
         """Return the nodes whose spikes come back in one step, so that an input must act as it arrives."""
@@ -298,14 +236,6 @@ class _Loader:
         if name in self._kicked or not self._has_current(name):
             return 0
         return late_of(self._step, follows=kind == "Threshold")
-
-    def _remark_unread_outputs(self) -> None:
-        """Remark on outputs that nodes without cells lead to, since only cells are kept."""
-        for name, kind in self._kinds.items():
-            before = self._graph.before[name] if kind == "Output" else ()
-            if before and not any(one in self._order for one in before):
-                given = ", ".join(f"'{one}' ({self._kinds[one]})" for one in before)
-                self._sim.state.remark(f"the output '{name}' is that of no cell: {given} leads to it")
 
     def _shortest(self) -> Mapping[tuple[str, str], int]:
         shortest: dict[tuple[str, str], int] = {}
