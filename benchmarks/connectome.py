@@ -7,6 +7,7 @@ without one it is left out.
 
     python benchmarks/connectome.py
     python benchmarks/connectome.py --brian2 brian2-venv/bin/python --rounds 3
+    python benchmarks/connectome.py --growth --plot growth.png
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ import resource
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +35,7 @@ LIF = {
     "v_rest": -52.0, "v_reset": -52.0, "v_thresh": -45.0, "tau_m": 20.0, "cm": 0.02, "tau_refrac": 2.2,
     "tau_syn_E": 5.0, "tau_syn_I": 5.0, "i_offset": 0.0,
 }  # fmt: skip
+DRIVEN, GROWTH_MS = (10, 30, 60, 120, 240), 500.0
 UNIT_MV, KICK_MV, DELAY_MS, STEP_MS, RATE_HZ = 0.275, 20_000.0, 1.8, 0.1, 150.0
 PEER = Path(__file__).parent / "peers" / "connectome_brian2.py"
 Edges = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.float64]]
@@ -82,8 +84,30 @@ def network(synapses: Edges, driven: npt.NDArray[np.int64], trains: list[npt.NDA
     return Network({"brain": brain, "kicks": source}, tuple(projections))
 
 
-def cost(made: Network, lazy: str, duration_ms: float, out_degree: npt.NDArray[np.int64]) -> str:
-    """Return the CPU seconds of a run on one of the grids, as text."""
+class Cost(NamedTuple):
+    """The cost of a run.
+
+    Args:
+        opening_s: CPU s from the network as data to the first step.
+        spent: CPU s of a simulated second.
+        n_spikes: number of spikes.
+        events_m: million synaptic events in a simulated second.
+    """
+
+    opening_s: float
+    spent: float
+    n_spikes: int
+    events_m: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.spent:.3f} CPU s/s   {self.n_spikes} spikes   {self.events_m:.1f} M events/s   "
+            f"opened in {self.opening_s:.1f} CPU s"
+        )
+
+
+def cost(made: Network, lazy: str, duration_ms: float, out_degree: npt.NDArray[np.int64]) -> Cost:
+    """Run a network on one of the grids."""
     event = brains().load("event")
     options = event.options.model_validate({"resolution": "0.1 ms", "lazy": lazy})
     began = time.process_time()
@@ -94,11 +118,8 @@ def cost(made: Network, lazy: str, duration_ms: float, out_degree: npt.NDArray[n
         brain.run_until(round(duration_ms * 1e6))
         spent = (time.process_time() - opened) / (duration_ms - 1.0) * 1e3
         found = recorder.spikes()  # type: ignore[attr-defined]
-    arrived = out_degree[found.neurons].sum() / duration_ms * 1e-3
-    return (
-        f"{spent:.3f} CPU s/s   {len(found.neurons)} spikes   {arrived:.1f} M events/s   "
-        f"opened in {opened - began:.1f} CPU s"
-    )
+    events_m = float(out_degree[found.neurons].sum()) / duration_ms * 1e-3
+    return Cost(opened - began, spent, len(found.neurons), events_m)
 
 
 def peer(python: str, arrays: dict[str, npt.NDArray[Any]], duration_ms: float) -> str:
@@ -142,6 +163,59 @@ def peak_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
+class Growth(NamedTuple):
+    """The cost with a number of synapses and of driven cells; the memory includes the tables of the graph."""
+
+    synapses: int
+    driven: int
+    cost: Cost
+    memory_mb: float
+
+
+def grown(n_synapses: int, n_driven: int) -> Growth:
+    """Build a network, run it, and return its cost; called in a process of its own, for its peak memory."""
+    synapses = edges(n_synapses)
+    made = network(synapses, hubs(synapses[0], n_driven), kicks(n_driven, GROWTH_MS))
+    out_degree = np.bincount(synapses[0], minlength=N + n_driven)
+    del synapses
+    return Growth(n_synapses, n_driven, cost(made, "auto", GROWTH_MS, out_degree), peak_mb())
+
+
+def growth(plot: Path | None) -> None:
+    """Print the cost of fewer synapses with 60 driven cells, and of all with more or fewer driven cells."""
+    print("synapses (M)  driven  events/s (M)  to the first step (CPU s)  CPU s/s  peak memory (MB)")
+    rows = []
+    for case in [(N_SYNAPSES // 4, 60), (N_SYNAPSES // 2, 60), *((N_SYNAPSES, n) for n in DRIVEN)]:
+        with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
+            one = fresh.submit(grown, *case).result()
+        rows.append(one)
+        numbers = f"{one.synapses / 1e6:12.1f}  {one.driven:6}  {one.cost.events_m:12.2f}"
+        costs = f"{one.cost.opening_s:25.1f}  {one.cost.spent:7.3f}  {one.memory_mb:16.0f}"
+        print(f"{numbers}  {costs}", flush=True)
+    if plot is not None:
+        draw(rows, plot)
+
+
+def draw(rows: Sequence[Growth], path: Path) -> None:
+    """Draw the cost over the events, and time and memory over the synapses."""
+    from matplotlib.figure import Figure
+
+    by_events = [(one.cost.events_m, one.cost.spent) for one in rows if one.synapses == N_SYNAPSES]
+    alike = [one for one in rows if one.driven == 60]
+    opening = [(one.synapses / 1e6, one.cost.opening_s) for one in alike]
+    memory = [(one.synapses / 1e6, one.memory_mb) for one in alike]
+    figure = Figure(figsize=(9.0, 3.2), layout="constrained")
+    for axes, points, x, y in zip(
+        figure.subplots(1, 3), (by_events, opening, memory),
+        ("million events in a simulated second", *["million synapses"] * 2),
+        ("CPU s for it", "CPU s to the first step", "peak memory (MB)"), strict=True,
+    ):  # fmt: skip
+        axes.plot(*zip(*points, strict=True), "o-")
+        axes.set(xlabel=x, ylabel=y, xlim=(0, None), ylim=(0, None))
+        axes.spines[["top", "right"]].set_visible(False)
+    figure.savefig(path, dpi=110)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -150,8 +224,14 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--duration", type=float, default=1000.0, help="ms")
     parser.add_argument("--driven", type=int, nargs="+", default=[30, 120], help="numbers of driven cells")
+    parser.add_argument("--growth", action="store_true", help="costs over synapses and events alone")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="with --growth: draw a figure")
     given = parser.parse_args()
     print(conditions())
+    if given.growth:
+        growth(given.plot)
+        print(load())
+        return
     synapses = edges()
     for line in building(synapses):
         print(line, flush=True)

@@ -15,29 +15,17 @@ import argparse
 import os
 import time
 from collections.abc import Callable
-from importlib.resources import files
-from math import pi
 from pathlib import Path
 from typing import Any
 
 from conditions import conditions
+from world_step import CAMERA, STEP_NS, SUBSTEPS, shipped_scene
 
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.world import World
 
-STEP_NS, SUBSTEPS = 20_000_000, 10
-CAMERA = ("husky", "eye_vision_camera", "camera")
 TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
-
-
-def shipped_scene() -> Scene:
-    folder = Path(str(files("nrp_experiments.braitenberg_husky")))
-    robot = read_model(folder / "husky.sdf", name="husky", pose=Pose.from_rpy((0, 0, 0.15), 0, 0, pi))
-    return read_scene(folder / "room.sdf").with_model(robot)
 
 
 def server_of(world: Any) -> Path:

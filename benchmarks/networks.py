@@ -109,7 +109,7 @@ def compare(case: Case, interpreters: dict[str, str], rounds: int) -> Iterable[d
 def share(case: Case, threads: int, rounds: int) -> Iterable[dict[str, Any]]:
     """Run a network on the grid by one thread and by several in turn."""
     extra = ("--duration", "200", "--chunks", "10", "--threads", str(threads))
-    runs = [measured(sys.executable, "threads_run.py", case, *extra) for _ in range(rounds)]
+    runs = [measured(sys.executable, "nrp_run.py", case, *extra) for _ in range(rounds)]
     one, several = (min(run[name] for run in runs) for name in ("one", "several"))
     yield {
         "network": case.name,

@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from importlib.resources import files
 from itertools import combinations
@@ -27,6 +28,7 @@ from conditions import print_conditions
 
 from nrp_core.dsl.tf_lib import detect_red
 from nrp_core.world.backends import worlds
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.messages.std_msgs import Float64
@@ -48,7 +50,7 @@ from nrp_core.world.scene.model import (
 from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.world import World
 
-PARTS = ("drives", "plugins", "loads", "physics", "cameras")
+PARTS = ("drives", "wheels", "plugins", "loads", "physics", "cameras")
 ENGINES = ("mujoco", "pybullet")
 STEP_NS = 20_000_000
 G = 9.8
@@ -171,6 +173,26 @@ def drives(seeds: int, engines: Sequence[str]) -> None:
             rows.append((name, " and ".join(pair), *np.max(all_far, axis=0).tolist()))
     title = f"30 s of random commands: greatest distance of end poses over {seeds} seeds"
     table(title, ("robot", "between", "mm", "degrees"), rows)
+
+
+def wheels(engines: Sequence[str]) -> None:
+    """Compare robots on wheels with the unicycle, the Husky also as its maker calibrates the real one."""
+    commands = {"0.5 m/s": (0.5, 0.0), "0.5 rad/s": (0.0, 0.5), "both": (0.5, 0.5)}
+    rows = []
+    for name, widened in (("Pioneer", 1.0), ("Husky", 1.0), ("Husky", 1.875)):
+        model = robot(name)
+        (drive,) = model.drives
+        assert isinstance(drive, WheelDrive)
+        model = replace(model, drives=(replace(drive, separation=widened * drive.separation),))
+        for engine in engines:
+            errors = []
+            for command in commands.values():
+                with opened(engine, scene(FLOOR, model), drive="physical") as world:
+                    off = ideal([command] * 2).inverse() @ driven(world, [command] * 2)
+                away_cm = 100 * hypot(*off.position[:2])
+                errors.append(f"{away_cm:.1f} cm, {degrees(off.yaw):.1f} degrees")
+            rows.append((f"{name}, separation x {widened:g}", engine, *errors))
+    table("Off the unicycle after 2 s on wheels (`drive: physical`)", ("robot", "engine", *commands), rows)
 
 
 def plugins(seeds: int, engines: Sequence[str]) -> None:
@@ -457,7 +479,7 @@ def main() -> None:
     arguments = parser.parse_args()
     print_conditions()
     measures: tuple[Callable[[Sequence[str]], object], ...] = (
-        partial(drives, arguments.seeds), partial(plugins, arguments.seeds), loads, physics, cameras,
+        partial(drives, arguments.seeds), wheels, partial(plugins, arguments.seeds), loads, physics, cameras,
     )  # fmt: skip
     for name, measure in zip(PARTS, measures, strict=True):
         if name in arguments.only:

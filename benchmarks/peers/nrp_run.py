@@ -1,9 +1,11 @@
-"""A network of benchmarks/networks.py in the event brain, on the grid or exact."""
+"""A network of benchmarks/networks.py in the event brain: on the grid or exact, or by several threads."""
 
 from __future__ import annotations
 
 import time
+from argparse import Namespace
 from collections.abc import Sequence
+from typing import Any
 
 import measure
 import numpy as np
@@ -75,31 +77,62 @@ def table_bytes(brain: Brain) -> int:
     return sum(getattr(grid, name).nbytes for name in names) if grid is not None else 0
 
 
+def opened(network: Network, **options: Any) -> tuple[Brain, Any]:
+    """Return an open brain and the recorder of its neurons."""
+    backend = brains().load("event")
+    brain = backend.open(network, seed=1, options=backend.options.model_validate(options))
+    neurons = [network.ids_of(label) for label in ("exc", "inh")]
+    return brain, brain.add_sink(SpikeRecorder(), np.concatenate(neurons), name="all")
+
+
+def run(brain: Brain, duration_ms: float) -> None:
+    brain.run_until(brain.now_ns + from_milliseconds(duration_ms))
+
+
+def alone(chosen: Namespace, network: Network, grid: dict[str, str], n: int, size: int) -> None:
+    began = time.process_time()
+    brain, recorder = opened(network, **(grid if chosen.mode == "grid" else {}))
+    build_s = time.process_time() - began
+    run(brain, chosen.warm_up)
+    spikes = recorder.spikes()
+    costs = measure.chunks(lambda: run(brain, chosen.duration), chosen.chunks, chosen.duration)
+    fresh = len(recorder.spikes()) - len(spikes)
+    rate = fresh / n / (chosen.duration * chosen.chunks * 1e-3)
+    measure.report(
+        build_s=build_s, costs=costs, rate_hz=rate, bytes_per_synapse=table_bytes(brain) / size,
+        digest=measure.digest(spikes.neurons, spikes.times_ms), synapses=size,
+    )  # fmt: skip
+    brain.close()
+
+
+def by_threads(chosen: Namespace, network: Network, grid: dict[str, str]) -> None:
+    """Let one thread and several take turns: elapsed time, so the machine must be quiet; the best chunk."""
+    pairs = [opened(network, **grid, threads=threads) for threads in (1, chosen.threads)]
+    for brain, _ in pairs:
+        run(brain, chosen.warm_up)
+    turns = np.empty((chosen.chunks, len(pairs)))
+    for turn, place in np.ndindex(turns.shape):
+        began = time.perf_counter()
+        run(pairs[place][0], chosen.duration)
+        turns[turn, place] = (time.perf_counter() - began) / chosen.duration * 1e3
+    found = [recorder.spikes() for _, recorder in pairs]
+    digests = {measure.digest(spikes.neurons, spikes.times_ms) for spikes in found}
+    one, several = turns.min(axis=0)
+    measure.report(one=one, several=several, same_spikes=len(digests) == 1)
+    for brain, _ in pairs:
+        brain.close()
+
+
 def main() -> None:
     chosen = measure.arguments()
     graph = measure.graph_of(chosen)
     network, n, size = network_of(graph), graph.n, graph.size
     del graph
-    backend = brains().load("event")
     grid = {"resolution": f"{measure.STEP_MS} ms", "poisson": "grid"}
-    options = backend.options.model_validate(grid if chosen.mode == "grid" else {})
-    began = time.process_time()
-    with backend.open(network, seed=1, options=options) as brain:
-        build_s = time.process_time() - began
-        recorder = brain.add_sink(SpikeRecorder(), np.arange(n), name="all")
-        brain.run_until(from_milliseconds(chosen.warm_up))
-        spikes = recorder.spikes()  # type: ignore[attr-defined]
-
-        def run() -> None:
-            brain.run_until(brain.now_ns + from_milliseconds(chosen.duration))
-
-        costs = measure.chunks(run, chosen.chunks, chosen.duration)
-        fresh = len(recorder.spikes()) - len(spikes)  # type: ignore[attr-defined]
-        rate = fresh / n / (chosen.duration * chosen.chunks * 1e-3)
-        measure.report(
-            build_s=build_s, costs=costs, rate_hz=rate, bytes_per_synapse=table_bytes(brain) / size,
-            digest=measure.digest(spikes.neurons, spikes.times_ms), synapses=size,
-        )  # fmt: skip
+    if chosen.threads > 1:
+        by_threads(chosen, network, grid)
+    else:
+        alone(chosen, network, grid, n, size)
 
 
 if __name__ == "__main__":
