@@ -30,6 +30,7 @@ from nrp_world_pybullet.build import BodyHandle, Built
 from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Inertia, JointReader, Moving
+from nrp_world_pybullet.muscles import Muscles
 
 USUAL: Final = 50
 """PyBullet's own number of iterations."""
@@ -64,7 +65,7 @@ class Tree:
     """The joints of one multi-body, with servos and springs.
 
     PyBullet computes the forces of dampers at the start of a step, which is unstable if a damper removes much
-    of a joint's velocity in a step. In such a tree the servos replace all dampers.
+    of a joint's velocity in a step. In such a tree, and in one with muscles, the servos replace all dampers.
 
     Args:
         joints: all movable joints with their handles, in PyBullet's order.
@@ -72,6 +73,7 @@ class Tree:
         inertia: the inertia of the joints.
         client: the physics client.
         step_s: the physics step.
+        muscles: the muscles of the scene.
     """
 
     def __init__(
@@ -81,6 +83,7 @@ class Tree:
         inertia: Inertia,
         client: int,
         step_s: float,
+        muscles: Muscles,
     ) -> None:
         ways = [joint for joint, _ in joints for _ in joint.coordinates]
         self.paths = [(model, name) for joint, _ in joints for name in joint.coordinates]
@@ -89,7 +92,8 @@ class Tree:
         self._single = len(ways) == len(joints)
         self._stiffness, self._rest = np.array([(joint.stiffness, joint.rest) for joint in ways]).T
         dampers = np.array([joint.damping for joint in ways])
-        self.strongly_damped = bool(self._share(dampers) * step_s > STRONG)
+        self._muscles, self._columns = muscles, muscles.columns(self.paths)
+        self.strongly_damped = self.has_muscles or bool(self._share(dampers) * step_s > STRONG)
         if self.strongly_damped:
             for link in self._links:
                 bullet.changeDynamics(self._multibody, link, jointDamping=0, physicsClientId=client)
@@ -100,6 +104,11 @@ class Tree:
         self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None)
 
     @property
+    def has_muscles(self) -> bool:
+        """Whether muscles move its joints."""
+        return self._columns is not None
+
+    @property
     def sprung(self) -> bool:
         """Whether there are springs."""
         return bool(self._stiffness.any())
@@ -107,7 +116,7 @@ class Tree:
     @property
     def idle(self) -> bool:
         """Whether they have no effect."""
-        return self.servos.idle and not self.sprung
+        return self.servos.idle and not self.sprung and not self.has_muscles
 
     def damp(self, number: int, damped: bool) -> None:
         """Enable or disable the damper of a joint; a firm joint has none."""
@@ -125,9 +134,14 @@ class Tree:
         """Return the efforts of the servos, and those of dampers and springs, in the next step."""
         positions, velocities = np.array(self._states()).T
         springs = self._stiffness * (self._rest - positions)
-        if self.servos.idle:
+        if self.servos.idle and not self.has_muscles:
             return np.zeros(len(springs)), springs
-        efforts = self.servos.push(positions, velocities, self._inertia.now(positions), springs)
+        known: FloatArray = springs
+        viscosity: FloatArray | float = 0.0
+        if self._columns is not None:
+            pulls, viscosity = self._muscles.loads(self._columns)
+            known = springs + pulls
+        efforts = self.servos.push(positions, velocities, self._inertia.now(positions), known, viscosity)
         return efforts, self.servos.braking + springs
 
     def drive(self, efforts: FloatArray) -> bool:
@@ -166,14 +180,22 @@ class Control:
         built: the scene.
         scene: the same as data.
         readers: the readers of the joints of each model.
+        muscles: the muscles of the scene.
         client: the physics client.
         step_s: the physics step.
     """
 
     def __init__(
-        self, built: Built, scene: Scene, readers: Mapping[str, JointReader], client: int, step_s: float
+        self,
+        built: Built,
+        scene: Scene,
+        readers: Mapping[str, JointReader],
+        muscles: Muscles,
+        client: int,
+        step_s: float,
     ) -> None:
         self._built, self._client, self._step_s = built, client, step_s
+        self._muscles = muscles
         self._iterations = USUAL
         self._trees = [tree for model in scene.models for tree in self._trees_of(model)]
         self._firm = [firm for model in scene.models for firm in self._firm_of(model, readers)]
@@ -199,7 +221,7 @@ class Control:
                 yield place, Wrench((x, y, z)), body.inertial.pose.inverse() @ Pose(lifted.pose.position)
 
     def _trees_of(self, model: Model) -> Iterator[Tree]:
-        """Yield the trees of a model with servos, springs or strong dampers."""
+        """Yield the trees of a model with servos, springs, muscles or strong dampers."""
         places, bodies = self._built.joints[model.name], self._built.bodies[model.name]
         movable = [(body.joint, place) for body, place in bodies if body.joint and body.joint.coordinates]
         led = set(servoed_joints(model))
@@ -208,7 +230,7 @@ class Control:
             joints = [(joint, place) for joint, place in movable if place.multibody == multibody]
             joints.sort(key=lambda each: each[1].link)
             inertia = Inertia(bodies, multibody, self._client)
-            tree = Tree(joints, model.name, inertia, self._client, self._step_s)
+            tree = Tree(joints, model.name, inertia, self._client, self._step_s, self._muscles)
             if multibody in servoed or tree.strongly_damped or tree.sprung:
                 yield tree
 

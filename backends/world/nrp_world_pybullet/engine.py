@@ -62,8 +62,8 @@ class PybulletEngine(JointedEngine):
             name: JointReader(joints, {joint for joint in joints if (name, joint) in wheels}, client)
             for name, joints in self._built.joints.items()
         }
-        self._control = Control(self._built, scene, self._joints, client, step_s)
         self._muscles = Muscles(scene, self._built, client, step_s)
+        self._control = Control(self._built, scene, self._joints, self._muscles, client, step_s)
         # without a moving base, the check of base poses cannot detect divergence
         self._anchored = [self._joints[model.name] for model in scene.models if _is_anchored(model)]
         self._efforts: dict[str, FloatArray] = {}

@@ -42,7 +42,8 @@ class ExplicitServos:
         dampers: damping of the joints' dampers, N m s/rad or N s/m; None for none.
 
     Attributes:
-        braking: the efforts of the dampers in the next step, which have no limit.
+        braking: the efforts of the dampers in the next step, which have no limit; and by how much damping
+            reduces those of muscles.
     """
 
     def __init__(self, limits: Sequence[float], step_s: float, dampers: FloatArray | None = None) -> None:
@@ -75,6 +76,7 @@ class ExplicitServos:
         velocities: FloatArray,
         inertia: FloatArray,
         springs: FloatArray | float = 0.0,
+        viscosity: FloatArray | float = 0.0,
     ) -> FloatArray:
         """Return the servos' efforts in the next step, from the joints' state at its start, shape ``(n,)``.
 
@@ -82,7 +84,8 @@ class ExplicitServos:
             positions: shape ``(n,)``.
             velocities: shape ``(n,)``.
             inertia: joint-space inertia with a free base, shape ``(n, n)``.
-            springs: efforts of springs in that step, shape ``(n,)`` or a scalar.
+            springs: efforts of springs and muscles in that step, shape ``(n,)`` or a scalar.
+            viscosity: damping of these efforts, which fall as velocities rise; shape ``(n, n)`` or 0.
         """
         dt = self._step_s
         load: FloatArray = np.zeros(len(positions))
@@ -94,7 +97,7 @@ class ExplicitServos:
         wanted = wanted - damping * velocities
         for _ in range(2):
             free = wanted - dampers * velocities + springs - load
-            mass = inertia.copy()
+            mass = inertia + dt * viscosity
             mass.reshape(-1)[:: len(mass) + 1] += dt * (damping + dampers)
             ahead = np.linalg.solve(mass, free)
             efforts: FloatArray = (wanted - dt * damping * ahead).clip(-self._limits, self._limits)
@@ -104,6 +107,8 @@ class ExplicitServos:
             # dampers act on the motion by the limited effort of a servo, not by the requested one
             wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
         self.braking = -dampers * (velocities + dt * ahead)
+        if not np.isscalar(viscosity):
+            self.braking -= dt * viscosity @ ahead
         self._efforts, self._velocities = efforts + self.braking + springs, velocities
         return efforts
 

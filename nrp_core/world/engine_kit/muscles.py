@@ -6,14 +6,13 @@ The equations are those of MuJoCo (``engine_util_misc.c``), so that a muscle is 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core.world.drives.muscles import muscles_of
 from nrp_core.world.rigid import BodyPath, JointStates, Pose
@@ -63,6 +62,15 @@ def force_velocity(velocity: float, fvmax: float) -> float:
 
 
 @inlined
+def force_velocity_slope(velocity: float, fvmax: float) -> float:
+    """Return the derivative of :func:`force_velocity`."""
+    y = fvmax - 1.0
+    if velocity <= -1.0 or velocity > y:
+        return 0.0
+    return 2.0 * (velocity + 1.0) if velocity <= 0.0 else 2.0 * (y - velocity) / y
+
+
+@inlined
 def passive_force(length: float, lmax: float, fpmax: float) -> float:
     """Return the passive force at a normalised length, a share of the peak force."""
     b = 0.5 * (1.0 + lmax)
@@ -100,36 +108,48 @@ def _rotated(q: FloatArray, v: FloatArray, out: FloatArray) -> None:
 
 
 @jit
-def pull(
-    motions: FloatArray,
-    carriers: IntArray,
-    points: FloatArray,
-    ends: IntArray,
-    parameters: FloatArray,
-    states: FloatArray,
-    wrenches: FloatArray,
-) -> None:
-    """Compute lengths, velocities and tensions of muscles, and their wrenches on bodies.
+def locate(motions: FloatArray, carriers: IntArray, points: FloatArray, places: FloatArray) -> None:
+    """Compute the positions and velocities of the points of paths.
 
     Args:
         motions: of the bodies, shape ``(b, 13)``.
         carriers: the body of each point, shape ``(k,)``.
         points: the points in the frames of their bodies, m, shape ``(k, 3)``.
+        places: receives positions (m), velocities (m/s) and arms from the centres of mass (m), ``(k, 9)``.
+    """
+    for k in range(len(points)):
+        motion, place = motions[carriers[k]], places[k]
+        arm = place[6:]
+        _rotated(motion, points[k], arm)
+        for i in range(3):
+            place[i] = motion[i] + arm[i]
+        place[3] = motion[7] + motion[11] * arm[2] - motion[12] * arm[1]
+        place[4] = motion[8] + motion[12] * arm[0] - motion[10] * arm[2]
+        place[5] = motion[9] + motion[10] * arm[1] - motion[11] * arm[0]
+
+
+@jit
+def pull(
+    places: FloatArray,
+    carriers: IntArray,
+    ends: IntArray,
+    parameters: FloatArray,
+    states: FloatArray,
+    slopes: FloatArray,
+    wrenches: FloatArray,
+) -> None:
+    """Compute lengths, velocities and tensions of muscles, and their wrenches on bodies.
+
+    Args:
+        places: of the points, as :func:`locate` computes them.
+        carriers: the body of each point, shape ``(k,)``.
         ends: index of the first point of each muscle and after its last, shape ``(n, 2)``.
         parameters: of each muscle, shape ``(n, 11)``.
         states: the states of the muscles, shape ``(4, n)``; of these the activations are read.
+        slopes: receives the derivatives of the tensions by the velocities, N s/m, shape ``(n,)``.
         wrenches: receives forces and torques at the frames of the bodies, N and N m, shape ``(b, 6)``.
     """
     wrenches[:] = 0.0
-    arms, places, rates = np.empty_like(points), np.empty_like(points), np.empty_like(points)
-    for k in range(len(points)):
-        motion, arm = motions[carriers[k]], arms[k]
-        _rotated(motion, points[k], arm)
-        for i in range(3):
-            places[k, i] = motion[i] + arm[i]
-        rates[k, 0] = motion[7] + motion[11] * arm[2] - motion[12] * arm[1]
-        rates[k, 1] = motion[8] + motion[12] * arm[0] - motion[10] * arm[2]
-        rates[k, 2] = motion[9] + motion[10] * arm[1] - motion[11] * arm[0]
     for n in range(len(ends)):
         length, velocity = 0.0, 0.0
         for k in range(ends[n, 0], ends[n, 1] - 1):
@@ -137,15 +157,16 @@ def pull(
             for i in range(3):
                 d = places[k + 1, i] - places[k, i]
                 segment += d * d
-                closing += d * (rates[k + 1, i] - rates[k, i])
+                closing += d * (places[k + 1, 3 + i] - places[k, 3 + i])
             segment = sqrt(segment)
             length += segment
             velocity += closing / segment if segment > 0.0 else 0.0
         p = parameters[n]
-        relative = (length - p[_SLACK]) / p[_OPTIMAL]
-        active = force_length(relative, p[_LMIN], p[_LMAX])
-        active *= force_velocity(velocity / (p[_OPTIMAL] * p[_VMAX]), p[_FVMAX]) * states[ACTIVATION, n]
-        tension = p[_FORCE] * (active + passive_force(relative, p[_LMAX], p[_FPMAX]))
+        relative, fastest = (length - p[_SLACK]) / p[_OPTIMAL], p[_OPTIMAL] * p[_VMAX]
+        active = p[_FORCE] * force_length(relative, p[_LMIN], p[_LMAX]) * states[ACTIVATION, n]
+        tension = active * force_velocity(velocity / fastest, p[_FVMAX])
+        tension += p[_FORCE] * passive_force(relative, p[_LMAX], p[_FPMAX])
+        slopes[n] = active * force_velocity_slope(velocity / fastest, p[_FVMAX]) / fastest
         states[LENGTH, n], states[VELOCITY, n], states[TENSION, n] = length, velocity, tension
         for k in range(ends[n, 0], ends[n, 1] - 1):
             segment = 0.0
@@ -154,7 +175,7 @@ def pull(
             share = tension / sqrt(segment) if segment > 0.0 else 0.0
             for end in range(2):
                 at, sign = k + end, share * (1 - 2 * end)
-                arm, wrench = arms[at], wrenches[carriers[at]]
+                arm, wrench = places[at, 6:], wrenches[carriers[at]]
                 fx = sign * (places[k + 1, 0] - places[k, 0])
                 fy = sign * (places[k + 1, 1] - places[k, 1])
                 fz = sign * (places[k + 1, 2] - places[k, 2])
@@ -164,6 +185,61 @@ def pull(
                 wrench[3] += arm[1] * fz - arm[2] * fy
                 wrench[4] += arm[2] * fx - arm[0] * fz
                 wrench[5] += arm[0] * fy - arm[1] * fx
+
+
+@jit
+def find_moments(
+    motions: FloatArray,
+    places: FloatArray,
+    carriers: IntArray,
+    ends: IntArray,
+    levers: FloatArray,
+    moved: BoolArray,
+    moments: FloatArray,
+) -> None:
+    """Compute the derivatives of the lengths of muscles by the coordinates of joints.
+
+    Args:
+        motions: of the bodies, shape ``(b, 13)``.
+        places: of the points, as :func:`locate` computes them.
+        carriers: the body of each point, shape ``(k,)``.
+        ends: index of the first point of each muscle and after its last, shape ``(n, 2)``.
+        levers: of each coordinate the axis and the joint in the inertial frame of its child, the number of
+            this body, and 1 if it slides, shape ``(c, 8)``.
+        moved: whether a coordinate moves a body, shape ``(c, b)``.
+        moments: receives the derivatives, m, or 1 where a joint slides, shape ``(n, c + 1)``; the last column
+            remains.
+    """
+    axis, anchor = np.empty(3), np.empty(3)
+    rates = np.empty((len(places), 3))
+    for c in range(len(levers)):
+        motion, slides = motions[int(levers[c, 6])], levers[c, 7] > 0.0
+        _rotated(motion, levers[c, :3], axis)
+        _rotated(motion, levers[c, 3:6], anchor)
+        for k in range(len(places)):
+            rate, at = rates[k], places[k]
+            x, y, z = (
+                at[0] - motion[0] - anchor[0],
+                at[1] - motion[1] - anchor[1],
+                at[2] - motion[2] - anchor[2],
+            )
+            if not moved[c, carriers[k]]:
+                rate[:] = 0.0
+            elif slides:
+                rate[:] = axis
+            else:
+                rate[0] = axis[1] * z - axis[2] * y
+                rate[1] = axis[2] * x - axis[0] * z
+                rate[2] = axis[0] * y - axis[1] * x
+        for n in range(len(ends)):
+            moments[n, c] = 0.0
+            for k in range(ends[n, 0], ends[n, 1] - 1):
+                segment, closing = 0.0, 0.0
+                for i in range(3):
+                    d = places[k + 1, i] - places[k, i]
+                    segment += d * d
+                    closing += d * (rates[k + 1, i] - rates[k, i])
+                moments[n, c] += closing / sqrt(segment) if segment > 0.0 else 0.0
 
 
 @jit
@@ -181,43 +257,6 @@ def activate(controls: FloatArray, parameters: FloatArray, states: FloatArray, s
         states[ACTIVATION, n] += step_s * activation_rate(controls[n], now, p[_RISE], p[_FALL], p[_SMOOTH])
 
 
-@dataclass(frozen=True, slots=True)
-class _Lever:
-    """A joint that muscles can move.
-
-    Args:
-        names: its coordinates.
-        child: the row of its child in the motions.
-        anchor: the joint in the inertial frame of the child, shape ``(3,)``.
-        axes: its axes there, shape ``(n, 3)``.
-        slides: whether it is prismatic.
-        moved: the rows of the bodies that it moves and muscles pull at.
-    """
-
-    names: tuple[str, ...]
-    child: int
-    anchor: FloatArray
-    axes: FloatArray
-    slides: bool
-    moved: list[int]
-
-    def efforts(self, motions: FloatArray, wrenches: FloatArray) -> FloatArray:
-        """Return the efforts of wrenches on bodies along the axes, N m or N, shape ``(n,)``."""
-        motion, at = motions[self.child], np.empty(3)
-        axes = np.empty_like(self.axes)
-        for axis, turned in zip(self.axes, axes, strict=True):
-            _rotated(motion, axis, turned)
-        forces = wrenches[self.moved, :3]
-        if self.slides:
-            total = forces.sum(axis=0)
-        else:
-            _rotated(motion, self.anchor, at)
-            arms = motions[self.moved, :3] - (motion[:3] + at)
-            total = (np.cross(arms, forces) + wrenches[self.moved, 3:]).sum(axis=0)
-        efforts: FloatArray = axes @ total
-        return efforts
-
-
 class ViaPointMuscles(ABC):
     """The muscles of a scene, for an engine that reads motions of bodies and applies wrenches to them.
 
@@ -230,7 +269,7 @@ class ViaPointMuscles(ABC):
         step_s: the physics step, s.
 
     Attributes:
-        carriers: the bodies that muscles pull at and that can move.
+        carriers: the movable bodies that muscles pull at, and the children of joints that they move.
     """
 
     def __init__(self, scene: Scene, bodies: Mapping[str, Sequence[Body]], step_s: float) -> None:
@@ -247,14 +286,21 @@ class ViaPointMuscles(ABC):
         jointed = [(model, child) for model, found in trees.items() for child in found]
         self.carriers = list(dict.fromkeys((*pulled, *jointed)))
         rows = {body: row for row, body in enumerate(self.carriers)}
-        self._levers = {
-            model: [
-                _lever(bodies[model][child], rows[model, child], [rows[model, each] for each in moved])
-                for child, moved in found.items()
-            ]
-            for model, found in trees.items()
-        }
         last = len(self.carriers)  # the row of all that is fixed to the world
+        levers: list[list[float]] = []
+        movable: list[list[bool]] = []
+        self._columns: dict[tuple[str, str], int] = {}
+        for model, found in trees.items():
+            for child, below in found.items():
+                for name, lever in _levers(bodies[model][child], rows[model, child]):
+                    self._columns[model, name] = len(levers)
+                    levers.append(lever)
+                    movable.append([owner == model and each in below for owner, each in self.carriers])
+        self._levers = np.array(levers, float).reshape(-1, 8)
+        self._moved = np.array([[*each, False] for each in movable], bool).reshape(-1, last + 1)
+        self._coordinates = {
+            model: [name for owner, name in self._columns if owner == model] for model in trees
+        }
         self._rows = np.array([rows[body] if body else last for body, _ in places], np.int64)
         self._points = np.array([point for _, point in places], float).reshape(-1, 3)
         after = np.cumsum([0, *(len(muscle.path) for _, muscle in muscles)])
@@ -263,9 +309,10 @@ class ViaPointMuscles(ABC):
         self._parameters = np.array(numbers, float).reshape(-1, len(_PARAMETERS))
         self._motions = np.zeros((last + 1, MOTION))
         self._motions[last, 6] = 1.0
-        self._wrenches = np.zeros((last + 1, 6))
-        self._last: tuple[FloatArray, FloatArray] | None = None  # motions and wrenches of the last step
+        self._wrenches, self._spots = np.zeros((last + 1, 6)), np.zeros((len(places), 9))
         self._controls, self._states = np.zeros(len(muscles)), np.zeros((4, len(muscles)))
+        self._slopes, self._moments = np.zeros(len(muscles)), np.zeros((len(muscles), len(levers) + 1))
+        self._last: FloatArray | None = None  # efforts in the last step, shape (c + 1,)
         self._groups: dict[tuple[str, tuple[str, ...]], IntArray] = {}
 
     def __bool__(self) -> bool:
@@ -278,7 +325,7 @@ class ViaPointMuscles(ABC):
             Forces (N) and torques (N m) at the centres of mass along the world's axes, shape ``(b, 6)``.
         """
         self._pull()
-        self._last = self._motions.copy(), self._wrenches.copy()
+        self._last = -self._states[TENSION] @ self._moments
         activate(self._controls, self._parameters, self._states, self._step_s)
         self._pulled = False
         return self._wrenches[:-1]
@@ -291,9 +338,29 @@ class ViaPointMuscles(ABC):
         if self._pulled:
             return
         self._read(self._motions[:-1])
-        pull(self._motions, self._rows, self._points, self._ends, self._parameters, self._states,
-             self._wrenches)  # fmt: skip
+        motions, places, rows, ends = self._motions, self._spots, self._rows, self._ends
+        locate(motions, rows, self._points, places)
+        pull(places, rows, ends, self._parameters, self._states, self._slopes, self._wrenches)
+        find_moments(motions, places, rows, ends, self._levers, self._moved, self._moments)
         self._pulled = True
+
+    def columns(self, paths: Sequence[tuple[str, str]]) -> IntArray | None:
+        """Return the numbers of coordinates for :meth:`loads`; None if muscles move none of them."""
+        if not any(path in self._columns for path in paths):
+            return None
+        return np.array([self._columns.get(path, len(self._columns)) for path in paths], np.int64)
+
+    def loads(self, columns: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return the efforts of muscles at coordinates in the next step, and the damping that they have.
+
+        The damping is the derivative of the efforts by the velocities, without its sign.
+
+        Returns:
+            Efforts, N m or N, shape ``(n,)``, and damping, shape ``(n, n)``.
+        """
+        self._pull()
+        moments = self._moments[:, columns]
+        return -self._states[TENSION] @ moments, (moments.T * self._slopes) @ moments
 
     @abstractmethod
     def _read(self, motions: FloatArray) -> None:
@@ -314,14 +381,11 @@ class ViaPointMuscles(ABC):
 
     def add_efforts(self, model: str, states: JointStates) -> None:
         """Add the efforts of the muscles in the last step to the states of a model's joints."""
-        levers = self._levers.get(model, ())
-        if levers and self._last is None:
+        if self._last is None:
             self._pull()
-        motions, wrenches = self._last or (self._motions, self._wrenches)
-        for lever in levers:
-            states.efforts[[states.names.index(name) for name in lever.names]] += lever.efforts(
-                motions, wrenches
-            )
+        efforts = -self._states[TENSION] @ self._moments if self._last is None else self._last
+        for name in self._coordinates.get(model, ()):
+            states.efforts[states.names.index(name)] += efforts[self._columns[model, name]]
 
     def _group(self, model: str, muscles: tuple[str, ...]) -> IntArray:
         """Return the numbers of muscles."""
@@ -363,11 +427,12 @@ def _trees(model: str, bodies: Sequence[Body], pulled: Sequence[BodyPath]) -> di
     return {child: moved for child, moved in trees.items() if moved}
 
 
-def _lever(body: Body, child: int, moved: list[int]) -> _Lever:
+def _levers(body: Body, row: int) -> Iterator[tuple[str, list[float]]]:
+    """Yield the coordinates of a body's joint, each with its lever for :func:`find_moments`."""
     joint, inertial = body.joint, body.inertial
     assert joint is not None
     assert inertial is not None
     back = inertial.pose.inverse()
     axes = (X, Y, Z) if joint.kind == "ball" else (joint.axis,)
-    turned = np.array([back.rotate(axis) for axis in axes])
-    return _Lever(joint.coordinates, child, np.array(back.position), turned, joint.kind == "prismatic", moved)
+    for name, axis in zip(joint.coordinates, axes, strict=True):
+        yield name, [*back.rotate(axis), *back.position, row, float(joint.kind == "prismatic")]

@@ -117,20 +117,20 @@ def test_length_force_and_acceleration_are_those_of_the_formula(engine, q, tmp_p
     assert force == pytest.approx(wanted, rel=1e-6)
     moment = 0.3 * 0.05 * cos(q) / length
     assert effort == pytest.approx(-force * moment, rel=1e-6)  # as MuJoCo's joint sensor of actuator forces
-    damped = 1 if engine == "pybullet" else 1 / (1 + 0.002 * 2 * moment**2 * 100 / 0.5 / 0.0325)
+    damped = 1 / (1 + 0.002 * 2 * moment**2 * 100 / 0.5 / 0.0325)  # by the muscle, implicitly
     assert rate == pytest.approx(-0.002 * force * moment / 0.0325 * damped, rel=0.01)
 
 
-def alone(text: str, seconds: float, step_s: float = 0.002) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def alone(text: str, seconds: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return positions relative to their zeros, states of the muscles, and their efforts at the joints.
 
     They are those of MuJoCo without this program.
     """
     model = mujoco.MjModel.from_xml_string(text)
-    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, step_s
+    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 0.002
     data = mujoco.MjData(model)
     data.ctrl = list(CONTROLS.values())
-    mujoco.mj_step(model, data, round(seconds / step_s))
+    mujoco.mj_step(model, data, round(seconds / 0.002))
     efforts = data.qfrc_actuator.copy()
     mujoco.mj_forward(model, data)
     gear = model.actuator_gear[:, 0]
@@ -140,26 +140,23 @@ def alone(text: str, seconds: float, step_s: float = 0.002) -> tuple[np.ndarray,
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_arm_with_four_muscles_moves_as_in_mujoco_alone(engine, tmp_path):
-    """The engines integrate in another way: with half a millisecond they agree to 1 mrad and 1 % of force."""
-    scene = arm(tmp_path, text=PAIR)
-    step_s = 0.002 if engine == "mujoco" else 0.0005
-    with opened(scene, engine, f"{step_s * 1e3} ms") as world:
+    scene, exact = arm(tmp_path, text=PAIR), engine == "mujoco"
+    with opened(scene, engine) as world:
         group = [each for each in scene.models[0].drives if each.name == "muscles"]
         assert group[0].muscles == tuple(CONTROLS)
         world.advertise("/base/muscles/cmd").publish(Float64MultiArray(data=list(CONTROLS.values())))
-        for seconds in (0.1, 0.5, 2.0):
+        for seconds in (0.004, 0.02, 0.05, 0.1, 0.2, 0.5, 2.0):  # half of them while the activations rise
             world.run_until(round(seconds * 1e9))
-            positions, states, efforts = alone(PAIR, seconds, step_s)
+            positions, states, efforts = alone(PAIR, seconds)
             found = world.subscribe("/base/muscles/state").latest.message
             assert found.name == list(CONTROLS)
-            exact = engine == "mujoco"
             assert world.joint_states("base").positions == pytest.approx(
-                positions, abs=1e-6 if exact else 1e-3
+                positions, abs=1e-6 if exact else 6e-4
             )
-            assert found.length == pytest.approx(states[0], abs=1e-7 if exact else 1e-4)
-            assert found.force == pytest.approx(states[2], rel=1e-5 if exact else 0.01)
+            assert found.length == pytest.approx(states[0], abs=1e-7 if exact else 5e-5)
+            assert found.force == pytest.approx(states[2], rel=1e-5 if exact else 1e-3)
             assert found.activation == pytest.approx(states[3], abs=1e-9)
-            assert world.joint_states("base").efforts == pytest.approx(efforts, rel=1e-4 if exact else 0.02)
+            assert world.joint_states("base").efforts == pytest.approx(efforts, rel=1e-4 if exact else 5e-3)
 
 
 JOINTS = """<mujoco><option gravity="0 0 0"/><worldbody><site name="o" pos="0.2 0.1 0.5"/>
@@ -244,7 +241,7 @@ def test_a_muscle_of_sdf_is_that_of_mjcf(engine, tmp_path):
             joints = world.joint_states("arm")
             found.append([*joints.positions, *joints.velocities, *state(world, "/arm/m/state")])
     assert found[0] == pytest.approx(found[1], abs=1e-6)
-    assert found[0][:2] == pytest.approx([-0.0267919, -1.10619392], rel=1e-5 if engine == "mujoco" else 0.04)
+    assert found[0][:2] == pytest.approx([-0.0267919, -1.10619392], rel=1e-5 if engine == "mujoco" else 2e-3)
 
 
 @pytest.mark.parametrize(
