@@ -22,10 +22,12 @@ from nrp_cockpit.command import Kind, kind_of
 from nrp_cockpit.session.arrangement import PANELS
 from nrp_cockpit.session.controls import services_of_recording
 from nrp_cockpit.session.recorded import CHECKING, RecordedSession
+from nrp_cockpit.streaming import packing
 from nrp_cockpit.streaming.recorded import WINDOW_NS
 from nrp_cockpit.streaming.stored import StoredMessages
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.hub import Hub
+from visitors import portions
 
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError
 from nrp_core.experiment.reading.find import load_experiment
@@ -214,6 +216,17 @@ def test_spikes_and_commands_before_that_time_are_sent_with_a_seek(desk: Desk, r
         one for one in raw if one[0] in (SPIKES, COMMANDS) and until_ns - WINDOW_NS < one[1] <= until_ns
     ]
     assert sorted(desk.viewer.messages()) == sorted(wanted)
+
+
+def test_tables_get_all_messages_of_a_topic_whatever_the_time_is(
+    desk: Desk, raw: Raw, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(packing, "MOST_BYTES", 100)  # a second at a time
+    for topic in (SPIKES, COMMANDS):
+        found = [(topic, t_ns, data) for t_ns, data in portions(desk.call, topic)]
+        assert found == [one for one in raw if one[0] == topic]
+    with pytest.raises(ExperimentError):
+        desk.call("messages", topic="/brain/circuit/spike")
 
 
 def test_playing_sends_every_message_once_in_order_and_as_it_was_recorded(desk: Desk, raw: Raw):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from nrp_cockpit.streaming import live
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.memory import PAST, Memory
-from visitors import Cockpit, Visitor, cockpit
+from visitors import Cockpit, Visitor, cockpit, portions
 
 TOPICS = {name: Channel(n, name, "cdr", "", "") for n, name in enumerate(("/a", "/b"), 1)}
 SPIKES, CAMERA, MODELS = "/brain/circuit/spikes", "/husky/camera", "/gazebo/model_states"
@@ -93,6 +93,23 @@ def test_a_late_client_gets_what_others_were_sent_and_the_last_image(
             MODELS: (0.0, len(late.heard[MODELS])),
             CAMERA: (pytest.approx(1.0, abs=0.04), 1),
         }
+
+
+def test_tables_get_all_that_is_remembered_of_a_topic(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.subscribe(SPIKES)
+    visitor.call("seek", t_s=1.5)
+    visitor.until(lambda: visitor.heard[SPIKES] and visitor.heard[SPIKES][-1].t_ns == 1_500_000_000)
+    with opened.visit() as late:
+        assert portions(late.call, SPIKES) == visitor.heard[SPIKES]
+        assert portions(late.call, "/nobody/subscribed") == []
+
+
+def test_whoever_subscribes_just_before_a_jump_gets_its_first_step(opened: Cockpit) -> None:
+    with opened.visit() as visitor:
+        visitor.call("reset", what="all")
+        visitor.subscribe("/husky/cmd_vel")
+        visitor.call("seek", t_s=0.1)
+        visitor.until(lambda: len(visitor.heard["/husky/cmd_vel"]) == 5)
 
 
 def test_a_client_that_does_not_ask_for_the_past_gets_only_the_last_message(

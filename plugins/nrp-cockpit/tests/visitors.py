@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import struct
 import threading
@@ -9,6 +10,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from io import BytesIO
 from typing import Any, NamedTuple
 
 from nrp_cockpit.designer.services import offer_services
@@ -174,6 +176,22 @@ class Visitor:
                 self._answers[message["callId"]] = RefusedError(message["message"])
             case "status":
                 self.warnings.append(message["message"])
+
+
+def portions(call: Callable[..., Any], topic: str) -> list[Heard]:
+    """Return all messages of a topic that a server knows, asked for portion by portion."""
+    found: list[Heard] = []
+    portion: dict[str, Any] = {"until_ns": -1, "is_all": False}
+    while not portion["is_all"]:
+        portion = call("messages", topic=topic, after_ns=portion["until_ns"])
+        packed = base64.b64decode(portion["packed"])
+        (count,) = struct.unpack_from("<Q", packed)
+        times_ns = struct.unpack_from(f"<{count}d", packed, 8)
+        lengths = struct.unpack_from(f"<{count}I", packed, 8 + 8 * count)
+        data = BytesIO(packed[8 + 12 * count :])
+        found += [Heard(int(t_ns), data.read(n)) for t_ns, n in zip(times_ns, lengths, strict=True)]
+        assert data.read() == b""
+    return found
 
 
 class Cockpit:

@@ -1,7 +1,8 @@
 import { expect, it } from "vitest";
 import { readBinary, textOf, writeServiceRequest } from "../wire/frames";
+import { fromBase64, Messages } from "../wire/messages";
 import { Player } from "./player";
-import { type About, Messages } from "./recording";
+import type { About } from "./recording";
 
 const S = 1e9;
 
@@ -30,7 +31,7 @@ const about: About = {
   topics: [topic("/scene", "changes"), topic("/camera", "last"), topic("/spikes", "seconds")],
   reports: { status: { state: "", t_s: -1 } },
   layout: { layout: 1 },
-  services: ["/cockpit/seek", "/cockpit/push", "/cockpit/layout/load"],
+  services: ["/cockpit/seek", "/cockpit/push", "/cockpit/layout/load", "/cockpit/messages"],
   refusal: "a recording cannot be changed",
   clear: btoa("c"),
 };
@@ -113,4 +114,14 @@ it("reports its time, and refuses what changes a run", async () => {
   });
   await page.call(2, {});
   expect(page.answers.at(-1)).toBe('{"layout":1}');
+});
+
+it("gives all messages of a topic, whatever the time is", async () => {
+  const page = await new Page().subscribe(STATUS);
+  await page.call(3, { topic: "/spikes", after_ns: -1 });
+  await soon();
+  const { packed, ...portion } = JSON.parse(page.answers.at(-1) ?? "");
+  expect(portion).toEqual({ from_s: 0, until_ns: 10 * S, is_all: true });
+  const { buffer } = fromBase64(packed);
+  expect([...new Messages(buffer).times_ns]).toEqual([1, 2, 3, 6, 7].map((t_s) => t_s * S));
 });

@@ -5,9 +5,11 @@ import {
   writeMessage,
   writeResponse,
 } from "../wire/frames";
+import { fromBase64, type Messages, toBase64 } from "../wire/messages";
+import type { Portion } from "../wire/past";
 import type { Listener, Source } from "../wire/socket";
 import { Playing } from "./playing";
-import { type About, fromBase64, type Messages, readAbout, readMessages, type Shown } from "./recording";
+import { type About, readAbout, readMessages, type Shown } from "./recording";
 
 /** The time before a moment that is sent too, so that plots are not empty; as the server does it. */
 const WINDOW_NS = 4e9;
@@ -64,7 +66,7 @@ export class Player implements Source {
   private take(data: string | Uint8Array): void {
     if (typeof data !== "string") {
       const request = readServiceRequest(data);
-      if (request) this.answer(request);
+      if (request) void this.answer(request);
       return;
     }
     const message = JSON.parse(data);
@@ -176,12 +178,12 @@ export class Player implements Source {
 
   // -- services
 
-  private answer(request: ServiceRequest): void {
+  private async answer(request: ServiceRequest): Promise<void> {
     const name = this.about.services[request.serviceId] ?? "";
     try {
       const service = this.services[name.replace("/cockpit/", "")];
       if (!service) throw new Error(this.about.refusal);
-      const found = service(request.arguments) ?? {};
+      const found = (await service(request.arguments)) ?? {};
       this.listener.onData(writeResponse(request, found));
     } catch (error) {
       const message = error instanceof Error ? error.message : String(error);
@@ -189,7 +191,7 @@ export class Player implements Source {
     }
   }
 
-  private readonly services: Record<string, (given: Arguments) => object | undefined> = {
+  private readonly services: Record<string, (given: Arguments) => object | Promise<object> | undefined> = {
     play: () => this.run(this.about.end_ns),
     run_to: ({ t_s }) => this.run(Number(t_s) * 1e9),
     pause: () => this.moved(() => this.time.pause()),
@@ -201,10 +203,25 @@ export class Player implements Source {
       if (what !== "all") throw new Error(this.about.refusal);
       return this.jump(() => this.time.seek(this.about.begin_ns));
     },
+    messages: ({ topic }) => this.allOf(String(topic)),
     "layout/load": () => this.about.layout,
     "layout/reset": () => this.about.layout,
     "layout/save": () => undefined, // a file keeps nothing
   };
+
+  /** All messages of a topic at once: the page holds them already. */
+  private async allOf(topic: string): Promise<Portion> {
+    const { begin_ns, end_ns, topics } = this.about;
+    const number = topics.findIndex((one) => one.topic === topic);
+    if (number < 0) throw new Error(`There is no topic '${topic}'.`);
+    const { bytes } = await this.messagesOf(number);
+    return {
+      from_s: begin_ns / 1e9,
+      until_ns: end_ns,
+      is_all: true,
+      packed: toBase64(new Uint8Array(bytes)),
+    };
+  }
 
   private jump(go: () => void): undefined {
     go();

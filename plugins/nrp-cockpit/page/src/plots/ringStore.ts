@@ -3,8 +3,8 @@ import { clock } from "./clock";
 import { Spans } from "./spans";
 import { TimeRing } from "./timeRing";
 
-/** Puts what a message says into a ring. */
-type Take<T> = (ring: TimeRing, message: T, t_s: number) => void;
+/** Gives what puts a message into a ring. */
+type Take<T> = (ring: TimeRing) => (message: T, t_s: number) => void;
 
 /** A series of numbers, and when it was heard. */
 interface Series {
@@ -58,7 +58,7 @@ export class RingStore {
   /** Fills a series from a topic until the returned function is called by all who follow it. */
   follow<T>(key: string, topic: string, take: Take<T>): () => void {
     const series = this.series(key, topic);
-    if (series.followers++ === 0) hear(series, topic, take);
+    if (series.followers++ === 0) hear(series, topic, take(series.ring));
     return () => {
       if (--series.followers > 0) return;
       series.stop();
@@ -76,12 +76,12 @@ export class RingStore {
   }
 }
 
-function hear<T>(series: Series, topic: string, take: Take<T>): void {
+function hear<T>(series: Series, topic: string, take: (message: T, t_s: number) => void): void {
   let last_s = Number.NEGATIVE_INFINITY;
   series.stop = wire.subscribe<T>(topic, (message, t_s) => {
     if (t_s < last_s) forget(series, t_s);
     last_s = t_s;
-    take(series.ring, message, t_s);
+    take(message, t_s);
     if (series.ring.isFull) series.heard.forgetBefore(series.ring.timeAt(0)); // what was there is no silence
     clock.data(t_s);
   });

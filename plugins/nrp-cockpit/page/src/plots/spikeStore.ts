@@ -19,15 +19,17 @@ export const spikesOf = (label: string): TimeRing => store.of(label).ring;
 export const heardOf = (label: string): Spans => store.of(label).heard;
 
 /** Adds the spikes of a step; those that are there already, because the step is taken again, are replaced. */
-function take(ring: TimeRing, { ids, times_ms }: Spikes): void {
-  ring.forgetFrom((times_ms[0] ?? Number.POSITIVE_INFINITY) / 1000);
-  for (let at = 0; at < ids.length; at++) ring.push((times_ms[at] ?? 0) / 1000, ids[at] ?? 0);
+export function addSpikes(ring: TimeRing): (spikes: Spikes) => void {
+  return ({ ids, times_ms }) => {
+    ring.forgetFrom((times_ms[0] ?? Number.POSITIVE_INFINITY) / 1000);
+    for (let at = 0; at < ids.length; at++) ring.push((times_ms[at] ?? 0) / 1000, ids[at] ?? 0);
+  };
 }
 
 /** Hears the spikes of these populations while the component is mounted. */
 export function useSpikes(populations: readonly Population[]): void {
   useEffect(() => {
-    const leave = populations.map(({ label }) => store.follow(label, `/brain/${label}/spikes`, take));
+    const leave = populations.map(({ label }) => store.follow(label, `/brain/${label}/spikes`, addSpikes));
     return () => {
       for (const stop of leave) stop();
     };

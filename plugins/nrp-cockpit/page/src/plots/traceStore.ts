@@ -16,13 +16,17 @@ export const valuesOf = (trace: Trace): TimeRing => store.of(keyOf(trace)).ring;
 /** When a curve was heard. */
 export const heardOf = (trace: Trace): Spans => store.of(keyOf(trace)).heard;
 
-function follow(trace: Trace): () => void {
-  const read = readerOf(trace.path);
-  return store.follow(keyOf(trace), trace.topic, (ring, message, t_s) => {
+/** Adds the number at a path of each message to a ring. */
+export function addValue(path: string, ring: TimeRing): (message: unknown, t_s: number) => void {
+  const read = readerOf(path);
+  return (message, t_s) => {
     const value = read(message);
     if (value !== undefined) ring.push(t_s, value);
-  });
+  };
 }
+
+const follow = (trace: Trace): (() => void) =>
+  store.follow(keyOf(trace), trace.topic, (ring) => addValue(trace.path, ring));
 
 /** Hears these curves while the component is mounted. */
 export function useTraceValues(traces: readonly Trace[]): void {

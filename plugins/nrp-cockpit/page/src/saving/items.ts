@@ -1,23 +1,24 @@
 import { kindOf, type PanelId } from "../layout/tree";
 import { groupsOf } from "../plots/groups";
-import { spikesOf } from "../plots/spikeStore";
-import { valuesOf } from "../plots/traceStore";
 import { notify } from "../state/notices";
 import { useRun } from "../state/run";
 import { useTraces } from "../state/traces";
 import type { MenuItem } from "../ui/Menu";
-import { curvesCsv, spikesCsv } from "./csv";
+import { type Column, curvesCsv, spikesCsv } from "./csv";
 import { download } from "./download";
 import { endFilm, startFilm, useFilm } from "./film";
 import { pngOf, svgOf } from "./picture";
+import { type Whole, wholeCurve, wholeSpikes } from "./whole";
 
 /** What of a panel can be saved: items of its menu. */
 export function savingItems(id: PanelId): MenuItem[] {
   const kind = kindOf(id);
   const items: MenuItem[] = [{ label: "Save as PNG", onSelect: () => void savePng(id) }];
   if (kind === "brain" && drawingIn(id)) items.push({ label: "Save as SVG", onSelect: () => saveSvg(id) });
-  if (kind === "traces") items.push({ label: "Save as CSV", onSelect: () => saveCurves(id) });
-  if (kind === "spikes") items.push({ label: "Save as CSV", onSelect: saveSpikes });
+  if (kind === "traces")
+    items.push({ label: "Save as CSV", onSelect: () => void saveCsv(id, curvesOf(id), curvesCsv) });
+  if (kind === "spikes")
+    items.push({ label: "Save as CSV", onSelect: () => void saveCsv(id, allSpikes(), spikesCsv) });
   if (kind === "scene") items.push(filmItem(id));
   return items;
 }
@@ -47,22 +48,33 @@ function saveSvg(id: PanelId): void {
   if (drawing) download(`${nameOf(id)}.svg`, svgOf(drawing));
 }
 
-const saveCsv = (id: PanelId, text: string) =>
-  download(`${nameOf(id)}.csv`, new Blob([text], { type: "text/csv" }));
+/** Saves a table of all that the server knows, and says since when that is. */
+async function saveCsv(id: PanelId, whole: Promise<Whole[]>, textsOf: (columns: Column[]) => string[]) {
+  try {
+    const columns = await whole;
+    download(`${nameOf(id)}.csv`, new Blob(textsOf(columns), { type: "text/csv" }));
+    const from_s = Math.max(0, ...columns.map((column) => column.from_s ?? 0));
+    if (from_s > 0)
+      notify(
+        `The table begins at ${from_s.toFixed(2)} s; earlier values are not kept. A recording keeps all.`,
+      );
+  } catch (error) {
+    notify((error as Error).message, "bad");
+  }
+}
 
-function saveCurves(id: PanelId): void {
+function curvesOf(id: PanelId): Promise<Whole[]> {
   const { devices = [], topics = [] } = useRun.getState().experiment ?? {};
   const traces = useTraces.getState().traces.filter(({ panel = "traces" }) => panel === id);
-  const columns = groupsOf(traces, devices, topics).flatMap(({ title, curves }) =>
-    curves.map(({ trace, label }) => ({ name: `${label}: ${title}`, values: valuesOf(trace) })),
+  return Promise.all(
+    groupsOf(traces, devices, topics).flatMap(({ title, curves }) =>
+      curves.map(({ trace, label }) => wholeCurve(`${label}: ${title}`, trace)),
+    ),
   );
-  saveCsv(id, curvesCsv(columns));
 }
 
-function saveSpikes(): void {
-  const populations = useRun.getState().experiment?.populations ?? [];
-  saveCsv("spikes", spikesCsv(populations.map(({ label }) => ({ name: label, values: spikesOf(label) }))));
-}
+const allSpikes = (): Promise<Whole[]> =>
+  Promise.all((useRun.getState().experiment?.populations ?? []).map(({ label }) => wholeSpikes(label)));
 
 function filmItem(id: PanelId): MenuItem {
   if (useFilm.getState().recorder) return { label: "End the video and save it", onSelect: endFilm };

@@ -1,7 +1,7 @@
 /** The door of the wire: the one connection, and the hook by which a room hears a topic. */
 export { CallError } from "./calls";
 export type { Channel } from "./frames";
-export { onPast, PAST, type Past } from "./past";
+export { hearAll, onPast, PAST, type Past } from "./past";
 export type { Link } from "./socket";
 export type { Handler } from "./subscriptions";
 export { useTopic } from "./useTopic";

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import wraps
+from functools import partial, wraps
 from inspect import signature
 from textwrap import shorten
 from typing import Any
@@ -18,6 +18,7 @@ from nrp_cockpit.session.parameters import Parameters
 from nrp_cockpit.session.recorded import RecordedSession
 from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.session.session import Session
+from nrp_cockpit.streaming.packing import between_in, portion
 from nrp_cockpit.wire.calls import PREFIX
 from nrp_cockpit.wire.hub import Service, Services
 from nrp_core.clock import seconds
@@ -60,6 +61,11 @@ def services_of(session: LiveSession) -> Services:
     def forget(id: str) -> None:  # noqa: A002  likewise
         lead.forget(id)
 
+    def messages(topic: str, after_ns: int = -1) -> dict[str, Any]:
+        from_ns, sent = session.hub.past_of(topic)
+        known = [(one.t_ns, one.payload) for one in sent]
+        return portion(between_in(known), from_ns, after_ns, known[-1][0] if known else after_ns)
+
     steering: dict[str, Service] = {
         **going(lead),
         "snapshot": asked(lead, lead.snapshot),
@@ -88,6 +94,7 @@ def services_of(session: LiveSession) -> Services:
         "connections": asked(session, looks.connections),
         "parameters": asked(session, parameters.read),
         "membrane": asked(session, looks.membrane),
+        "messages": validated(messages),
         "positions": asked(session, looks.positions),
         "weights": asked(session, looks.weights),
         "layout/load": validated(layout.load),
@@ -127,6 +134,15 @@ def services_of_recording(session: RecordedSession) -> Services:
     A second recording follows the time of the first.
     """
     layout = layout_of_recording(session)
+
+    def messages(topic: str, after_ns: int = -1) -> dict[str, Any]:
+        if topic not in session.messages.topics:
+            raise ExperimentError(
+                f"there is no topic '{topic}'{did_you_mean(topic, session.messages.topics)}"
+            )
+        begin_ns, end_ns = session.messages.span_ns
+        return portion(partial(session.messages.timed, topic), begin_ns, after_ns, end_ns)
+
     steering: dict[str, Service] = {
         **going(session.lead), **dict.fromkeys(_REFUSED, _refuse), **_layouts(layout)
     }  # fmt: skip
@@ -137,6 +153,7 @@ def services_of_recording(session: RecordedSession) -> Services:
         "connections": _refuse,
         "parameters": _refuse,
         "membrane": _refuse,
+        "messages": asked(session, messages),
         "positions": _refuse,
         "weights": _refuse,
         "layout/load": validated(layout.load),

@@ -145,6 +145,7 @@ class LiveSession(Session):
             self.beside.idle()
 
     def _guarded(self, go: Callable[[], Any]) -> None:
+        self.stream.take()  # whoever subscribed just before gets the first step, too
         self._going_since = time.monotonic()
         try:
             go()

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from nrp_cockpit.streaming.packing import packed_parts
 from nrp_cockpit.streaming.recorded import LATEST
 from nrp_cockpit.streaming.stored import Stored, StoredMessages
 from nrp_core.clock import NS_PER_S, seconds
@@ -48,18 +49,10 @@ class Track:
 
     @cached_property
     def packed(self) -> bytes:
-        """All messages, compressed by gzip; the page's ``Messages`` reads them.
-
-        Their number as 64 bits, their times in ns as 64-bit floats, their lengths as 32 bits, and themselves.
-        """
-        lengths = np.fromiter(map(len, self.messages), "<u4", len(self.messages))
+        """All messages in one piece, compressed by gzip."""
         packer = zlib.compressobj(wbits=31)
-        parts = [
-            len(lengths).to_bytes(8, "little"),
-            np.array(self.times_ns, "<f8").tobytes(),
-            lengths.tobytes(),
-        ]
-        return b"".join(map(packer.compress, [*parts, *self.messages])) + packer.flush()
+        parts = packed_parts(self.times_ns, self.messages)
+        return b"".join(map(packer.compress, parts)) + packer.flush()
 
     @cached_property
     def size(self) -> int:

@@ -268,6 +268,10 @@ class StoredMessages:
         found.sort(key=lambda one: one.t_ns)
         return found
 
+    def timed(self, topic: str, after_ns: int, until_ns: int) -> list[tuple[int, bytes]]:
+        """Return times and bytes of the messages of a topic after one time and up to another."""
+        return [(one.t_ns, one.data) for one in self.between([topic], after_ns, until_ns)]
+
     def _between(self, topic: str, after_ns: int, until_ns: int) -> Iterator[_Place]:
         chunks, topic_place = self._chunks, self._chunks.places[topic]
         begin = bisect_left(topic_place.chunks, int(np.searchsorted(chunks.ends, after_ns, "right")))

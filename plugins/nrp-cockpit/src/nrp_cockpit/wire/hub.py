@@ -6,6 +6,7 @@ import asyncio
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import isfinite
@@ -184,6 +185,15 @@ class Hub:
             return
         batch, self._waiting, self._tick_ns = (self._waiting, self._tick_ns), [], None
         self._hand(self._spread, batch)
+
+    def past_of(self, topic: str) -> tuple[int, list[Sent]]:
+        """Return the time from which a topic is remembered, ns, and its messages.
+
+        Any thread but that of the server may call it.
+        """
+        found: Future[tuple[int, list[Sent]]] = Future()
+        self._hand(lambda _: found.set_result(self.memory.of(topic)), None)
+        return found.result()
 
     @contextmanager
     def together(self) -> Iterator[None]:

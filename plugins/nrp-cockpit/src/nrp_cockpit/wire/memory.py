@@ -113,8 +113,8 @@ class Memory:
 
     def of(self, topic: str) -> tuple[int, list[Sent]]:
         """Return the time from which a topic is known, ns, and its messages since then."""
-        past = self._pasts[topic]
-        return past.from_ns, list(past.messages)
+        past = self._pasts.get(topic)
+        return (0, []) if past is None else (past.from_ns, list(past.messages))
 
     def _drop_oldest(self) -> None:
         largest = max(self._pasts.values(), key=lambda past: past.size)

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { Messages } from "./recording";
+import { Messages } from "./messages";
 
 /** Three messages, at 1, 2 and 2 ms. */
 function three(): Messages {
