@@ -5,7 +5,7 @@ import { useRun } from "../state/run";
 import type { Experiment, SourceFile, Status } from "../state/types";
 import { wire } from "../wire";
 import { LiteralSlider } from "./LiteralSlider";
-import { edit, useFunctions } from "./store";
+import { apply, edit, useFunctions } from "./store";
 
 const path = "/x/steer.py";
 const source = "RATE = 250.0\nother = 1\n";
@@ -62,4 +62,23 @@ test("a number that the run refused does not keep the next one from being tried"
   await act(async () => vi.advanceTimersByTimeAsync(150));
   await move("50");
   expect(applied.at(-1)).toMatchObject(["apply", { files: { [path]: "RATE = 50.0\nother = 1\n" } }]);
+});
+
+test("what is edited while the run takes the drafts is sent after them", async () => {
+  let taken = () => {};
+  const answer = { applied: true, findings: [] };
+  vi.mocked(wire.call).mockImplementationOnce(
+    () => new Promise((resolve) => (taken = () => resolve(answer))),
+  );
+  edit(path, "RATE = 1.0\n");
+  const first = apply();
+  await Promise.resolve();
+  edit(path, "RATE = 2.0\n");
+  const second = apply();
+  taken();
+  await Promise.all([first, second]);
+  expect(applied).toEqual([
+    ["apply", { files: { [path]: "RATE = 2.0\n" }, base: { [path]: "RATE = 1.0\n" }, check: true }],
+  ]);
+  expect(useFunctions.getState().drafts).toEqual({});
 });

@@ -1,4 +1,4 @@
-import { syntaxTree } from "@codemirror/language";
+import { ensureSyntaxTree, syntaxTree } from "@codemirror/language";
 import type { EditorState } from "@codemirror/state";
 
 /** A number that is written in a text. */
@@ -18,10 +18,13 @@ const NUMBER = /^-?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i;
 /** Attributes of models that are real numbers, also where an integer is written. */
 const REAL = new Set(["factor", "value"]);
 
+/** The editor parses a text in pieces, and may not have come to the cursor. */
+const PARSE_MS = 100;
+
 /** The number at the cursor: a literal of Python with its sign, or an attribute of XML; null: there is none. */
 export function literalAt(state: EditorState): Literal | null {
   const { head } = state.selection.main;
-  const tree = syntaxTree(state);
+  const tree = ensureSyntaxTree(state, head, PARSE_MS) ?? syntaxTree(state);
   for (const side of [1, -1] as const) {
     const found = literalOf(tree.resolveInner(head, side), state);
     if (found) return found;

@@ -113,13 +113,21 @@ export async function setNumber(path: string, value: number): Promise<void> {
   if (live) await apply({ check: false });
 }
 
+/** What is edited while the run takes the drafts is sent after them. */
+let last: Promise<void> = Promise.resolve();
+
 /**
  * Sends all drafts to the run at once: between two steps all of them change, or none does. Without a check, which
  * halts the run for half a second, only what cannot be loaded is refused, and the check follows.
  */
-export async function apply({ check }: { check: boolean } = { check: true }): Promise<void> {
-  const { drafts, applying } = get();
-  if (applying || Object.keys(drafts).length === 0) return;
+export function apply({ check }: { check: boolean } = { check: true }): Promise<void> {
+  last = last.then(() => applyNow(check));
+  return last;
+}
+
+async function applyNow(check: boolean): Promise<void> {
+  const { drafts } = get();
+  if (Object.keys(drafts).length === 0) return;
   window.clearTimeout(timer);
   set({ applying: true, problem: null });
   try {

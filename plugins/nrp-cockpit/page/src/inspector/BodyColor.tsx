@@ -1,5 +1,6 @@
 import { useState, useSyncExternalStore } from "react";
 import { publish } from "../state/commands";
+import { notify } from "../state/notices";
 import { useBlocked } from "../state/run";
 import type { Body } from "../state/types";
 import { Icon } from "../ui/Icon";
@@ -35,9 +36,7 @@ interface ColorsProps {
 function Colors({ parts, part, onPart }: ColorsProps) {
   const now = useColor(part.entity);
   const blocked = useBlocked();
-  const paint = (color: Rgba) => {
-    if (blocked === undefined) void publish(part.topic, color);
-  };
+  const paint = (color: Rgba) => (blocked ? notify(blocked) : void publish(part.topic, color));
   return (
     <Section title="Colour">
       {parts.length > 1 && <PartChoice parts={parts} part={part} onPart={onPart} />}

@@ -2,6 +2,7 @@ import { useState } from "react";
 import { Notices } from "../shell/Notices";
 import { Rail } from "../shell/Rail";
 import { LinkState } from "../shell/StatusBar";
+import { notify } from "../state/notices";
 import { IconButton } from "../ui/Button";
 import { Empty } from "../ui/Panel";
 import { partsOf, type Section, sectionsOf } from "./entries";
@@ -72,15 +73,15 @@ function Entries({ section: { title, entries, none } }: { section: Section }) {
 function Card({ entry }: { entry: Entry }) {
   const opening = useStart((state) => state.opening);
   const { name, variant } = partsOf(entry);
-  const blocked = opening !== null || entry.error !== "";
+  const refused = entry.error || (opening && `${opening} is being opened.`);
   return (
     <button
       type="button"
       className="panel start-card"
       aria-label={`Open ${entry.name}`}
-      aria-disabled={blocked || undefined}
+      aria-disabled={refused ? true : undefined}
       aria-busy={opening === entry.name || undefined}
-      onClick={() => !blocked && void open(entry.name)}
+      onClick={() => (refused ? notify(refused) : void open(entry.name))}
     >
       {entry.kind === "experiment" && <Picture entry={entry} />}
       <b>

@@ -39,7 +39,7 @@ function MarkItem({ mark, from, room }: { mark: Difference; from: number; room: 
   return (
     <li className="timeline-mark" style={{ left: `${from}%`, maxWidth: `max(10px, ${room}%)` }}>
       <Tooltip text={words}>
-        <button type="button" aria-label={words} onClick={() => void go(reach(mark.t_s, here()), true)}>
+        <button type="button" aria-label={words} onClick={() => void go(reach(mark.t_s, here()))}>
           <i className="timeline-diamond timeline-apart" />
           <span className="cut">{mark.name}</span>
         </button>

@@ -34,7 +34,7 @@ const eventMark = (event: Event & { t_s: number }): Mark => ({
   look: "event",
   name: event.name,
   words: `Event ${event.name} at ${seconds(event.t_s)}: go there`,
-  onClick: () => void go(reach(event.t_s, here()), true),
+  onClick: () => void go(reach(event.t_s, here())),
 });
 
 const interventionMark = ({ name, t_s }: Intervention, at: number): Mark => ({
@@ -43,7 +43,7 @@ const interventionMark = ({ name, t_s }: Intervention, at: number): Mark => ({
   look: "intervention",
   name,
   words: `Intervention ${name} at ${seconds(t_s)}: go there`,
-  onClick: () => void go(reach(t_s, here()), true),
+  onClick: () => void go(reach(t_s, here())),
 });
 
 const failureMark = (failure: Failure): Mark => ({

@@ -26,10 +26,7 @@ export function SnapshotLane({ snapshots, span }: { snapshots: TimelineData["sna
                   return;
                 }
                 const { blocked } = here();
-                void go(
-                  blocked ? { act: "none", t_s: snapshot.t_s, says: blocked } : restoring(snapshot),
-                  true,
-                );
+                void go(blocked ? { act: "none", t_s: snapshot.t_s, says: blocked } : restoring(snapshot));
               }}
             >
               <Icon name="snapshot" small />

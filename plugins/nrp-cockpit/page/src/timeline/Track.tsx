@@ -1,5 +1,4 @@
 import { type KeyboardEvent, type PointerEvent, type ReactNode, useEffect, useRef, useState } from "react";
-import { useRun } from "../state/run";
 import { go } from "./go";
 import { here } from "./here";
 import { Ruler } from "./Ruler";
@@ -28,8 +27,7 @@ export function Track({ span, end_s, onZoom, children }: TrackProps) {
     if (onMark(event)) return setGhost(null);
     const to = reach(timeOf(event.clientX), here());
     setGhost(to);
-    const recorded = useRun.getState().experiment?.source === "recording";
-    if (recorded && event.buttons === 1) void go(to, false);
+    if (to.act === "seek" && event.buttons === 1) void go(to);
   };
   const press = (event: PointerEvent<HTMLDivElement>) => {
     if (event.button !== 0 || onMark(event)) return;
@@ -39,13 +37,13 @@ export function Track({ span, end_s, onZoom, children }: TrackProps) {
   const release = (event: PointerEvent<HTMLDivElement>) => {
     if (!event.currentTarget.hasPointerCapture(event.pointerId)) return;
     setGhost(null);
-    void go(reach(timeOf(event.clientX), here()), event.pointerType !== "mouse");
+    void go(reach(timeOf(event.clientX), here()));
   };
   const key = (event: KeyboardEvent) => {
     const to = reachByKey(event.key, here(), end_s);
     if (!to) return;
     event.preventDefault();
-    void go(to, true);
+    void go(to);
   };
   return (
     <div

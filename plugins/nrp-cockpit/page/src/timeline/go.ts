@@ -27,8 +27,8 @@ async function seekLatest(t_s: number): Promise<boolean> {
   return arrived;
 }
 
-/** Goes where a `Reach` says. A refusal is a notice only if `aloud`: under a pointer its tip already says it. */
-export async function go(reach: Reach, aloud: boolean): Promise<void> {
+/** Goes where a `Reach` says; a refusal is a notice. */
+export async function go(reach: Reach): Promise<void> {
   const began_ms = performance.now();
   const took_s = () => (performance.now() - began_ms) / 1000;
   switch (reach.act) {
@@ -47,6 +47,6 @@ export async function go(reach: Reach, aloud: boolean): Promise<void> {
         notify(`Restored the snapshot of ${seconds(reach.t_s)} in ${seconds(took_s())}.`);
       return;
     case "none":
-      if (aloud) notify(reach.says);
+      notify(reach.says);
   }
 }

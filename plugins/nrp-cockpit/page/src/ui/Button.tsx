@@ -1,4 +1,5 @@
 import type { ButtonHTMLAttributes, MouseEvent, ReactNode } from "react";
+import { notify } from "../state/notices";
 import { Icon, type IconName } from "./Icon";
 import { Tooltip } from "./Tooltip";
 
@@ -22,7 +23,7 @@ const classOf = (kind: string, small: boolean, icon: boolean, more = "") =>
     .filter(Boolean)
     .join(" ");
 
-/** A button with words; `disabled` is the reason, shown as its tip and read with its name. */
+/** A button with words; `disabled` is the reason, shown as its tip, and by a click that comes too early. */
 export function Button(props: ButtonProps) {
   const {
     kind = "plain",
@@ -36,7 +37,11 @@ export function Button(props: ButtonProps) {
     ...rest
   } = props;
   const { className, ...native } = rest;
-  const blocked = Boolean(disabled) || busy;
+  const click = (event: MouseEvent<HTMLButtonElement>) => {
+    if (!disabled && !busy) return onClick?.(event);
+    event.preventDefault();
+    if (disabled) notify(disabled);
+  };
   return (
     <Tooltip text={disabled || tip}>
       <button
@@ -45,7 +50,7 @@ export function Button(props: ButtonProps) {
         className={classOf(kind, small, children === undefined, className)}
         aria-disabled={disabled ? true : undefined}
         aria-busy={busy || undefined}
-        onClick={(event) => (blocked ? event.preventDefault() : onClick?.(event))}
+        onClick={click}
       >
         {icon && <Icon name={icon} />}
         {children}

@@ -1,5 +1,6 @@
 import { type KeyboardEvent, type ReactNode, useEffect, useRef } from "react";
 import { createPortal } from "react-dom";
+import { notify } from "../state/notices";
 import { Icon, type IconName } from "./Icon";
 import { movesFocus, usePopup } from "./popup";
 import { Tooltip } from "./Tooltip";
@@ -40,7 +41,7 @@ export function Menu({ label, items, children, className = "btn", disabled, "dat
           aria-haspopup="menu"
           aria-expanded={at !== null}
           aria-disabled={disabled ? true : undefined}
-          onClick={(event) => (disabled ? event.preventDefault() : toggle(event))}
+          onClick={(event) => (disabled ? notify(disabled) : toggle(event))}
         >
           {children}
         </button>
@@ -103,7 +104,7 @@ function MenuList({ label, items, at, onClose }: ListProps) {
 
 function Entry({ item, onClose }: { item: MenuItem; onClose: () => void }) {
   const choose = () => {
-    if (item.disabled) return;
+    if (item.disabled) return notify(item.disabled);
     onClose();
     item.onSelect();
   };

@@ -1,3 +1,4 @@
+import { notify } from "../state/notices";
 import { Tooltip } from "./Tooltip";
 
 interface SwitchProps {
@@ -19,7 +20,7 @@ export function Switch({ label, on, onChange, disabled }: SwitchProps) {
         aria-label={label}
         aria-checked={on}
         aria-disabled={disabled ? true : undefined}
-        onClick={() => !disabled && onChange(!on)}
+        onClick={() => (disabled ? notify(disabled) : onChange(!on))}
       />
     </Tooltip>
   );
