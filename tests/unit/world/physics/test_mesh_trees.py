@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.raycast.mesh_trees import LEAF, MAX_DEPTH, first_crossing, mesh_trees
+from nrp_core.world.raycast.collisions import LEAF, MAX_DEPTH, first_crossing, mesh_trees
 
 
 def crossings(triangles: np.ndarray, origin: np.ndarray, ray: np.ndarray) -> np.ndarray:
