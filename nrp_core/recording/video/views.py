@@ -25,8 +25,8 @@ from nrp_core.recording.reading.shapes import RecordedScene, RecordedShape, Shap
 from nrp_core.recording.video import Renderer, Vector, VideoOptions, ViewKind
 from nrp_core.world.messages.foxglove_msgs import SceneUpdate
 from nrp_core.world.model_states import pose_of, transform_pose
-from nrp_core.world.render.lit_view import LitView
 from nrp_core.world.render.portrait import ShadedView
+from nrp_core.world.render.realistic import LitView
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.render.tubes import Tubes
 from nrp_core.world.rigid import Pose, matrix_of

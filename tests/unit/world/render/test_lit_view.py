@@ -7,8 +7,7 @@ from math import radians, tan
 import numpy as np
 import pytest
 
-from nrp_core.world.render.lit_view import LitView
-from nrp_core.world.render.realistic import AMBIENT
+from nrp_core.world.render.realistic import AMBIENT, LitView
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Light, Link, Model, Visual
