@@ -39,13 +39,15 @@ from nrp_core.world.scene.reading.sensors import (
     with_sensors,
 )
 from nrp_core.world.scene.sdf.compound import Row, in_a_row
-from nrp_core.world.scene.sdf.couplings import couples, with_coupled, with_gears
 from nrp_core.world.scene.sdf.frames import Frames, Placed, model_scope, read_placed, read_pose
 from nrp_core.world.scene.sdf.joints import (
     WITHOUT_ONE_WAY,
+    couples,
     read_joints,
     starts_in,
     tree_and_loops,
+    with_coupled,
+    with_gears,
     with_leaders,
 )
 from nrp_core.world.scene.sdf.links import read_link
