@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 from nrp_core.clock import from_seconds
 from nrp_core.errors import SceneError
-from nrp_core.world.controllers.group import GroupPart, PairPart
-from nrp_core.world.controllers.joint import ControllerPart, OrientationPart
+from nrp_core.world.controllers.joint import ControllerPart, GroupPart, OrientationPart, PairPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine

@@ -12,7 +12,7 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.errors import TopicError, did_you_mean
-from nrp_core.world.controllers.group import JointGroup, JointsPart
+from nrp_core.world.controllers.joint import JointGroup, JointsPart
 from nrp_core.world.messages.base import Time, invalid_field, ns_of, type_name
 from nrp_core.world.messages.control_msgs import JointTrajectoryControllerState
 from nrp_core.world.messages.std_msgs import Header
