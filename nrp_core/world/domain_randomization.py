@@ -15,7 +15,7 @@ from typing import Any, Final, TypeAlias
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.seeds import Seeds
 from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import MountedSensor, Noise, Pid
+from nrp_core.world.scene.devices import Noise, Pid
 from nrp_core.world.scene.model import Link, Model, Scene
 from nrp_core.world.scene.origin import Native
 from nrp_core.world.scene.randomization import OPERATIONS, Draw, Randomization
@@ -23,6 +23,8 @@ from nrp_core.world.scene.randomization import OPERATIONS, Draw, Randomization
 Numbers: TypeAlias = tuple[float, ...]
 Change: TypeAlias = Callable[[str, Numbers], Numbers]
 """Returns the new numbers of a part, given its name and those in the scene."""
+SensorChange: TypeAlias = Callable[[Any, Callable[[Numbers], Numbers]], Any]
+"""Returns a changed sensor, given the change of its numbers."""
 
 
 def draw_scene(scene: Scene, seed: int) -> tuple[Scene, tuple[Draw, ...]]:
@@ -183,9 +185,7 @@ def _with_lights(scene: Scene, change: Change) -> Scene:
     return replace(scene, lights=tuple(lights))
 
 
-def _of_sensors(
-    changed: Callable[[MountedSensor, Callable[[Numbers], Numbers]], MountedSensor],
-) -> Callable[[Scene, Change], Scene]:
+def _of_sensors(changed: SensorChange) -> Callable[[Scene, Change], Scene]:
     """Return the change of a scene, given that of a sensor by numbers."""
 
     def of_model(model: Model, change: Change) -> Model:
@@ -201,28 +201,21 @@ def _of_sensors(
     return _of_models(of_model)
 
 
-def _moved(sensor: Any, change: Callable[[Numbers], Numbers]) -> Any:
-    """Return a sensor that is moved along its axes; one behind a lens moves with the lens."""
-    if hasattr(sensor, "optics"):
-        return replace(sensor, optics=_moved(sensor.optics, change))
-    if not hasattr(sensor, "pose"):
-        return sensor
-    x, y, z = change((0.0, 0.0, 0.0))
-    return replace(sensor, pose=sensor.pose @ Pose((x, y, z))) if x or y or z else sensor
+def _placed(offset: Callable[[float, float, float], Pose]) -> SensorChange:
+    """Return the change of where a sensor is, by an offset in its frame; one behind a lens moves with it."""
+
+    def changed(sensor: Any, change: Callable[[Numbers], Numbers]) -> Any:
+        if hasattr(sensor, "optics"):
+            return replace(sensor, optics=changed(sensor.optics, change))
+        if not hasattr(sensor, "pose"):
+            return sensor
+        numbers = change((0.0, 0.0, 0.0))
+        return replace(sensor, pose=sensor.pose @ offset(*numbers)) if any(numbers) else sensor
+
+    return changed
 
 
-def _turned(sensor: Any, change: Callable[[Numbers], Numbers]) -> Any:
-    """Return a sensor that is turned by roll, pitch and yaw in its own frame."""
-    if hasattr(sensor, "optics"):
-        return replace(sensor, optics=_turned(sensor.optics, change))
-    if not hasattr(sensor, "pose"):
-        return sensor
-    turn = roll, pitch, yaw = change((0.0, 0.0, 0.0))
-    turned = sensor.pose @ Pose.from_rpy((0.0, 0.0, 0.0), roll, pitch, yaw)
-    return replace(sensor, pose=turned) if any(turn) else sensor
-
-
-def _noisy(field: str) -> Callable[[Any, Callable[[Numbers], Numbers]], Any]:
+def _noisy(field: str) -> SensorChange:
     """Return the change of a field of all noises of a sensor."""
 
     def changed(sensor: Any, change: Callable[[Numbers], Numbers]) -> Any:
@@ -243,8 +236,8 @@ _QUANTITIES: Final = {
     "friction": _Quantity("link with collisions, named MODEL/LINK", _of_models(_with_friction), 0.0),
     "gains": _Quantity("joint whose controller has gains, named MODEL/JOINT", _of_models(_with_gains), 0.0),
     "light": _Quantity("light", _with_lights, 0.0),
-    "sensor_position": _Quantity(_SENSOR, _of_sensors(_moved)),
-    "sensor_orientation": _Quantity(_SENSOR, _of_sensors(_turned)),
+    "sensor_position": _Quantity(_SENSOR, _of_sensors(_placed(lambda x, y, z: Pose((x, y, z))))),
+    "sensor_orientation": _Quantity(_SENSOR, _of_sensors(_placed(partial(Pose.from_rpy, (0.0, 0.0, 0.0))))),
     "sensor_noise": _Quantity(_SENSOR, _of_sensors(_noisy("stddev")), 0.0),
     "sensor_bias": _Quantity(_SENSOR, _of_sensors(_noisy("mean"))),
 }
