@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import chain
 from pathlib import Path
 from typing import TypeAlias, TypeVar
@@ -25,22 +25,10 @@ def no_package(name: str) -> str:
     return f"there is no package '{name}' in the search path"
 
 
-def read_xml(path: Path) -> Element:
-    """Read a file.
-
-    Raises:
-        SceneError: it cannot be read, is not well-formed, or has a document type.
-    """
-    return xml_tree.read_xml(path, SceneError)
-
-
-def parse_xml(text: bytes, path: Path) -> Element:
-    """Parse XML; ``path`` is for messages.
-
-    Raises:
-        SceneError: it is not well-formed, or has a document type.
-    """
-    return xml_tree.parse_xml(text, path, SceneError)
+read_xml = partial(xml_tree.read_xml, kind=SceneError)
+"""Reads a file as XML; a :class:`SceneError` is raised if it is not well-formed or has a document type."""
+parse_xml = partial(xml_tree.parse_xml, kind=SceneError)
+"""Parses a text in the same way; the path is for messages."""
 
 
 def without_lines(element: Element) -> Element:
