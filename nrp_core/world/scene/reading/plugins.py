@@ -162,13 +162,8 @@ _OTHERS: Final = frozenset(
 """Parameters of Gazebo's plugins that have no effect here and resemble one that has."""
 
 
-def check_parameters(plugin: Element, reading: Reading) -> None:
+def check_parameters(plugin: Element, notes: Notes) -> None:
     """Warn of parameters of a plugin, which has been read, that have no effect by mistake."""
-    warn_of_parameters(plugin, reading.notes)
-
-
-def warn_of_parameters(plugin: Element, notes: Notes) -> None:
-    """Do the same where there is no reading yet."""
     if notes.has(Code.NRP260, plugin_name(plugin)):  # no parameter of it has an effect
         return
     name = f"the plugin '{plugin_name(plugin)}'"

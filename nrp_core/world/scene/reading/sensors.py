@@ -296,14 +296,7 @@ def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> 
     for sensor in chain.from_iterable(map(_apart, sensors)):
         sensor = _with_free_name(sensor, seen, mount, reading)
         seen.add(sensor.attribute("name"))
-        found = find_registered(SENSORS, sensor.attribute("type"), sensor)
-        if found is None:
-            _warn_of_type(sensor, reading)
-        elif found.on_joint:
-            _warn_of_holder(sensor, "joint", reading)
-        else:
-            read = found.read(sensor, mount, reading)
-            _warn_of_unread(sensor, reading)
+        for read in _read_sensor(sensor, mount, reading, on_joint=False):
             yield read if read.offset is None else replace(read, frame_name=frame_named(sensor, reading))
 
 
@@ -337,14 +330,27 @@ def _with_free_name(sensor: Element, taken: Collection[str], mount: Mount, readi
 def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:
     """Read the sensors of a joint in the same way."""
     for sensor in sensors:
-        found = find_registered(SENSORS, sensor.attribute("type"), sensor)
-        if found is None:
-            _warn_of_type(sensor, reading)
-        elif not found.on_joint:
-            _warn_of_holder(sensor, "link", reading)
-        else:
-            yield found.read(sensor, mount, reading)
-            _warn_of_unread(sensor, reading)
+        yield from _read_sensor(sensor, mount, reading, on_joint=True)
+
+
+def _read_sensor(
+    sensor: Element, mount: Mount, reading: Reading, *, on_joint: bool
+) -> Iterator[MountedSensor]:
+    """Yield a sensor of a joint or a link; nothing, with a warning, if it cannot be simulated there."""
+    kind, name = sensor.attribute("type"), sensor.attribute("name")
+    found = find_registered(SENSORS, kind, sensor)
+    if found is None:
+        types = [each for each in SENSORS.names() if not each.startswith(PLUGIN)]
+        message = f"sensors of type '{kind}' are not simulated{hint_if_close(kind, types)}"
+        reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
+    elif found.on_joint != on_joint:
+        holder = "joint" if found.on_joint else "link"
+        message = f"the sensor '{name}' is left out: a sensor of type '{kind}' belongs in a <{holder}>"
+        reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
+    else:
+        read = found.read(sensor, mount, reading)
+        _warn_of_unread(sensor, reading)
+        yield read
 
 
 def _warn_of_unread(sensor: Element, reading: Reading) -> None:
@@ -352,7 +358,7 @@ def _warn_of_unread(sensor: Element, reading: Reading) -> None:
     kind, name = sensor.attribute("type"), sensor.attribute("name")
     for child in sensor.children:
         if child.tag == "plugin":
-            check_parameters(child, reading)
+            check_parameters(child, reading.notes)
         elif child.tag not in sensor.asked and (child.tag in SENSORS.names() or child.tag in _UNSIMULATED):
             message = f"<{child.tag}> has no effect in the sensor '{name}', which is of type '{kind}'"
             reading.notes.warn(child, Code.NRP264, message, subject=child.tag)
@@ -369,16 +375,3 @@ def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> 
 def with_sensors(links: Sequence[Link], name: str, *sensors: MountedSensor) -> list[Link]:
     """Return links with further sensors on one of them."""
     return [replace(each, sensors=(*each.sensors, *sensors)) if each.name == name else each for each in links]
-
-
-def _warn_of_holder(sensor: Element, holder: str, reading: Reading) -> None:
-    kind, name = sensor.attribute("type"), sensor.attribute("name")
-    message = f"the sensor '{name}' is left out: a sensor of type '{kind}' belongs in a <{holder}>"
-    reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
-
-
-def _warn_of_type(sensor: Element, reading: Reading) -> None:
-    kind = sensor.attribute("type")
-    types = [name for name in SENSORS.names() if not name.startswith("plugin.")]
-    message = f"sensors of type '{kind}' are not simulated{hint_if_close(kind, types)}"
-    reading.notes.warn(sensor, Code.NRP262, message, subject=kind)

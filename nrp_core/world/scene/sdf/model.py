@@ -274,11 +274,11 @@ def _read_plugin(
     """Return the actuators of a plugin, and the links with its sensor; unknown plugins cause a warning."""
     if plugin_name(plugin) in _JOINT_STATE_PLUGINS or couples(plugin):
         plugin.find("topic")  # of joint states, read with the whole model
-        check_parameters(plugin, reading)
+        check_parameters(plugin, reading.notes)
         return Actuators(), links
     if plugin_name(plugin) == LABEL:
         labels = with_label(links, label_in(plugin))
-        check_parameters(plugin, reading)
+        check_parameters(plugin, reading.notes)
         return Actuators(), labels
     model = ModelParts(links, joints)
     actuators = read_actuators(plugin, model, reading)
@@ -287,9 +287,9 @@ def _read_plugin(
         if sensing is None:
             warn_of_plugin(plugin, reading)
             return Actuators(), links
-        check_parameters(plugin, reading)
+        check_parameters(plugin, reading.notes)
         return Actuators(), sensing
-    check_parameters(plugin, reading)
+    check_parameters(plugin, reading.notes)
     deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
     for name in sorted({each.joint for each in actuators.controllers} & set(deaf)):
         message = f"the joint '{name}' is {deaf[name]}: it cannot be commanded"

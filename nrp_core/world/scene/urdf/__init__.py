@@ -16,7 +16,7 @@ from nrp_core.world.scene.bodies import TINTS
 from nrp_core.world.scene.checks import MODEL, WORLD, rigid_groups
 from nrp_core.world.scene.reading.context import Element, Notes
 from nrp_core.world.scene.reading.geometry import DEFAULT_SIZES
-from nrp_core.world.scene.reading.plugins import ROS_CONTROL, plugin_name, warn_of_parameters
+from nrp_core.world.scene.reading.plugins import ROS_CONTROL, check_parameters, plugin_name
 from nrp_core.world.scene.reading.repairs import MASSLESS
 from nrp_core.world.scene.urdf.elements import (
     for_engine,
@@ -98,7 +98,7 @@ def _controls_nothing(element: Element, notes: Notes) -> bool:
         return False
     for tags in _OF_CONTROL:
         element.find(*tags)
-    warn_of_parameters(element, notes)
+    check_parameters(element, notes)
     return True
 
 
