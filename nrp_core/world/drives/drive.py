@@ -25,7 +25,7 @@ from nrp_core.world.part import Part
 from nrp_core.world.rigid import BodyVelocity
 from nrp_core.world.scene.devices import MountedDrive
 from nrp_core.world.scene.merged_bodies import Body, body_of, tree_of
-from nrp_core.world.scene.model import Inertial, Model, Scene
+from nrp_core.world.scene.model import Inertial, Model
 from nrp_core.world.scene.reading.context import Element, Reading
 from nrp_core.world.scene.reading.plugins import ModelParts
 from nrp_core.world.topics import Direction, TopicInfo, resolve_name
@@ -197,16 +197,6 @@ class DrivePart(Part):
     def _wheel_speeds(self) -> WheelSpeeds:
         """Return the speeds of the wheels; for drives with wheels."""
         raise NotImplementedError
-
-
-def commanded_components(scene: Scene) -> dict[str, tuple[str, tuple[str, ...]]]:
-    """Return the model and the components that are used of each topic that takes a Twist for a drive."""
-    return {
-        drive.command_topic: (model.name, drive.components)
-        for model in scene.models
-        for drive in model.drives
-        if isinstance(drive, Drive) and drive.components and hasattr(drive, "command_topic")
-    }
 
 
 @dataclass(frozen=True, slots=True)

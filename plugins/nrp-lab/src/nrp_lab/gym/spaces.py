@@ -15,9 +15,8 @@ from nrp_core.brain import FloatArray, PoissonSource, PopulationRate
 from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.recording import numbers_in
-from nrp_core.world import Direction, TopicInfo
+from nrp_core.world import Direction, Drive, TopicInfo
 from nrp_core.world.batch import commanded_elements
-from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.base import find_layout
 from nrp_core.world.messages.std_msgs import Float64MultiArray
 
@@ -309,7 +308,13 @@ class ActedTopic(Acted):
         self._count, self._has_elements = len(fields), bool(elements)
         if bounds is not None and not isinstance(bounds, Mapping):
             raise ExperimentError(f"the bounds of '{name}' are {{'field': (low, high)}}, not {bounds!r:.60}")
-        model, used = commanded_components(run.world.scene).get(info.name, ("", fields))
+        commanded = {
+            drive.command_topic: (model.name, drive.components)
+            for model in run.world.scene.models
+            for drive in model.drives
+            if isinstance(drive, Drive) and drive.components
+        }
+        model, used = commanded.get(info.name, ("", fields))
         chosen = bounds if bounds is not None else dict.fromkeys(used, info.limits or (-1.0, 1.0))
         for field in chosen:
             if field not in fields:
