@@ -136,7 +136,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     if path.is_dir():
         return _in_folder(path)
     if not path.is_file():
-        hint = did_you_mean(text, shipped())
+        hint = did_you_mean(text, [*shipped(), *_beside(path, text)])
         raise ExperimentError(f"there is no experiment or file '{text}'{hint}")
     if path.suffix.lower() == ARCHIVE:
         return _in_archive(path.resolve())
@@ -144,6 +144,14 @@ def find_file(text: str, folder: Path | None = None) -> Path:
         _require_readers([path])
         raise ExperimentError(f"not an experiment: files end in {', '.join(READERS.names())}", path=path)
     return path.resolve()
+
+
+def _beside(path: Path, text: str) -> Iterator[str]:
+    """Yield the files of experiments in the folder of a file that does not exist, as paths like its own."""
+    with suppress(OSError):  # the folder does not exist either, or cannot be read
+        for file in path.parent.iterdir():
+            if file.suffix in (*READERS.names(), ARCHIVE):
+                yield str(Path(text).with_name(file.name))
 
 
 def experiments_in(folder: Path) -> list[Path]:

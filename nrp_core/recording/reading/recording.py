@@ -15,7 +15,7 @@ from mcap.records import Message
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.overview import Overview, Row
 from nrp_core.clock import NS_PER_MS
-from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.errors import ExperimentError, did_you_mean, hint_if_close
 from nrp_core.paths import path_of
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role, device_group
 from nrp_core.recording.reading.check import IntegrityCheck, check_folder_of, check_messages
@@ -59,7 +59,9 @@ class RecordingReader(Overview):
         self.folder = path if path.is_dir() else path.parent
         self.file = path / MCAP_NAME if path.is_dir() else path
         if not path.is_dir() and not self.file.is_file():
-            raise ExperimentError("no recording: the folder does not exist", path=path)
+            beside = (file.parent.name for file in path.parent.glob(f"*/{MCAP_NAME}"))
+            hint = hint_if_close(path.name, beside)
+            raise ExperimentError(f"no recording: the folder does not exist{hint}", path=path)
         if not self.file.is_file() and not (path / RUN_NAME).is_file():
             raise self._without_messages()
         if not self._has_folder and self.file.suffix != MCAP_SUFFIX and not is_mcap(self.file):

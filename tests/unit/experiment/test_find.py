@@ -105,11 +105,14 @@ def test_a_folder_without_an_experiment_says_so(golden: Golden) -> None:
         ("walker", "'walker'.*'walkers'"),
         ("walkers/slwo", "'walkers/slwo'.*'walkers/slow'"),
         ("nothing.yaml", "'nothing.yaml'"),
+        ("mine/circel.yaml", "'mine/circel.yaml'.*'mine/circle.yaml'"),
     ],
 )
 def test_an_unknown_name_gets_the_nearest_name_as_a_suggestion(
-    text: str, message: str, golden: Golden
+    text: str, message: str, folder: Path, golden: Golden
 ) -> None:
+    (folder / "mine").mkdir()
+    (folder / "mine" / "circle.yaml").touch()
     with golden.raises(ExperimentError, match=message):
         find_file(text)
 

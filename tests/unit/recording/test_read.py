@@ -204,6 +204,13 @@ def test_topics_that_are_no_names_are_refused(topics: Any, folder: Path, golden:
         Recording(folder).messages(topics)
 
 
+def test_a_misspelt_folder_gets_the_nearest_recording_beside_it_as_a_suggestion(
+    folder: Path, golden: Golden
+) -> None:
+    with golden.raises(ExperimentError, match=f"did you mean '{folder.name}'"):
+        Recording(f"{folder}s")
+
+
 def test_a_recording_is_a_path(golden: Golden) -> None:
     with golden.raises(ExperimentError, match="pathlib.Path"):
         Recording(3)  # type: ignore[arg-type]
