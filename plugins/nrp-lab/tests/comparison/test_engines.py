@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 import wrong_engines
-from nrp_lab.comparison.engine_measures import EngineMargins
 from nrp_lab.comparison.engine_verdict import Agreement, EngineVerdict, compare_engines
 from nrp_lab.comparison.grid import RunGrid
+from nrp_lab.comparison.metric import Margins
 
 FOLDER = Path(wrong_engines.__file__).parent
 YARD = str(FOLDER / "yard" / "experiment.yaml")
@@ -68,7 +68,7 @@ def verdict(
 ) -> EngineVerdict:
     folder = folders[experiment]
     grid = RunGrid.of(experiment, brains.split(","), worlds.split(","), 1, SETTINGS[experiment])
-    return compare_engines(grid, folder, EngineMargins(), lambda done, total, last: None)
+    return compare_engines(grid, folder, Margins(), lambda done, total, last: None)
 
 
 ALIKE = {"ReversedGear", "FlippedSynapses", "LongRefractoryTime", "SlowMembrane"}

@@ -26,7 +26,6 @@ from nrp_core.cli.output import NO, document
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from nrp_lab.comparison.engine_measures import EngineMargins
     from nrp_lab.comparison.engine_verdict import EngineVerdict
     from nrp_lab.comparison.grid import RunGrid
     from nrp_lab.comparison.metric import Margins, Metric
@@ -130,7 +129,7 @@ def diff(
     json: Json = False,
 ) -> None:
     """Report whether a result depends on the simulator, or on the wiring; fail if it does or may."""
-    from nrp_lab.comparison.engine_measures import EngineMargins, is_measure
+    from nrp_lab.comparison.engine_measures import MEASURES, is_measure
     from nrp_lab.comparison.metric import Margins, all_metrics
 
     if other is not None:
@@ -148,7 +147,7 @@ def diff(
             require_matplotlib()
     metrics = all_metrics()
     with usage_errors("--margin"):
-        engine_margins = EngineMargins.parse(filter(is_measure, margin or ()))
+        engine_margins = Margins.parse(filter(is_measure, margin or ()), MEASURES, in_sd=False)
         margins = Margins.parse(filterfalse(is_measure, margin or ()), metrics)
         if other is not None:
             _refuse_margins(margins)
@@ -229,7 +228,7 @@ def _grid(
 
 
 def _compared(
-    grid: RunGrid, metrics: list[Metric], margins: Margins, engine_margins: EngineMargins, results: Path,
+    grid: RunGrid, metrics: list[Metric], margins: Margins, engine_margins: Margins, results: Path,
     jobs: int | None,
 ) -> GridDiff:  # fmt: skip
     from nrp_core.cli.progress import display
@@ -255,7 +254,7 @@ def _compared(
         return GridDiff.of(grid, runs, metrics, margins, results, engines)
 
 
-def _two(one: Path, other: Path, metrics: list[Metric], margins: EngineMargins) -> PairDiff:
+def _two(one: Path, other: Path, metrics: list[Metric], margins: Margins) -> PairDiff:
     from nrp_lab.comparison.result import PairDiff
 
     return PairDiff.of(one, other, metrics, margins)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
@@ -17,7 +17,7 @@ from nrp_core.recording import RecordedTopic, Role, values_of
 from nrp_core.world.messages.geometry_msgs import Quaternion
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_lab.comparison.metric import GivenMargins, Margin
+from nrp_lab.comparison.metric import Margin, Margins
 from nrp_lab.comparison.signals import RunSignals
 
 _BLOCKS = 6
@@ -294,82 +294,28 @@ class Measure:
         title: name in a report.
         unit: unit of the difference and of its margin.
         margin: the largest difference that a user of the robot does not notice.
-        reason: the reason for this margin, as a sentence.
     """
 
     name: str
     title: str
     unit: str
-    margin: float
-    reason: str
+    margin: Margin
 
 
-MOTION = Measure(
-    "motion", "motion", "%", 1.0, "After a metre the robot is off by a centimetre, as real robots are."
-)
-MOTION_DELAY = Measure(
-    "motion_delay",
-    "delay of motion",
-    "ms",
-    10.0,
-    "It is half of the usual step, the shortest time in a loop.",
-)
-SENSOR = Measure(
-    "sensor",
-    "sensor values",
-    "%",
-    3.0,
-    "Sensors of mobile robots are specified to a few percent of their value.",
-)
-SENSOR_DELAY = Measure(
-    "sensor_delay",
-    "delay of sensors",
-    "ms",
-    10.0,
-    "It is half of the usual step: sensor data acts one step later.",
-)
-SENSOR_NOISE = Measure(
-    "sensor_noise",
-    "noise of sensors",
-    "%",
-    2.0,
-    "Scanners and depth cameras are specified with noise of 1 to 2 % of the distance.",
-)
-CAMERA = Measure(
-    "camera",
-    "images",
-    "%",
-    2.0,
-    "Share of full brightness: not visible, and within the tolerance of colour detectors.",
-)
-INPUT = Measure(
-    "input",
-    "input of the brain",
-    "%",
-    5.0,
-    "A Poisson source of 100 Hz varies by more than that between periods of ten seconds.",
-)
-FIRING = Measure(
-    "firing",
-    "firing rate",
-    "%",
-    3.0,
-    "A wheel that follows it turns 3 % faster; cells vary more from trial to trial.",
-)
-SPIKE_TIME = Measure(
-    "spike_time",
-    "spike times",
-    "ms",
-    4.0,
-    "It is a fifth of the usual step, in which a brain acts once on its body.",
-)
-OUTPUT = Measure(
-    "output",
-    "output of the brain",
-    "%",
-    2.0,
-    "It drives the robot, whose wheels and motors differ by as much.",
-)
+def _measure(name: str, title: str, unit: str, margin: float) -> Measure:
+    return Measure(name, title, unit, Margin(margin, in_sd=False))
+
+
+MOTION = _measure("motion", "motion", "%", 1.0)  # after a metre off by a centimetre, as real robots are
+MOTION_DELAY = _measure("motion_delay", "delay of motion", "ms", 10.0)  # half of the usual step
+SENSOR = _measure("sensor", "sensor values", "%", 3.0)  # as sensors of mobile robots are specified
+SENSOR_DELAY = _measure("sensor_delay", "delay of sensors", "ms", 10.0)  # sensor data acts one step later
+SENSOR_NOISE = _measure("sensor_noise", "noise of sensors", "%", 2.0)  # of scanners: 1 to 2 % of a distance
+CAMERA = _measure("camera", "images", "%", 2.0)  # of full brightness: not visible
+INPUT = _measure("input", "input of the brain", "%", 5.0)  # a Poisson source of 100 Hz varies more in 10 s
+FIRING = _measure("firing", "firing rate", "%", 3.0)  # cells vary more from trial to trial
+SPIKE_TIME = _measure("spike_time", "spike times", "ms", 4.0)  # a fifth of the usual step
+OUTPUT = _measure("output", "output of the brain", "%", 2.0)  # as wheels and motors differ
 MEASURES = (
     MOTION, MOTION_DELAY, SENSOR, SENSOR_DELAY, SENSOR_NOISE, CAMERA, INPUT, FIRING, SPIKE_TIME, OUTPUT,
 )  # fmt: skip
@@ -379,48 +325,97 @@ _LEVELS = {
 }  # fmt: skip
 _DELAYS = {Kind.MOTION: MOTION_DELAY, Kind.SENSOR: SENSOR_DELAY, Kind.CAMERA: SENSOR_DELAY}
 _NOISES = {Kind.SENSOR: SENSOR_NOISE, Kind.CAMERA: SENSOR_NOISE}
-WORLD = frozenset({Kind.MOTION, Kind.SENSOR, Kind.CAMERA, Kind.INPUT})
-"""Outputs of a world; the inputs of the brain follow from them."""
-BRAIN = frozenset({Kind.OUTPUT})
-"""Outputs of a brain besides its spikes."""
+_KINDS = {
+    "world": {Kind.MOTION, Kind.SENSOR, Kind.CAMERA, Kind.INPUT},  # the inputs of the brain follow from these
+    "brain": {Kind.OUTPUT},  # besides its spikes
+    "run": set(Kind),
+}
+
+
+Apart = tuple[Measure, str, float]
+"""A measure, a part of it, and the difference in it, in the measure's unit."""
 
 
 @dataclass(frozen=True, slots=True)
-class Apart:
-    """The difference in one part of a measure, in the measure's unit."""
+class EngineDifference:
+    """One part of a measure between two engines that had the same inputs.
 
+    Args:
+        side: ``brain`` or ``world``; of two recordings ``run``.
+        one, other: names of the engines.
+        measure: the measure.
+        part: the signal, robot or neurons.
+        amount: the difference, other minus one where it has a sign, in the measure's unit.
+        margin: the largest difference that does not matter, in the same unit.
+        is_known: whether a baseline has it.
+    """
+
+    side: str
+    one: str
+    other: str
     measure: Measure
     part: str
     amount: float
+    margin: float
+    is_known: bool = False
+
+    @property
+    def size(self) -> float:
+        """The difference in units of its margin."""
+        return abs(self.amount) / self.margin
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is beyond its margin."""
+        return self.size > 1
+
+    @property
+    def key(self) -> str:
+        """Its name in a baseline."""
+        return f"{self.side} {self.one} -> {self.other}: {self.measure.name}/{self.part}"
+
+    @property
+    def effect(self) -> str:
+        """The difference as a text."""
+        if abs(self.amount) == inf:
+            return "only one of them has it"
+        return f"{self.amount:.3g} {self.measure.unit}, {self.size:.2g} x its margin"
 
 
-def measured(one: RunSignals, other: RunSignals, kinds: Iterable[Kind], *, spikes: bool) -> list[Apart]:
-    """Return the differences of two runs in all parts of all measures.
+def differences(
+    one: RunSignals, other: RunSignals, side: str, names: tuple[str, str], margins: Margins
+) -> list[EngineDifference]:
+    """Return the differences of two runs in all parts of the measures of a side.
 
     Args:
         one: a run.
         other: another run over the same time.
-        kinds: the kinds of signals to compare.
-        spikes: whether to compare spikes.
+        side: ``brain``, ``world``, or ``run`` for both.
+        names: the names of their engines.
+        margins: the margins that were set.
     """
-    ours, theirs = signals_of(one), signals_of(other)
-    chosen = frozenset(kinds)
+    kinds, ours, theirs = _KINDS[side], signals_of(one), signals_of(other)
     found: list[Apart] = []
     for name in dict.fromkeys((*ours, *theirs)):
         kind = (ours.get(name) or theirs[name]).kind
-        if kind in chosen:
+        if kind in kinds:
             both = name in ours and name in theirs
             apart = difference(ours[name], theirs[name], one.step_s) if both else MISSING
             found += [] if apart is None else _rows(kind, name, apart)
-    return [*found, *(_firing(one, other) if spikes else ())]
+    if side != "world":
+        found += _firing(one, other)
+    return [
+        EngineDifference(side, *names, measure, part, amount, margins.of(measure, part).amount)
+        for measure, part, amount in found
+    ]
 
 
 def _rows(kind: Kind, name: str, apart: SignalDifference) -> Iterator[Apart]:
-    yield Apart(_LEVELS[kind], name, apart.level_percent)
+    yield _LEVELS[kind], name, apart.level_percent
     if kind in _DELAYS:
-        yield Apart(_DELAYS[kind], name, 1e3 * apart.delay_s)
+        yield _DELAYS[kind], name, 1e3 * apart.delay_s
     if kind in _NOISES:
-        yield Apart(_NOISES[kind], name, apart.noise_percent)
+        yield _NOISES[kind], name, apart.noise_percent
 
 
 # -- spikes
@@ -430,10 +425,10 @@ def _firing(one: RunSignals, other: RunSignals) -> Iterator[Apart]:
     ours, theirs = dict(_trains(one)), dict(_trains(other))
     for part in dict.fromkeys((*ours, *theirs)):
         a, b = ours.get(part, []), theirs.get(part, [])
-        yield Apart(FIRING, part, _more_percent(sum(map(len, a)), sum(map(len, b)), max(len(a), len(b))))
+        yield FIRING, part, _more_percent(sum(map(len, a)), sum(map(len, b)), max(len(a), len(b)))
         late_s = _late_s(a, b)
         if late_s is not None:
-            yield Apart(SPIKE_TIME, part, 1e3 * late_s)
+            yield SPIKE_TIME, part, 1e3 * late_s
 
 
 def _trains(run: RunSignals) -> Iterator[tuple[str, list[FloatArray]]]:
@@ -462,41 +457,6 @@ def _shifts(one: FloatArray, other: FloatArray) -> FloatArray:
     candidates = np.stack([other[np.maximum(after - 1, 0)] - one, other[after] - one])
     nearest: FloatArray = candidates[np.abs(candidates).argmin(axis=0), np.arange(len(one))]
     return nearest[np.abs(nearest) < _NEAR_S]
-
-
-# -- margins
-
-
-class EngineMargins(GivenMargins[float]):
-    """The margins that were set for measures; every measure has a default."""
-
-    @classmethod
-    def parse(cls, texts: Iterable[str]) -> EngineMargins:
-        """Read ``measure=value`` and ``measure/part=value``; the value may have the measure's unit.
-
-        Raises:
-            ValueError: one is written differently, or is in standard deviations.
-        """
-        units = {measure.name: measure.unit for measure in MEASURES}
-        found: dict[str, float] = {}
-        for text in texts:
-            key, _, value = text.rpartition("=")
-            name = key.partition("/")[0]
-            margin = Margin.parse(value, units[name])
-            if margin.in_sd:
-                raise ValueError(
-                    f"'{name}' compares single runs: its margin is in {units[name]}, not '{value}'"
-                )
-            found[key] = margin.amount
-        return cls(found)
-
-    def of(self, measure: Measure, part: str) -> float:
-        """Return the margin of a part."""
-        return self.or_default(measure.name, part, measure.margin)
-
-
-DEFAULT_MARGINS = EngineMargins()
-"""The margins of the measures themselves."""
 
 
 def is_measure(margin: str) -> bool:

@@ -14,8 +14,9 @@ from typing import Literal
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.recording import Images, Recording, with_recorded_brain, with_recorded_world
 from nrp_core.utilities import join_with_limit, strict_json, writing
-from nrp_lab.comparison.engine_measures import BRAIN, WORLD, EngineMargins, Measure, measured
+from nrp_lab.comparison.engine_measures import EngineDifference, differences
 from nrp_lab.comparison.grid import GridCell, RunGrid, is_whole, record
+from nrp_lab.comparison.metric import Margins
 from nrp_lab.comparison.signals import RunSignals, missing_from
 
 _MAX_NAMED = 4
@@ -28,52 +29,6 @@ class Agreement(StrEnum):
     KNOWN = "the engines differ as known"
     DIFFER = "the engines differ"
     NONE = "the engines were not compared"
-
-
-@dataclass(frozen=True, slots=True)
-class EngineDifference:
-    """One part of a measure between two engines that had the same inputs.
-
-    Args:
-        side: ``brain`` or ``world``; of two recordings ``run``.
-        one, other: names of the engines.
-        measure: the measure.
-        part: the signal, robot or neurons.
-        amount: the difference, other minus one where it has a sign, in the measure's unit.
-        margin: the largest difference that does not matter, in the same unit.
-        is_known: whether a baseline has it.
-    """
-
-    side: str
-    one: str
-    other: str
-    measure: Measure
-    part: str
-    amount: float
-    margin: float
-    is_known: bool = False
-
-    @property
-    def size(self) -> float:
-        """The difference in units of its margin."""
-        return abs(self.amount) / self.margin
-
-    @property
-    def matters(self) -> bool:
-        """Whether it is beyond its margin."""
-        return self.size > 1
-
-    @property
-    def key(self) -> str:
-        """Its name in a baseline."""
-        return f"{self.side} {self.one} -> {self.other}: {self.measure.name}/{self.part}"
-
-    @property
-    def effect(self) -> str:
-        """The difference as a text."""
-        if abs(self.amount) == inf:
-            return "only one of them has it"
-        return f"{self.amount:.3g} {self.measure.unit}, {self.size:.2g} x its margin"
 
 
 @dataclass(frozen=True)
@@ -262,7 +217,7 @@ def exchanges(grid: RunGrid) -> list[Exchange]:
 
 
 def compare_engines(
-    grid: RunGrid, results: Path, margins: EngineMargins, on_progress: Callable[[int, int, str], None]
+    grid: RunGrid, results: Path, margins: Margins, on_progress: Callable[[int, int, str], None]
 ) -> EngineVerdict:
     """Make the missing runs, and evaluate them.
 
@@ -277,7 +232,7 @@ def compare_engines(
     """
     first, wanted = _reference(grid), exchanges(grid)
     reference = grid.folder(results / FOLDER, first)
-    differences: list[EngineDifference] = []
+    found: list[EngineDifference] = []
     problems: list[str] = []
     try:
         if not is_whole(reference):
@@ -286,12 +241,12 @@ def compare_engines(
         for done, exchange in enumerate(wanted, 1):
             theirs = RunSignals(Recording(_replayed(grid, exchange, reference)))
             problems += _failures(exchange, ours, theirs)
-            differences += _differences(exchange, first, ours, theirs, margins)
+            found += _differences(exchange, first, ours, theirs, margins)
             on_progress(done, len(wanted), str(exchange.cell))
     except NrpError as error:  # without playback the engine has no verdict, but the finding has one
         problems.append(str(error))
-    margins.require_parts(f"{one.measure.name}/{one.part}" for one in differences)
-    return EngineVerdict(ranked(differences), problems)
+    margins.require_parts(f"{one.measure.name}/{one.part}" for one in found)
+    return EngineVerdict(ranked(found), problems)
 
 
 def _reference(grid: RunGrid) -> GridCell:
@@ -318,22 +273,9 @@ def _failures(exchange: Exchange, *runs: RunSignals) -> Iterator[str]:
 
 
 def _differences(
-    exchange: Exchange, first: GridCell, ours: RunSignals, theirs: RunSignals, margins: EngineMargins
+    exchange: Exchange, first: GridCell, ours: RunSignals, theirs: RunSignals, margins: Margins
 ) -> list[EngineDifference]:
     end_s = min(ours.end_s, theirs.end_s)
     one, other = (run.between(run.begin_s, end_s) for run in (ours, theirs))
-    names = (getattr(cell, exchange.side) for cell in (first, exchange.cell))
-    a, b = names
-    is_brain = exchange.side == "brain"
-    return [
-        EngineDifference(
-            exchange.side,
-            a,
-            b,
-            apart.measure,
-            apart.part,
-            apart.amount,
-            margins.of(apart.measure, apart.part),
-        )
-        for apart in measured(one, other, BRAIN if is_brain else WORLD, spikes=is_brain)
-    ]
+    names = getattr(first, exchange.side), getattr(exchange.cell, exchange.side)
+    return differences(one, other, exchange.side, names, margins)

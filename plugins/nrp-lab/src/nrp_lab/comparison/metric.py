@@ -14,7 +14,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -206,18 +206,27 @@ def all_metrics() -> list[Metric]:
     return sorted(found.values(), key=lambda metric: (not metric.is_finding, metric.name))
 
 
-T = TypeVar("T")
+class HasMargin(Protocol):
+    """A metric, or a measure of engines."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def margin(self) -> Margin: ...
 
 
 @dataclass(frozen=True, slots=True)
-class GivenMargins(Generic[T]):
-    """The margins that were set, by name and by ``name/part``."""
+class Margins:
+    """The margins that were set, by name and by ``name/part``; everything else has its default."""
 
-    given: Mapping[str, T] = field(default_factory=dict)
+    given: Mapping[str, Margin] = field(default_factory=dict)
 
-    def or_default(self, name: str, part: str, default: T) -> T:
+    def of(self, measured: HasMargin, part: str) -> Margin:
         """Return the margin of a part: its own, that of all parts, or the default."""
-        return next((self.given[key] for key in (f"{name}/{part}", name) if key in self.given), default)
+        keys = (f"{measured.name}/{part}", measured.name)
+        return next((self.given[key] for key in keys if key in self.given), measured.margin)
 
     def require_parts(self, parts: Iterable[str]) -> None:
         """Refuse a margin of a part (``name/part``) that was not measured.
@@ -230,10 +239,6 @@ class GivenMargins(Generic[T]):
             if "/" in key and key not in known:
                 hint = did_you_mean(key, known)
                 raise ExperimentError(f"'{key}' was not measured, so it cannot have a margin{hint}")
-
-
-class Margins(GivenMargins[Margin]):
-    """The margins that were set for metrics; every metric has a default."""
 
     def require_possible(self, metrics: Iterable[Metric], experiment: Experiment) -> None:
         """Refuse a margin of a part that no run of an experiment will have, before the runs.
@@ -250,13 +255,18 @@ class Margins(GivenMargins[Margin]):
         Margins(given).require_parts(known)
 
     @classmethod
-    def parse(cls, texts: Iterable[str], metrics: Iterable[Metric]) -> Margins:
-        """Read ``metric=value`` and ``metric/part=value``, values as ``0.5``, ``0.5 s`` or ``2sd``.
+    def parse(cls, texts: Iterable[str], known: Iterable[HasMargin], *, in_sd: bool = True) -> Margins:
+        """Read ``name=value`` and ``name/part=value``, values as ``0.5``, ``0.5 s`` or ``2sd``.
+
+        Args:
+            texts: the margins.
+            known: the metrics, or the measures of engines.
+            in_sd: whether there are several runs, so that there are standard deviations.
 
         Raises:
-            ValueError: one is written differently, or its metric does not exist.
+            ValueError: one is written differently, or there is no such metric.
         """
-        units = {metric.name: metric.unit for metric in metrics}
+        units = {one.name: one.unit for one in known}
         margins: dict[str, Margin] = {}
         for text in texts:
             key, equals, value = text.rpartition("=")
@@ -266,8 +276,8 @@ class Margins(GivenMargins[Margin]):
             if name not in units:
                 raise ValueError(f"there is no metric '{name}'{did_you_mean(name, list(units))}")
             margins[key] = Margin.parse(value, units[name])
+            if margins[key].in_sd and not in_sd:
+                raise ValueError(
+                    f"'{name}' compares single runs: its margin is in {units[name]}, not '{value}'"
+                )
         return cls(margins)
-
-    def of(self, metric: Metric, part: str) -> Margin:
-        """Return the margin of a part."""
-        return self.or_default(metric.name, part, metric.margin)

@@ -10,8 +10,8 @@ from pathlib import Path
 from nrp_core.errors import ExperimentError
 from nrp_core.recording import Recording
 from nrp_lab.comparison.divergence import Deviation, Divergence, deviations, divergence_of
-from nrp_lab.comparison.engine_measures import DEFAULT_MARGINS, EngineMargins, Kind, measured
-from nrp_lab.comparison.engine_verdict import NOT_COMPARED, EngineDifference, EngineVerdict, ranked
+from nrp_lab.comparison.engine_measures import differences
+from nrp_lab.comparison.engine_verdict import NOT_COMPARED, EngineVerdict, ranked
 from nrp_lab.comparison.grid import GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Judgement, Relation, combined, controls_of
 from nrp_lab.comparison.measuring import judge
@@ -135,7 +135,7 @@ class PairDiff:
 
     @classmethod
     def of(
-        cls, one: Path, other: Path, metrics: Sequence[Metric], margins: EngineMargins = DEFAULT_MARGINS
+        cls, one: Path, other: Path, metrics: Sequence[Metric], margins: Margins | None = None
     ) -> PairDiff:
         """Compare two recordings, damaged ones as far as they can be read.
 
@@ -156,7 +156,7 @@ class PairDiff:
             *_left_out(one, runs[0], ours),
             *_left_out(other, runs[1], ours),
         ]
-        engines = _engines(ours, theirs, margins)
+        engines = _engines(ours, theirs, margins or Margins())
         return cls(ours, theirs, divergence, deviations(ours, theirs), rows, engines, left_out, flaws)
 
     @property
@@ -170,22 +170,11 @@ class PairDiff:
         return incompleteness({str(run.recording.folder): run for run in (self.one, self.other)})
 
 
-def _engines(one: RunSignals, other: RunSignals, margins: EngineMargins) -> EngineVerdict:
+def _engines(one: RunSignals, other: RunSignals, margins: Margins) -> EngineVerdict:
     """Measure everything that both runs have."""
-    differences = [
-        EngineDifference(
-            "run",
-            one.label,
-            other.label,
-            row.measure,
-            row.part,
-            row.amount,
-            margins.of(row.measure, row.part),
-        )
-        for row in measured(one, other, Kind, spikes=True)
-    ]
-    margins.require_parts(f"{one.measure.name}/{one.part}" for one in differences)
-    return EngineVerdict(ranked(differences))
+    found = differences(one, other, "run", (one.label, other.label), margins)
+    margins.require_parts(f"{one.measure.name}/{one.part}" for one in found)
+    return EngineVerdict(ranked(found))
 
 
 def _unlike(one: RunSignals, other: RunSignals) -> Iterator[str]:
