@@ -107,6 +107,7 @@ WATER = 1000.0
 
 LEAST_MOMENT = 1e-14
 """Minimum moment of inertia, kg m^2: a milligram 0.1 mm across; MuJoCo refuses moments below 1e-15."""
+_CUBE = 0.05  # relative difference of the moments of a body whose principal axes mean nothing
 _MARGIN = 1e-3  # margin of a repair from the limit, for rounding in engines
 
 
@@ -157,13 +158,18 @@ def like_shape(solid: Inertial, given: Inertial) -> Inertial:
 
 
 def equivalent_box(inertial: Inertial) -> tuple[Box, Pose]:
-    """Return the homogeneous box with these mass properties, at least 1 mm thick, and where its centre is."""
+    """Return the homogeneous box with these mass properties, at least 1 mm thick, and where its centre is.
+
+    The box of nearly equal moments has the axes of the file, because its principal axes are arbitrary.
+    """
     principal = _principal(inertial)
     moments = principal.inertia[:3]
+    is_cube = max(moments) - min(moments) < _CUBE * max(moments)
+    pose = inertial.pose if is_cube else principal.pose
     x, y, z = (
         max(sqrt(max(6 / inertial.mass * (sum(moments) - 2 * moment), 0.0)), 1e-3) for moment in moments
     )
-    return Box((x, y, z)), principal.pose
+    return Box((x, y, z)), pose
 
 
 def repair_inertia(inertial: Inertial) -> tuple[Inertial, str]:

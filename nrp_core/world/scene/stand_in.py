@@ -2,9 +2,10 @@
 
 The size of a moving link is estimated from its other shapes; else from its inertia, if the density of a body
 with that inertia is plausible; else from its joints and its mass. It begins where the file places its
-collision, and reaches no lower than the known shapes of the model. Of a static model only the place is
-known: the first one named like a ground becomes a plane, if the room has no other ground; the others become
-boxes that do not reach their neighbours. :mod:`.clearance` cuts what overlaps other models at the start.
+collision, and reaches no lower than the known shapes of the model if its centre is above them. Of a static
+model only the place is known: the first one named like a ground becomes a plane, if the room has no other
+ground; the others become boxes that do not reach their neighbours. :mod:`.clearance` cuts what overlaps other
+models at the start.
 """
 
 from __future__ import annotations
@@ -31,7 +32,6 @@ LARGEST_BOX_M = 0.5
 MASSLESS_BOX_M = 0.05
 """Edge of the box of a link without mass or length, such as a sensor."""
 _SMALLEST_M = 1e-3
-_TINY = Box((_SMALLEST_M,) * 3)
 _NOTICEABLE_M = 0.01
 _THIN, _THICK = 0.05, 0.5  # of a link, relative to its length
 _GROUND_NAMES = re.compile(
@@ -59,8 +59,9 @@ def lacks_shape(link: Link) -> bool:
 def with_sizes(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
     """Return the links of a movable model with its missing shapes replaced by boxes.
 
-    Their sizes are estimates, so no box reaches lower than the shapes that are known: a robot that stands on
-    its wheels does not begin with its body in the floor.
+    Their sizes are estimates, so no box reaches lower than known shapes that are below its centre: a robot
+    that stands on its wheels does not begin with its body in the floor, and one that holds a known tool
+    stands on its unknown base.
     """
     if not any(map(lacks_shape, links)):
         return tuple(links)
@@ -138,11 +139,12 @@ def _placed(geometry: Geometry, pose: Pose) -> FloatArray:
 
 
 def _above(lowest: float, link: Link, geometry: Geometry, pose: Pose) -> Measured:
-    """Return the part of a box above a height in the frame of the model; a tiny one if there is none."""
-    if not isinstance(geometry, Box) or _lowest(geometry, link.pose @ pose) >= lowest:
+    """Return the part of a box above a height in the frame of the model, the whole if its centre is below."""
+    placed = link.pose @ pose
+    if not isinstance(geometry, Box) or placed.position[2] <= lowest or _lowest(geometry, placed) >= lowest:
         return geometry, pose
-    box, place = part_above(lowest, geometry, link.pose @ pose) or (_TINY, link.pose @ pose)
-    return box, link.pose.inverse() @ place
+    part = part_above(lowest, geometry, placed)
+    return (geometry, pose) if part is None else (part[0], link.pose.inverse() @ part[1])
 
 
 def _around(link: Link) -> Measured | None:

@@ -39,6 +39,12 @@ _LOST_FLOOR = _static("floor", "0 0 0 0 0 0", _collision(_MESH))
 _LOST = _static("rack", "2 0.1 0 0 0 0", _collision(_MESH))
 _KNOWN = _collision(_BOX.format(size="0.2 0.2 0.2"))
 
+_TOOL_ABOVE = """<sdf version="1.6"><model name="robot"><link name="body"><inertial><mass>1000</mass><inertia>
+<ixx>100</ixx><ixz>1</ixz><iyy>100</iyy><iyz>1</iyz><izz>100</izz></inertia></inertial>{base}</link>
+<link name="tool"><pose>0 0 2 0 0 0</pose><inertial><mass>1</mass></inertial>{tool}</link>
+<joint name="hold" type="fixed"><parent>body</parent><child>tool</child></joint></model></sdf>"""
+_HOLDS = _TOOL_ABOVE.format(base=_collision(_MESH, "0 0 0.3873 0 0 0"), tool=_KNOWN)
+
 Robots = dict[str, tuple[str, tuple[float, ...]]]
 """The file of each robot, and where it starts: x and y, m, and yaw."""
 
@@ -49,6 +55,7 @@ CASES: dict[str, tuple[str, Robots]] = {
     "in a crate that is turned": (_CRATE, {"a": (_robot(0.6, 0.3), (0.0, 0.0))}),
     "in each other": ("", {"a": (_robot(0.4, 0.2), (0.0, 0.0)), "b": (_robot(0.4, 0.1), (0.3, 0.1))}),
     "in an unknown shape of the room": (_LOST, {"a": (_robot(0.4, 0.2), (1.7, 0.0))}),
+    "unknown at its base, with a known tool above": ("", {"a": (_HOLDS, (0.0, 0.0))}),
     "known, in an unknown shape of the room": (_LOST, {"a": (_robot(0.2, 0.1, _KNOWN), (1.8, 0.0))}),
 }
 
