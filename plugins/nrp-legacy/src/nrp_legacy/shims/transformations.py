@@ -117,6 +117,22 @@ def concatenate_matrices(*matrices: Any) -> Array:
     return product
 
 
+def compose_matrix(
+    scale: Sequence[float] | None = None,
+    shear: Sequence[float] | None = None,
+    angles: Sequence[float] | None = None,
+    translate: Sequence[float] | None = None,
+    perspective: Sequence[float] | None = None,
+) -> Array:
+    """Return the matrix that scales, shears (xy, xz, yz), rotates, translates and projects, in this order."""
+    scaled, sheared, projected = np.diag([*(scale or (1.0, 1.0, 1.0)), 1.0]), np.eye(4), np.eye(4)
+    sheared[[0, 0, 1], [1, 2, 2]] = shear or 0.0
+    projected[3] = projected[3] if perspective is None else perspective
+    moved, turned = translation_matrix(translate or _ORIGIN), euler_matrix(*(angles or _ORIGIN))
+    matrix = concatenate_matrices(projected, moved, turned, sheared, scaled)
+    return matrix / matrix[3, 3]
+
+
 def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: float) -> Array:
     """Return a quaternion between two, on the shorter way."""
     from scipy.spatial.transform import Slerp
@@ -184,7 +200,7 @@ def transformations_module() -> ModuleType:
             quaternion_from_euler, euler_from_quaternion, quaternion_multiply, quaternion_conjugate,
             quaternion_inverse, quaternion_matrix, euler_matrix, translation_matrix, unit_vector,
             quaternion_about_axis, rotation_matrix, quaternion_from_matrix, euler_from_matrix,
-            translation_from_matrix, concatenate_matrices, quaternion_slerp,
+            translation_from_matrix, concatenate_matrices, compose_matrix, quaternion_slerp,
         )
     }  # fmt: skip
     plain = {
