@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.equations.lazy_source import factors_of_kind
+from nrp_brain_event.grid.equations.settling import bound, obstacle, powers
 from nrp_brain_event.grid.lazy_brain import LazyBrain
 from nrp_brain_event.options import lazy_grid
 from scipy.linalg import expm
 
 from nrp_core.brain import builder
 from nrp_core.brain.devices.sinks import SpikeRecorder, StateRecorder
-from nrp_core.brain.network.equations.settling import bound, obstacle, powers
 
 STEP_MS, END_MS, HOLD_STEPS = 0.1, 400.0, 22
 TAU_M, TAU_SYN, TAU_W, CM, A, B, CURRENT, THRESHOLD = 20.0, 5.0, 80.0, 0.25, 0.008, 0.06, 0.15, 14.0
