@@ -255,8 +255,9 @@ class Codec:
     def _compile(self, cls: type) -> None:
         name = self._names[cls]
         if name not in self._store.fielddefs:
+            theirs = {ours: given for given, ours in self._renamed(name).items()}
             lines = [
-                f"{_type_text(hint, cls, self.name)} {self._spelt(name, field)}"
+                f"{_type_text(hint, cls, self.name)} {theirs.get(field, field)}"
                 for field, hint in _fields(cls)
             ]
             text = getattr(cls, "__definition__", "") or "\n".join(lines)
@@ -270,9 +271,9 @@ class Codec:
         self._adopt(name)
         self._decode_into(name, cls)
 
-    def _spelt(self, name: str, field: str) -> str:
-        """Return how the definition of a type spells a field of our class."""
-        return field
+    def _renamed(self, name: str) -> Mapping[str, str]:
+        """Return the names in our class of fields that the definition of a type spells otherwise."""
+        return {}
 
     def _decode_into(self, name: str, cls: type) -> None:
         self._store.types[name] = cls
@@ -288,15 +289,18 @@ class Codec:
                 self._adopt(inner)
 
     def _field_names_of(self, name: str) -> list[str]:
-        return [field for field, _ in self._store.fielddefs[name][1] if field != _FILLER]
+        renamed = self._renamed(name)
+        return [renamed.get(field, field) for field, _ in self._store.fielddefs[name][1] if field != _FILLER]
 
     # -- conversion for the library, which takes flat NumPy arrays of the right type
 
     def _prepare_of(self, name: str) -> Prepare | None:
         if name not in self._prepare:
-            fields = self._store.fielddefs[name][1]
-            prepare = {field: self._prepare_field(kind) for field, kind in fields}
-            needed = any(function is not None for function in prepare.values())
+            fields, renamed = self._store.fielddefs[name][1], self._renamed(name)
+            prepare = [
+                (field, renamed.get(field, field), self._prepare_field(kind)) for field, kind in fields
+            ]
+            needed = any(field != ours or function is not None for field, ours, function in prepare)
             self._prepare[name] = _rebuild(prepare) if needed else None
         return self._prepare[name]
 
@@ -408,13 +412,13 @@ def _flat_array(base: str) -> Prepare:
     return prepare
 
 
-def _rebuild(prepare: Mapping[str, Prepare | None]) -> Prepare:
-    fields = tuple(prepare.items())
+def _rebuild(fields: Sequence[tuple[str, str, Prepare | None]]) -> Prepare:
+    """Return what rebuilds a message, given the names of each field for the library and in our class."""
 
     def rebuilt(message: Any) -> Any:
         return SimpleNamespace(**{
-            name: getattr(message, name) if function is None else function(getattr(message, name))
-            for name, function in fields
+            name: getattr(message, ours) if function is None else function(getattr(message, ours))
+            for name, ours, function in fields
         })  # fmt: skip
 
     return rebuilt

@@ -6,7 +6,7 @@ spellings (``K`` of a camera's optics) are converted here; a type with other dif
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from hashlib import md5
 from types import SimpleNamespace
 from typing import Any
@@ -64,14 +64,12 @@ class Ros1Codec(Codec):
     def _deserialize(self, data: bytes | memoryview, name: str) -> Any:
         return self._store.deserialize_ros1(data, name)
 
-    def _field_names_of(self, name: str) -> list[str]:
-        otherwise = _OTHERWISE.get(name, {})
-        names = [otherwise.get(field, field) for field in super()._field_names_of(name)]
-        return [*(field for field in names if (name, field) != (_HEADER, "seq")), *_LATER.get(name, ())]
+    def _renamed(self, name: str) -> Mapping[str, str]:
+        return _OTHERWISE.get(name, {})
 
-    def _spelt(self, name: str, field: str) -> str:
-        spelling = {ours: theirs for theirs, ours in _OTHERWISE.get(name, {}).items()}
-        return spelling.get(field, field)
+    def _field_names_of(self, name: str) -> list[str]:
+        names = [field for field in super()._field_names_of(name) if (name, field) != (_HEADER, "seq")]
+        return [*names, *_LATER.get(name, ())]
 
     def _decode_into(self, name: str, cls: type) -> None:
         if name == _HEADER:
@@ -82,13 +80,4 @@ class Ros1Codec(Codec):
     def _prepare_of(self, name: str) -> Callable[[Any], Any] | None:
         if name == _HEADER:
             return lambda header: SimpleNamespace(seq=0, stamp=header.stamp, frame_id=header.frame_id)
-        if name not in _OTHERWISE:
-            return super()._prepare_of(name)
-        fields = [
-            (field, _OTHERWISE[name].get(field, field), self._prepare_field(kind))
-            for field, kind in self._store.fielddefs[name][1]
-        ]
-        return lambda message: SimpleNamespace(**{
-            field: getattr(message, ours) if prepare is None else prepare(getattr(message, ours))
-            for field, ours, prepare in fields
-        })  # fmt: skip
+        return super()._prepare_of(name)
