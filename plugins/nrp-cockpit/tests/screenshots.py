@@ -114,7 +114,7 @@ def _brain(watched: Watched, cockpits: Cockpits, file: Path) -> None:
     draw_the_brain_of_the_paper(artist)
     artist.document.save()
     page = watched.open(cockpits.design(str(file), "-e", "braitenberg_husky"), **SIZE)
-    page.get_by_role("button", name="actors IF_cond_alpha 2 cells").click()
+    page.get_by_role("button", name="actors IF_cond_alpha").click()
     page.wait_for_timeout(2000)
     page.screenshot(path=IMAGES / "designer-brain.png")
 

@@ -24,7 +24,7 @@ WATCHED = {
     f"/cockpit/{name}"
     for name in (
         "bodies/models", "connections", "functions/check", "functions/complete", "layout/load", "membrane",
-        "parameters", "positions", "weights",
+        "messages", "parameters", "positions", "weights",
         "designer/describe", "designer/check", "designer/fits", "designer/words",
     )
 }  # fmt: skip

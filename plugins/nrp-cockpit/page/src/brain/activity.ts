@@ -67,3 +67,26 @@ export function boxRates(
   });
   return counts.map((count, part) => count / lately.over_s / (sizes[part] ?? 1));
 }
+
+/** How often a cell in ranges of a population fired on average, of so many cells. */
+export function rangesRate(
+  spikes: TimeRing,
+  heard: Spans,
+  ranges: readonly (readonly [from: number, to: number])[],
+  now_s: number,
+): number | null {
+  const lately = heardLately(heard, now_s);
+  if (!lately) return null;
+  let count = 0;
+  spikes.visit(lately.from_s, now_s + 1e-9, (_, neuron) => {
+    if (ranges.some(([from, to]) => neuron >= from && neuron < to)) count++;
+  });
+  return count / lately.over_s / ranges.reduce((sum, [from, to]) => sum + to - from, 0);
+}
+
+const numberText = (rate_hz: number) =>
+  rate_hz < 10 ? rate_hz.toFixed(rate_hz === 0 ? 0 : 1) : String(Math.round(rate_hz));
+
+/** A rate in the graph of a brain. */
+export const rateText = (rate_hz: number | null): string =>
+  `${rate_hz === null ? "–" : numberText(rate_hz)} Hz`;

@@ -1,5 +1,5 @@
 import { heardOf, spikesOf } from "../plots/spikeStore";
-import { boxBrightness, boxRates, brightnessOf, ratesNow } from "./activity";
+import { boxBrightness, boxRates, brightnessOf, ratesNow, rateText } from "./activity";
 import type { Graph } from "./graph";
 import type { Part } from "./nodes";
 
@@ -39,12 +39,9 @@ function activityOf({ population: { label, size }, share }: Part, now_s: number)
 
 const shortNumber = (value: number) => value.toFixed(2);
 
-const rateText = (rate_hz: number) =>
-  rate_hz < 10 ? rate_hz.toFixed(rate_hz === 0 ? 0 : 1) : String(Math.round(rate_hz));
-
 function show(element: SVGGElement, light: number, rate_hz: number | null): void {
   element.style.setProperty("--light", shortNumber(light));
-  const text = `${rate_hz === null ? "–" : rateText(rate_hz)} Hz`;
+  const text = rateText(rate_hz);
   const rate = element.querySelector(".brain-rate");
   if (rate && rate.textContent !== text) rate.textContent = text;
 }

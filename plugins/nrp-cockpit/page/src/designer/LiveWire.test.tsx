@@ -58,9 +58,16 @@ test("a wire shows the latest value of its device with its unit, and nothing bef
   expect(handlers.size).toBe(0);
 });
 
+test("of a velocity what moves is shown, and speed and turn in any case", () => {
+  const twist = { linear: { x: 0.5, y: 0, z: 0 }, angular: { x: 0, y: 0, z: -3.128 } };
+  expect(textOf([{ header: { stamp: 7 }, twist }], "")).toBe("vx 0.500\nωz -3.13");
+  expect(textOf([{ ...twist, linear: { x: 0, y: 0, z: 2 } }], "")).toBe("vx 0\nvz 2.00\nωz -3.13");
+  const odometry = { pose: { position: { x: 1, y: 2, z: 3 } }, twist };
+  expect(textOf([odometry], "")).toBe("1.00 2.00 3.00 …");
+});
+
 test("of a message and of a group of devices the first numbers are shown", () => {
-  const twist = { linear: { x: 0.5, y: 0, z: 0 }, angular: { x: 0, y: 0, z: 1 } };
-  expect(textOf([{ header: { stamp: 7 }, twist }], "")).toBe("0.500 0 0 …");
+  expect(textOf([{ header: { stamp: 7 }, data: [0.5, 0, 1e-40, 4] }], "")).toBe("0.500 0 ≈ 0 …");
   expect(textOf([{ data: "red" }], "")).toBe("red");
   render(<Value of={{ device: "eyes/all" }} />);
   expect(handlers.size).toBe(4);
@@ -71,6 +78,7 @@ test("of a message and of a group of devices the first numbers are shown", () =>
 test("a wire shows whole numbers only, as many as have room between its boxes", () => {
   expect(fitted("0.0411 mV", 52)).toBe("0.0411 mV");
   expect(fitted("0.821 0 0 …", 52)).toBe("0.821 0 …");
+  expect(fitted("vx 0.821\nωz -0.00123", 52)).toBe("vx 0.821\nωz …");
   expect(fitted("0.821 0 0 …", 20)).toBe("…");
 });
 
@@ -85,12 +93,12 @@ test("what is drawn and does not run has no value, and after a way back the late
   expect(text()).toBe("–");
   cleanup();
   render(<Value of={{ topic: "/cmd_vel" }} />);
-  hear("/cmd_vel", { linear: { x: 1 } }, 1);
+  hear("/cmd_vel", { data: 1 }, 1);
   expect(text()).toBe("1.00");
   act(() => status(0.5));
   act(() => vi.advanceTimersByTime(300));
   expect(text()).toBe("–");
-  hear("/cmd_vel", { linear: { x: 2 } }, 0.5);
+  hear("/cmd_vel", { data: 2 }, 0.5);
   expect(text()).toBe("2.00");
 });
 

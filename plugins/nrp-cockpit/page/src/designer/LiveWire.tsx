@@ -18,13 +18,24 @@ export function LiveWire(props: EdgeProps) {
   return (
     <BaseEdge
       path={path}
-      label={fitted(text, Math.abs(props.targetX - props.sourceX))}
+      label={<Lines text={fitted(text, Math.abs(props.targetX - props.sourceX))} />}
       labelX={labelX}
       labelY={labelY}
       {...(markerEnd ? { markerEnd } : {})}
       {...(style ? { style } : {})}
     />
   );
+}
+
+/** Lines of a text in SVG, about the middle. */
+function Lines({ text }: { text: string }) {
+  const lines = text.split("\n");
+  return lines.map((line, at) => (
+    // biome-ignore lint/suspicious/noArrayIndexKey: lines have no other name
+    <tspan key={at} x={0} dy={at === 0 ? `${0.3 - 0.6 * (lines.length - 1)}em` : "1.2em"}>
+      {line}
+    </tspan>
+  ));
 }
 
 /** The latest value of what a wire carries, as text; after a way back in time only what was said since. */

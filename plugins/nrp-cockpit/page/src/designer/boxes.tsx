@@ -1,9 +1,11 @@
 import type { NodeProps } from "@xyflow/react";
 import { baseName } from "../state/paths";
+import { counted } from "../ui/counts";
 import { Icon } from "../ui/Icon";
 import { End } from "./End";
 import { FunctionRow } from "./FunctionRow";
 import type { BoxNode } from "./flow";
+import { LiveRate } from "./LiveRate";
 import { findingsAt } from "./model";
 import { act, open, select, useDesign } from "./store";
 import type { Box, PlacedFinding } from "./types";
@@ -42,6 +44,10 @@ function TopicBox({ data: { box }, selected }: BoxProps) {
 
 const Unknown = ({ what }: { what: string }) => <span className="bad-t">no such {what} here</span>;
 
+const Size = ({ box: { size } }: { box: Box }) => (
+  <span>{typeof size === "number" && counted(size, "cell")}</span>
+);
+
 /** Neurons, and those of them that functions are connected to. */
 function PopulationBox({ data: { box }, selected }: BoxProps) {
   return (
@@ -49,7 +55,8 @@ function PopulationBox({ data: { box }, selected }: BoxProps) {
       <button type="button" className="box-head" onClick={() => select(box.id)}>
         <span className="mono cut">{box.name}</span>
         <span className="box-sub">
-          {box.is_known === false ? <Unknown what="population" /> : box.size !== null && `${box.size} cells`}
+          {box.is_known === false ? <Unknown what="population" /> : <Size box={box} />}
+          <LiveRate of={box.name} />
         </span>
       </button>
       <End id={box.id} label={box.name} side="left" look="free" />
@@ -78,7 +85,8 @@ function NeuronsBox({ data: { box }, selected }: BoxProps) {
         <span className="mono cut">{box.name}</span>
         <span className="box-sub">
           <span className="cut">{box.type}</span>
-          <span>{box.size === 1 ? "1 cell" : `${box.size} cells`}</span>
+          <LiveRate of={box.name} />
+          <Size box={box} />
         </span>
       </button>
       <BothEnds id={box.id} label={box.name} box={box} />

@@ -51,15 +51,43 @@ export function sourceOf(
 
 const NOTHING = "–";
 
-/** The latest messages of the topics of a wire, in a few characters. */
+/** The latest messages of the topics of a wire, in a few characters; what moves of a velocity in a line each. */
 export function textOf(messages: readonly unknown[], unit: string): string {
+  const twist = twistIn(messages[0]);
+  if (twist) return velocityText(twist);
   const found = messages.flatMap((message) => leavesOf(message, MOST + 1));
   if (found.length === 0) return NOTHING;
   const shown = found.slice(0, MOST).map((leaf) => (typeof leaf === "string" ? leaf : shortText(leaf)));
   return [...shown, found.length > MOST && "…", unit].filter(Boolean).join(" ");
 }
 
-const shortText = (value: number): string => (value === 0 ? "0" : valueText(value));
+/** Beside values of this size the rest of a decay is about 0. */
+const SMALL = 1e-3;
+const shortText = (value: number): string => (value === 0 ? "0" : valueText(value, SMALL));
+
+type Vector = Record<"x" | "y" | "z", number>;
+interface Twist {
+  linear: Vector;
+  angular: Vector;
+}
+
+/** The velocity that a message consists of, perhaps beside its header. */
+function twistIn(message: unknown): Twist | null {
+  const fields = (message ?? {}) as Partial<Twist & { twist: unknown; pose: unknown }>;
+  if (fields.linear && fields.angular) return fields as Twist;
+  return fields.twist && !fields.pose ? twistIn(fields.twist) : null;
+}
+
+/** The speed along x and the turn about z, which wheels have, and all other components that are not 0. */
+function velocityText({ linear, angular }: Twist): string {
+  const components = [
+    ["vx", linear.x], ["vy", linear.y], ["vz", linear.z],
+    ["ωx", angular.x], ["ωy", angular.y], ["ωz", angular.z],
+  ] as const; // biome-ignore format: a table
+  const moving = components.filter(([name, value]) => name === "vx" || name === "ωz" || value !== 0);
+  const lines = moving.slice(0, MOST).map(([name, value]) => `${name} ${shortText(value)}`);
+  return [...lines, ...(moving.length > MOST ? ["…"] : [])].join("\n");
+}
 
 export const rateText = (rate_hz: number | null): string =>
   rate_hz === null ? NOTHING : `${Number(rate_hz.toPrecision(3))} Hz`;
@@ -68,8 +96,14 @@ export const rateText = (rate_hz: number | null): string =>
 const LETTER_PX = 6.2;
 const OVER_PX = 8;
 
-/** As many whole words of a value as have room: a number without its first digits would be another one. */
-export function fitted(text: string, room_px: number): string {
+/** Of each line of a value as many whole words as have room: a number that is cut would be another one. */
+export const fitted = (text: string, room_px: number): string =>
+  text
+    .split("\n")
+    .map((line) => fittedLine(line, room_px))
+    .join("\n");
+
+function fittedLine(text: string, room_px: number): string {
   const words = text.split(" ");
   const fits = (shown: readonly string[]) => shown.join(" ").length * LETTER_PX <= room_px + OVER_PX;
   if (fits(words)) return text;
