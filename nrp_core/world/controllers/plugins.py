@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from math import inf
 
 from nrp_core.findings import Code
@@ -24,7 +24,8 @@ from nrp_core.world.topics import resolve_name
 def read_joint_pose_trajectory(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
     """Read Gazebo's ``gazebo_ros_joint_pose_trajectory``."""
     topic = ros_topic(plugin, plugin.word("topicName", "set_joint_trajectory"), reading)
-    return _single_actuators(TrajectoryController(plugin.attribute("name"), topic, _led_joints(model.joints)))
+    controller = TrajectoryController(plugin.attribute("name"), topic, _led_joints(model.joints))
+    return Actuators(trajectory_controllers=(controller,))
 
 
 def read_trajectory_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
@@ -48,10 +49,6 @@ def read_trajectory_system(plugin: Element, model: ModelParts, reading: Reading)
         resolve_name(state, reading.robot) if state else None,
         holds=True,
     )
-    return _single_actuators(controller)
-
-
-def _single_actuators(controller: TrajectoryController) -> Actuators:
     return Actuators(trajectory_controllers=(controller,))
 
 
@@ -121,10 +118,20 @@ _SYSTEMS: dict[str, tuple[ControllerKind, str]] = {
 def read_generic(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
     """Read ``generic_controller_plugin`` of the Neurorobotics Platform.
 
+    It has ``<controller joint_name=""><type/><pid/></controller>`` for each controller.
+
     Raises:
         SceneError: it names joints that the model does not have.
     """
-    return Actuators(controllers=tuple(_generic(plugin, model, reading)))
+    controllers = []
+    for each in plugin.all("controller"):
+        joint = model.joint(each, each.attribute("joint_name")).name
+        kind = _kind(each, each.word("type", "position"))
+        gains = each.find("pid")
+        pid = Pid(*gains.numbers(3)) if gains else None
+        topic = each.word("topic", reading.topic_of(joint, TOPICS[kind]))
+        controllers.append(JointController(joint, kind, resolve_name(topic, reading.robot), pid))
+    return Actuators(controllers=tuple(controllers))
 
 
 def read_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:
@@ -133,23 +140,7 @@ def read_system(plugin: Element, model: ModelParts, reading: Reading) -> Actuato
     Raises:
         SceneError: it names a joint that the model does not have.
     """
-    return Actuators(controllers=(_system(plugin, *_SYSTEMS[plugin_name(plugin)], model, reading),))
-
-
-def _generic(plugin: Element, model: ModelParts, reading: Reading) -> Iterator[JointController]:
-    """Yield the controllers declared by ``<controller joint_name=""><type/><pid/></controller>``."""
-    for each in plugin.all("controller"):
-        joint = model.joint(each, each.attribute("joint_name")).name
-        kind = _kind(each, each.word("type", "position"))
-        gains = each.find("pid")
-        pid = Pid(*gains.numbers(3)) if gains else None
-        topic = each.word("topic", reading.topic_of(joint, TOPICS[kind]))
-        yield JointController(joint, kind, resolve_name(topic, reading.robot), pid)
-
-
-def _system(
-    plugin: Element, kind: ControllerKind, topic: str, model: ModelParts, reading: Reading
-) -> JointController:
+    kind, topic = _SYSTEMS[plugin_name(plugin)]
     named = plugin.require("joint_name")
     other = name_of_file(plugin)
     if other in _SYSTEMS and _SYSTEMS[other][0] != kind:
@@ -166,7 +157,8 @@ def _system(
         )
         gains = Pid(p, i, d, limit if limit >= 0 else inf)
     elif kind == "velocity":
-        gains = Pid(plugin.number("p_gain", 1.0), plugin.number("i_gain", 0.0)) if _forces(plugin) else None
+        forces = plugin.flag("use_force_commands", False)
+        gains = Pid(plugin.number("p_gain", 1.0), plugin.number("i_gain", 0.0)) if forces else None
     if kind != "effort" and gains is not None:
         _warn_of_output(plugin, model.joint(named, joint), reading)
     name = _topic(plugin, named.text, topic.format(index=index), reading)
@@ -175,7 +167,8 @@ def _system(
     limits = plugin.find(RANGE)
     lower, upper = limits.numbers(2) if limits else (-inf, inf)
     topic = resolve_name(name, reading.robot)
-    return JointController(joint, kind, topic, gains, start, range=(lower, upper))
+    controller = JointController(joint, kind, topic, gains, start, range=(lower, upper))
+    return Actuators(controllers=(controller,))
 
 
 def _topic(plugin: Element, joint: str, name: str, reading: Reading) -> str:
@@ -214,10 +207,6 @@ def _warn_of_output(plugin: Element, joint: Joint, reading: Reading) -> None:
         return
     message = f"{shown}: only the effort of the joint, {joint.effort:g}, limits it"
     reading.notes.warn(plugin, Code.NRP264, message, subject=joint.name)
-
-
-def _forces(plugin: Element) -> bool:
-    return plugin.flag("use_force_commands", False)
 
 
 def _kind(element: Element, kind: str) -> ControllerKind:
