@@ -36,7 +36,8 @@ def read_finish(material: Element, specular: Rgba | None, reading: Reading) -> F
     if metal is not None:
         return Finish(_share(metal, "roughness", 0.5, reading), _share(metal, "metalness", 0.5, reading))
     if gloss is not None:
-        reflectance = map_color(gloss, "specular_map", reading) or bright or PLASTIC
+        found = read_map(gloss, "specular_map", reading)
+        reflectance = (found.mean if found else bright) or PLASTIC
         return Finish(1 - _share(gloss, "glossiness", 0.0, reading), 0.0, reflectance)
     if bright is not None:
         r, g, b = (_BURLEY * part for part in bright)
@@ -50,19 +51,6 @@ class Map:
 
     path: Path
     mean: tuple[float, float, float]
-
-
-def albedo_map(material: Element, reading: Reading) -> Map | None:
-    """Return the ``<albedo_map>`` of a material, None if it has none."""
-    pbr = material.section("pbr")
-    workflow = pbr.find("metal") or pbr.section("specular")
-    return read_map(workflow, "albedo_map", reading)
-
-
-def map_color(workflow: Element, tag: str, reading: Reading) -> tuple[float, float, float] | None:
-    """Return the mean colour of a map; None if there is none, with a warning if it cannot be read."""
-    found = read_map(workflow, tag, reading)
-    return found.mean if found else None
 
 
 def read_map(workflow: Element, tag: str, reading: Reading) -> Map | None:
@@ -84,9 +72,9 @@ def read_map(workflow: Element, tag: str, reading: Reading) -> Map | None:
 
 def _share(workflow: Element, tag: str, default: float, reading: Reading) -> float:
     """Return a share from 0 to 1: the mean of its map, else its number."""
-    mean = map_color(workflow, f"{tag}_map", reading)
-    if mean is not None:
-        return sum(mean) / 3
+    found = read_map(workflow, f"{tag}_map", reading)
+    if found is not None:
+        return sum(found.mean) / 3
     return read_share(workflow, tag, default, reading)
 
 
@@ -210,7 +198,8 @@ def _surface(material: Element, reading: Reading) -> Appearance:
     )
     if emissive and any(emissive[:3]):
         return Appearance(emissive, glows=True)
-    albedo = albedo_map(material, reading)
+    pbr = material.section("pbr")
+    albedo = read_map(pbr.find("metal") or pbr.section("specular"), "albedo_map", reading)
     if albedo:
         (red, green, blue), (r, g, b, alpha) = albedo.mean, diffuse or (1.0, 1.0, 1.0, 1.0)
         return Appearance((r * red, g * green, b * blue, alpha), texture=texture_of(albedo.path, (r, g, b)))
