@@ -299,21 +299,6 @@ def test_an_action_beyond_its_bounds_is_clipped_and_warned_of_once() -> None:
     assert "'linear.x' of the action '/pioneer/cmd_vel' is 30; it is clipped to its bounds, 0 to 0.3" in told
 
 
-@pytest.mark.parametrize(
-    ("terminate", "count"), [(lambda run, seen: True, 1), (lambda run, seen: run.now_s > 0.03, 0)]
-)
-def test_episodes_that_end_at_once_are_warned_of(terminate: Any, count: int) -> None:
-    made = make_env("slalom_pioneer", observe=["rate:wheels"], terminate=terminate)
-    with closing(made), warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        for _ in range(6):
-            made.reset()
-            while not made.step({})[2]:
-                pass
-    assert len(caught) == count
-    assert all("5 episodes in a row ended in their first step" in str(one.message) for one in caught)
-
-
 def test_without_gymnasium_the_command_that_installs_it_is_named() -> None:
     program = "import sys; sys.modules['gymnasium'] = None\nimport nrp_lab.gym"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -14,7 +13,6 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from nrp_core.utilities import writing
 from nrp_lab.benchmark.tasks import MEASURES, TASKS, BenchmarkTask
 from nrp_lab.comparison.grid import RunGrid
 from nrp_lab.comparison.judgement import Answer, combined
@@ -24,7 +22,7 @@ from nrp_lab.sweep.plan import Plan
 from nrp_lab.sweep.record import INVALID
 from nrp_lab.sweep.report import cell_of, judged_rows
 from nrp_lab.sweep.running import Progress, SweepRun
-from nrp_lab.sweep.table import Row
+from nrp_lab.sweep.table import Row, write_rows
 
 
 def answer_of(grid: RunGrid, rows: Sequence[Row]) -> Answer:
@@ -158,12 +156,7 @@ def write_csv(standings: Sequence[Standing], folder: Path) -> Path:
     Raises:
         ExperimentError: it cannot be written.
     """
-    path, rows = folder / CSV, [_row(one) for one in standings]
-    with writing(path), path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    return path
+    return write_rows(folder / CSV, [_row(one) for one in standings])
 
 
 def _row(one: Standing) -> dict[str, Any]:

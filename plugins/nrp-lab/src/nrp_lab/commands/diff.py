@@ -149,11 +149,17 @@ def diff(
     with usage_errors("--margin"):
         engine_margins = Margins.parse(filter(is_measure, margin or ()), MEASURES, in_sd=False)
         margins = Margins.parse(filterfalse(is_measure, margin or ()), metrics)
-        if other is not None:
-            _refuse_margins(margins)
+        if other is not None and margins.given:
+            measures = ", ".join(measure.name for measure in MEASURES)
+            raise ValueError(
+                f"'{next(iter(margins.given))}' needs many seeds; two recordings have {measures}"
+            )
     if other is not None:
-        pair = _two(Path(experiment), other, metrics, engine_margins)
-        pair = replace(pair, engines=_with_baseline(pair.engines, _name_of(pair), baseline))
+        from nrp_lab.comparison.result import PairDiff
+
+        pair = PairDiff.of(Path(experiment), other, metrics, engine_margins)
+        name = str(pair.one.settings.get("name", "?"))
+        pair = replace(pair, engines=_with_baseline(pair.engines, name, baseline))
         _report(pair, html, as_json=json)
         raise typer.Exit(
             0 if (pair.engines.agrees and not pair.flaws if engines else pair.is_identical) else NO
@@ -176,19 +182,6 @@ def diff(
     raise typer.Exit(0 if (found.engines.agrees if engines else found.answer.is_independent) else NO)
 
 
-def _refuse_margins(margins: Margins) -> None:
-    """Refuse margins of metrics when two recordings are compared; they need many seeds.
-
-    Raises:
-        ValueError: there is such a margin.
-    """
-    from nrp_lab.comparison.engine_measures import MEASURES
-
-    if margins.given:
-        measures = ", ".join(measure.name for measure in MEASURES)
-        raise ValueError(f"'{next(iter(margins.given))}' needs many seeds; two recordings have {measures}")
-
-
 def _with_baseline(verdict: EngineVerdict, experiment: str, path: Path | None) -> EngineVerdict:
     """Mark the differences that the baseline contains; create a missing file with all of them."""
     from nrp_lab.comparison.engine_verdict import Baseline
@@ -201,10 +194,6 @@ def _with_baseline(verdict: EngineVerdict, experiment: str, path: Path | None) -
     found.write(path)
     typer.echo(f"baseline of {len(found.known)} differences written to {path}", err=True)
     return found.applied(verdict)
-
-
-def _name_of(pair: PairDiff) -> str:
-    return str(pair.one.settings.get("name", "?"))
 
 
 def _grid(
@@ -254,18 +243,15 @@ def _compared(
         return GridDiff.of(grid, runs, metrics, margins, results, engines)
 
 
-def _two(one: Path, other: Path, metrics: list[Metric], margins: Margins) -> PairDiff:
-    from nrp_lab.comparison.result import PairDiff
-
-    return PairDiff.of(one, other, metrics, margins)
-
-
 def _report(found: GridDiff | PairDiff, html: Path | None, *, as_json: bool) -> None:
     from rich.console import Console
 
     data, page, print_text = _forms(found)
     if html is not None:
-        _write(html, page(found))
+        from nrp_core.utilities import writing
+
+        with writing(html):
+            html.write_text(page(found), "utf-8")
     if as_json:
         document(data(found))
         return
@@ -306,10 +292,3 @@ def names(text: str) -> list[str]:
 def _folder(experiment: str) -> Path:
     """Return the default folder of the results, in the current folder."""
     return Path(Path(experiment).resolve().name).with_suffix(RESULTS_SUFFIX)
-
-
-def _write(path: Path, text: str) -> None:
-    from nrp_core.utilities import writing
-
-    with writing(path):
-        path.write_text(text, "utf-8")

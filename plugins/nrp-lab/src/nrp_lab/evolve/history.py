@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,10 +13,9 @@ from matplotlib.figure import Figure
 
 from nrp_core.brain import FloatArray
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.recording.figures import UNDATED, check_target
-from nrp_core.recording.figures.style import FAINT, colour, style
-from nrp_core.utilities import writing
-from nrp_lab.sweep.table import Row, read_about, read_table
+from nrp_core.recording.figures import check_target, save
+from nrp_core.recording.figures.style import DPI, FAINT, colour, style
+from nrp_lab.sweep.table import Row, read_about, read_table, write_rows
 
 CRITERIA = "criteria"
 
@@ -169,11 +167,15 @@ class History:
     def write(self, folder: Path) -> None:
         """Write a row for each generation and objective."""
         course = self.course
-        with writing(folder / CSV), (folder / CSV).open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(["generation", "objective", *course])
-            for place in np.ndindex(course["best"].shape):
-                writer.writerow([*place, *(f"{values[place]:.9g}" for values in course.values())])
+        places = np.ndindex(course["best"].shape)
+        write_rows(folder / CSV, [
+            {
+                "generation": place[0],
+                "objective": place[1],
+                **{name: f"{values[place]:.9g}" for name, values in course.items()},
+            }
+            for place in places
+        ])  # fmt: skip
 
 
 _SIZE = (7.2, 4.2)
@@ -187,7 +189,7 @@ def draw(history: History, path: Path) -> None:
     """
     check_target(path)
     with style():
-        figure = Figure(_SIZE, layout="constrained")
+        figure = Figure(_SIZE, dpi=DPI, layout="constrained")
         axes = figure.subplots()
         if history.values.shape[1] == 1:
             _course(axes, history)
@@ -196,8 +198,7 @@ def draw(history: History, path: Path) -> None:
         names = axes.get_legend_handles_labels()
         figure.legend(*names, loc="outside lower center", ncols=3)  # where it covers nothing
         figure.suptitle(f"{history.name}: {len(history)} generations of {history.population} candidates")
-        with writing(path):
-            figure.savefig(path, dpi=150, metadata=UNDATED.get(path.suffix.lower()))
+        save(figure, path)
 
 
 def _course(axes: Axes, history: History) -> None:

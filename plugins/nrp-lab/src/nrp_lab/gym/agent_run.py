@@ -114,7 +114,6 @@ class AgentRun:
         self._brain_reward = None if agent.reward_to is None else BrainReward(run, agent.reward_to)
         self._start = run.snapshot() if agent.same_noise else None
         self.decided: dict[str, bool | None] = {}
-        self._episodes = self._last_at_once = self._at_once = 0
 
     @property
     def observation_space(self) -> spaces.Dict:
@@ -140,7 +139,6 @@ class AgentRun:
         for label, weights in learned.items():
             self.run.brain.set_weights(label, weights)
         self.decided = dict.fromkeys(self.run.experiment.criteria)
-        self._episodes += 1
 
     def judge(self, seen: dict[str, Any], now_ns: int) -> tuple[float, bool, bool]:
         """Return the reward of the last step, and whether the episode is terminated and truncated.
@@ -171,23 +169,11 @@ class AgentRun:
                 hint = "; see .any() and .all()" if np.size(ends) > 1 else ""
                 raise ExperimentError(f"terminate returned {ends!r:.60}, not true or false{hint}")
             terminated = bool(ends)
-            if terminated and now_ns == run.experiment.timestep:
-                self._ended_at_once()
         if self._brain_reward is not None:
             self._brain_reward.give(reward)
         return reward, terminated, now_ns >= run.experiment.duration
 
-    def _ended_at_once(self) -> None:
-        """Warn of episodes in a row that ended after one step of the loop, too soon for any action."""
-        self._at_once = self._at_once + 1 if self._episodes == self._last_at_once + 1 else 1
-        self._last_at_once = self._episodes
-        if self._at_once == _AT_ONCE:
-            gymnasium.logger.warn(
-                f"{_AT_ONCE} episodes in a row ended in their first step: terminate is true from the start"
-            )
 
-
-_AT_ONCE = 5
 _NUMBERS = (Real, np.ndarray, np.generic)
 
 

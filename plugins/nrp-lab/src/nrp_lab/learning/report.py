@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,11 +10,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from nrp_core.recording.figures import UNDATED, check_target
-from nrp_core.recording.figures.style import colour, style
-from nrp_core.utilities import writing
+from nrp_core.recording.figures import check_target, save
+from nrp_core.recording.figures.style import DPI, colour, style
 from nrp_lab.learning.ladder import BASELINES, BLOCKS, Standing
 from nrp_lab.learning.tasks import TASKS
+from nrp_lab.sweep.table import write_rows
 
 TABLE, FIGURE = "learning.csv", "learning.svg"
 
@@ -64,12 +63,7 @@ def report(standings: Sequence[Standing], console: Console) -> None:
 
 def write_csv(standings: Sequence[Standing], folder: Path) -> Path:
     """Write the table into the folder of the ladder, and return the file."""
-    path, rows = folder / TABLE, rows_of(standings)
-    with writing(path), path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    return path
+    return write_rows(folder / TABLE, rows_of(standings))
 
 
 def draw(standings: Sequence[Standing], path: Path) -> Path:
@@ -85,7 +79,7 @@ def draw(standings: Sequence[Standing], path: Path) -> Path:
     names = list(dict.fromkeys(one.task for one in standings))
     columns = min(3, len(names))
     with style():
-        figure = Figure((3.0 * columns, 2.4 * -(-len(names) // columns)), layout="constrained")
+        figure = Figure((3.0 * columns, 2.4 * -(-len(names) // columns)), dpi=DPI, layout="constrained")
         places = np.atleast_1d(figure.subplots(-(-len(names) // columns), columns, sharey=True)).ravel()
         for axes, name in zip(places, names, strict=False):
             _draw_task(axes, [one for one in standings if one.task == name])
@@ -93,8 +87,7 @@ def draw(standings: Sequence[Standing], path: Path) -> Path:
         for axes in places[len(names) :]:
             axes.set_axis_off()
         figure.legend(*places[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-        with writing(path):
-            figure.savefig(path, dpi=150, metadata=UNDATED.get(path.suffix.lower()))
+        save(figure, path)
     return path
 
 

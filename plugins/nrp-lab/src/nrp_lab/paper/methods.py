@@ -6,7 +6,7 @@ The tables of the network follow Nordlie, Gewaltig and Plesser (2009), PLoS Comp
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -25,14 +25,9 @@ _TIMES = ("at", "after", "time")
 """Settings that are times, recorded in ns."""
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A row of a table: its cells, as texts."""
-
-    cells: tuple[str, ...]
-
-    def __str__(self) -> str:
-        return f"| {' | '.join(cell.replace('|', '/') for cell in self.cells)} |"
+def _row(*cells: str) -> str:
+    """Return a row of a table in Markdown."""
+    return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"
 
 
 def methods_page(
@@ -107,19 +102,19 @@ def values_text(values: Any) -> str:
     return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}, mean {float(array.mean()):.6g}"
 
 
-def _populations(network: Network) -> Iterator[Row]:
+def _populations(network: Network) -> Iterator[str]:
     for population in network.populations.values():
         kind = "input" if population.is_source else "neurons"
-        yield Row((population.label, kind, population.cell_type, str(population.size)))
+        yield _row(population.label, kind, population.cell_type, str(population.size))
 
 
-def _cells(network: Network) -> Iterator[Row]:
+def _cells(network: Network) -> Iterator[str]:
     """Yield a row for each cell type with each set of parameters."""
     seen: dict[tuple[str, str], list[str]] = {}
     for population in network.populations.values():
         seen.setdefault((population.cell_type, _parameters(population)), []).append(population.label)
     for (cell_type, parameters), labels in seen.items():
-        yield Row((cell_type, ", ".join(labels), parameters))
+        yield _row(cell_type, ", ".join(labels), parameters)
 
 
 def _parameters(population: Population) -> str:
@@ -127,16 +122,16 @@ def _parameters(population: Population) -> str:
     return ", ".join(f"{name} = {text}" for name, text in named.items())
 
 
-def _projections(network: Network) -> Iterator[Row]:
+def _projections(network: Network) -> Iterator[str]:
     for projection in network.projections:
         size = network.populations[projection.post].size
         unit = network.populations[projection.post].weight_unit(projection.receptor)
-        yield Row((
+        yield _row(
             projection.label, f"{projection.pre} to {projection.post}",
             _connector(projection), f"{projection.size} ({projection.size / size:.3g} a cell)",
             projection.receptor, f"{values_text(projection.weight)} {unit.text}",
             f"{values_text(projection.delay_ms)} ms",
-        ))  # fmt: skip
+        )  # fmt: skip
 
 
 def _connector(projection: Projection) -> str:
@@ -144,13 +139,13 @@ def _connector(projection: Projection) -> str:
     return projection.origin.connector + (f" ({_assignments(given)})" if given else "")
 
 
-def _synapses(network: Network) -> Iterator[Row]:
+def _synapses(network: Network) -> Iterator[str]:
     """Yield a row for each kind of synapse that changes its weight."""
     for projection in network.projections:
         if projection.synapse_type != "static":
             rules = ", ".join(f"{part}: {rule}" for part, rule in projection.plasticity.items())
             values = {name: values_text(each) for name, each in projection.synapse_parameters.items()}
-            yield Row((projection.label, projection.synapse_type, rules or "-", _assignments(values)))
+            yield _row(projection.label, projection.synapse_type, rules or "-", _assignments(values))
 
 
 def _assignments(values: Mapping[str, Any]) -> str:
@@ -161,16 +156,16 @@ def _mass_kg(model: Model) -> float:
     return sum(link.inertial.mass for link in model.links if link.inertial is not None)
 
 
-def _joints(model: Model) -> Iterator[Row]:
+def _joints(model: Model) -> Iterator[str]:
     moving = [joint for joint in model.joints if joint.kind != "fixed"]
     for joint in moving[:_MAX_JOINTS]:
         limits = "-" if np.isinf(joint.lower) else f"{joint.lower:.4g} to {joint.upper:.4g}"
-        yield Row((f"{model.name}/{joint.name}", joint.kind, f"{joint.parent} to {joint.child}", limits))
+        yield _row(f"{model.name}/{joint.name}", joint.kind, f"{joint.parent} to {joint.child}", limits)
     if len(moving) > _MAX_JOINTS:
-        yield Row((f"{model.name}: {len(moving) - _MAX_JOINTS} more joints", "", "", ""))
+        yield _row(f"{model.name}: {len(moving) - _MAX_JOINTS} more joints", "", "", "")
 
 
-def _parts(model: Model) -> Iterator[Row]:
+def _parts(model: Model) -> Iterator[str]:
     """Yield the sensors and drives of a robot."""
     parts: list[Any] = [*(sensor for link in model.links for sensor in link.sensors), *model.drives]
     for part in parts:
@@ -178,4 +173,4 @@ def _parts(model: Model) -> Iterator[Row]:
         topic = given.get("topic") or given.get("command_topic") or "-"
         rate_hz = given.get("rate_hz")
         rate = f"{rate_hz:g} Hz" if isinstance(rate_hz, int | float) and rate_hz else "-"
-        yield Row((f"{model.name}/{given.get('name', '-')}", type(part).__name__, str(topic), rate))
+        yield _row(f"{model.name}/{given.get('name', '-')}", type(part).__name__, str(topic), rate)

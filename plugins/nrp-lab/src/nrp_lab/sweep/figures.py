@@ -13,9 +13,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.recording.figures import UNDATED, check_target
-from nrp_core.recording.figures.style import FAINT, colour, style
-from nrp_core.utilities import writing
+from nrp_core.recording.figures import check_target, save
+from nrp_core.recording.figures.style import DPI, FAINT, colour, style
 from nrp_lab.comparison.metric import METRICS
 from nrp_lab.sweep.plan import Plan
 from nrp_lab.sweep.table import Group, SweepTable, short_key
@@ -51,13 +50,12 @@ def draw(table: SweepTable, path: Path, measure: str | None = None, kind: str | 
     kind = kind or _usual(table)
     _require_keys(table.keys, kind)
     with style():
-        figure = Figure(_SIZE, layout="constrained")
+        figure = Figure(_SIZE, dpi=DPI, layout="constrained")
         axes = figure.subplots()
         _KINDS[kind](figure, axes, table, name)
         seeds = max((len(group.rows) for group in table.groups), default=0)
         axes.set_title(f"{table.name}: {name}" + (f", {seeds} runs each" if seeds > 1 else ""))
-        with writing(path):
-            figure.savefig(path, dpi=150, metadata=UNDATED.get(path.suffix.lower()))
+        save(figure, path)
 
 
 def require_figure(plan: Plan, measure: str | None, kind: str | None) -> None:

@@ -149,20 +149,29 @@ def _item(value: object) -> str:
     return str(value)
 
 
+def write_rows(path: Path, rows: Sequence[Row]) -> Path:
+    """Write rows with the same columns as CSV, whole or not at all, and return the file.
+
+    Raises:
+        ExperimentError: it cannot be written.
+    """
+    with writing(path):
+        draft = path.with_suffix(".draft")
+        with draft.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, list(rows[0]) if rows else ["run"], lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+        draft.replace(path)
+    return path
+
+
 def write_tables(folder: Path, rows: Sequence[Row]) -> list[Path]:
     """Write ``results.csv``, and with pandas and PyArrow ``results.parquet``; return the files.
 
     Raises:
         ExperimentError: a file cannot be written.
     """
-    written = [folder / CSV]
-    with writing(written[0]):
-        draft = written[0].with_suffix(".draft")
-        with draft.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, list(rows[0]) if rows else ["run"], lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
-        draft.replace(written[0])
+    written = [write_rows(folder / CSV, rows)]
     if rows and find_spec("pandas") and find_spec("pyarrow"):
         written.append(folder / PARQUET)
         with writing(written[1]):
