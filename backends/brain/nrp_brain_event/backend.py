@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from nrp_brain_event.options import EventOptions, lazy_grid
+from nrp_brain_event.options import EventOptions, lazy_grid_obstacle
 from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.changes import EQUATIONS, PARAMETERS, PLASTICITY, SYNAPSE_STATE, WEIGHTS
@@ -47,7 +47,7 @@ class EventBackend(BrainBackend):
         assert isinstance(options, EventOptions)
         if options.resolution is None:
             delay_range(network)
-        obstacle = lazy_grid(network, options).obstacle if options.lazy == "always" else ""
+        obstacle = lazy_grid_obstacle(network, options) if options.lazy == "always" else ""
         return [f"`lazy: always` has no effect: {obstacle}"] if obstacle else []
 
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
@@ -56,7 +56,7 @@ class EventBackend(BrainBackend):
             from nrp_brain_event.grid.brain import GridBrain
             from nrp_brain_event.grid.lazy_brain import LazyBrain
 
-            kind = GridBrain if lazy_grid(network, options).obstacle else LazyBrain
+            kind = GridBrain if lazy_grid_obstacle(network, options) else LazyBrain
             return kind(network, seed, self.capabilities(options), options, options.resolution)
         from nrp_brain_event.brain import EventBrain
 

@@ -32,7 +32,6 @@ _HODGKIN_HUXLEY_THRESHOLD_MV: Final = -20.0
 _UPSTROKE_MS: Final = 1e-9
 """Distance from an infinite voltage at which an exponential cell fires at the latest."""
 _SHORTEST_STEP_MS: Final = 1e-8
-_MAY_BE_INFINITE: Final = frozenset({"v_thresh", "v_spike"})
 _REMAINING: Final = {"gsyn_exc": 0, "gsyn_inh": 1, "isyn_exc": 0, "isyn_inh": 1}
 """PyNN's names of the synaptic variables, and their synapse."""
 
@@ -110,7 +109,6 @@ def _load_population(cells: Array, population: Population, first_id: int) -> Non
     kind = CELL_TYPES[population.cell_type]
     where = f"population '{population.label}' ({population.cell_type})"
     numbers = cells["id"] - first_id
-    _check_parameters(where, population.parameters, kind, numbers)
     cells["membrane"], cells["synapse"] = kind.membrane, kind.synapse
     for name in ("tau_m", "cm", "tau_syn"):  # avoids division by zero
         cells[name] = 1.0
@@ -122,15 +120,6 @@ def _load_population(cells: Array, population: Population, first_id: int) -> Non
     _derive(cells, kind)
     _check_reset(where, cells, kind, numbers)
     _load_state(cells, kind, population.initial_values)
-
-
-def _check_parameters(where: str, given: Mapping[str, FloatArray], kind: CellType, numbers: IntArray) -> None:
-    for name in kind.parameters:
-        if name not in _MAY_BE_INFINITE and not np.isfinite(given[name]).all():
-            cell = int(np.flatnonzero(~np.isfinite(given[name]))[0])
-            raise NetworkError(
-                f"{where}: {name} of cell {numbers[cell]} is {given[name][cell]}; it must be finite"
-            )
 
 
 def _derive(cells: Array, kind: CellType) -> None:

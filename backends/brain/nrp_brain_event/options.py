@@ -6,7 +6,6 @@ Whether a network runs on the lazy grid. Importing this does not load a compiler
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final, Literal, Self
 
 import numpy as np
@@ -88,23 +87,11 @@ _MOST_RESTLESS: Final = 0.05
 """Share of cells that fire without input: these are looked at in each step."""
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """Whether a network runs on the lazy grid.
-
-    Args:
-        obstacle: why not; empty if it does.
-    """
-
-    obstacle: str
-
-
-def lazy_grid(network: Network, options: EventOptions) -> Choice:
-    """Return whether a network runs on the lazy grid under these options."""
+def lazy_grid_obstacle(network: Network, options: EventOptions) -> str:
+    """Return why a network does not run on the lazy grid under these options; empty if it does."""
     if options.lazy == "never":
-        return Choice("`lazy: never`")
-    obstacle = _impossible(network, options)
-    return Choice(obstacle or ("" if options.lazy == "always" else _dear(network)))
+        return "`lazy: never`"
+    return _impossible(network, options) or ("" if options.lazy == "always" else _dear(network))
 
 
 def _impossible(network: Network, options: EventOptions) -> str:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.lazy_brain import LazyBrain
-from nrp_brain_event.options import lazy_grid
+from nrp_brain_event.options import lazy_grid_obstacle
 from nrp_conformance.brain import kit
 from nrp_conformance.brain.capability import RULE
 from nrp_conformance.brain.kit import SAMPLES
@@ -228,9 +228,9 @@ def test_a_network_that_the_lazy_grid_cannot_run_is_plain_and_a_warning_says_why
     auto = EventOptions.model_validate({"resolution": "0.1 ms"})
     few, restless = silent(10), silent(3000, i_offset=0.8)
     for cells, reason in ((few, "fewer than 2000"), (restless, "fire without input")):
-        assert reason in lazy_grid(kit.network(cells), auto).obstacle
+        assert reason in lazy_grid_obstacle(kit.network(cells), auto)
         assert event.warnings(kit.network(cells), auto) == []
-    assert lazy_grid(kit.network(silent(3000)), auto).obstacle == ""
+    assert lazy_grid_obstacle(kit.network(silent(3000)), auto) == ""
     with golden.raises(ValidationError):
         EventOptions.model_validate({"lazy": "always"})
 

@@ -10,7 +10,7 @@ from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.equations.lazy_source import factors_of_kind
 from nrp_brain_event.grid.equations.settling import bound, obstacle, powers
 from nrp_brain_event.grid.lazy_brain import LazyBrain
-from nrp_brain_event.options import lazy_grid
+from nrp_brain_event.options import lazy_grid_obstacle
 from scipy.linalg import expm
 
 from nrp_core.brain import builder
@@ -156,7 +156,7 @@ def test_cells_that_fire_by_themselves_or_never_rest_count_as_busy() -> None:
     for current, changed, is_lazy in ((CURRENT, {}, True), (0.9, {}, False), (0.0, without_leak, False)):
         sim = builder()
         sim.Population(3000, adapting(sim, **changed)(i_offset=current))
-        assert (lazy_grid(sim.network(), options).obstacle == "") == is_lazy
+        assert (lazy_grid_obstacle(sim.network(), options) == "") == is_lazy
     cell = adapting(sim, **without_leak)().equations
     known = cell.in_si(numbers(without_leak["parameters"]))
     assert bound(cell.model, known, powers(cell.model, known, STEP_MS * 1e-3, held=False)).excess[0] == np.inf
