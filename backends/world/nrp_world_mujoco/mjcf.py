@@ -77,7 +77,9 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     if sensors := writer.sensors_left_out:
         left_out.insert(0, f"{sensors.total()} sensors ({', '.join(sorted(sensors))})")
     if writer.flat:
-        left_out.append(f"the images on capsules and meshes without texture coordinates: {writer.flat}")
+        left_out.append(
+            f"the images on height fields, capsules and meshes without texture coordinates: {writer.flat}"
+        )
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
     return text, warnings

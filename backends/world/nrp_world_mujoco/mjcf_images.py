@@ -101,12 +101,12 @@ class Images:
     def on(self, geom: int) -> Path | None:
         """Return a mesh with the shape of a geom and its image.
 
-        None for a geom without an image, and for a capsule or a mesh without texture coordinates, on which a
-        flat image would have to be distorted.
+        None for a geom without an image, for a height field, and for a capsule or a mesh without texture
+        coordinates, on which a flat image would have to be distorted.
         """
         m, texture = self._m, self._texture(geom)
         material, kind = int(m.geom_matid[geom]), mujoco.mjtGeom(m.geom_type[geom])
-        if texture is None:
+        if texture is None or kind == mujoco.mjtGeom.mjGEOM_HFIELD:
             return None
         triangles, size = self._shape(geom, kind)
         uniform = bool(m.mat_texuniform[material])

@@ -89,10 +89,9 @@ def muscle_elements(m: Any, number: int, points: Sequence[Mapping[str, str]]) ->
     low, high, force, scale, lmin, lmax, vmax, fpmax, fvmax = prm[:9].tolist()
     short, long = (m.actuator_lengthrange[output] / gear).tolist() if gear else (0.0, 0.0)
     force = gear * (force if force >= 0 else scale / max(float(m.actuator_acc0[output]), mujoco.mjMINVAL))
-    kinds = m.actuator_dyntype[number], m.actuator_gaintype[number], m.actuator_biastype[number]
+    kinds = m.actuator_dyntype[number], m.actuator_gaintype[number]
     if (
-        kinds != (mujoco.mjtDyn.mjDYN_MUSCLE, mujoco.mjtGain.mjGAIN_MUSCLE, mujoco.mjtBias.mjBIAS_MUSCLE)
-        or (prm[:9] != m.actuator_biasprm[number][:9]).any()
+        kinds != (mujoco.mjtDyn.mjDYN_MUSCLE, mujoco.mjtGain.mjGAIN_MUSCLE)
         or not (short < long and low < high and force > 0 and 0 <= lmin < 1 < lmax and vmax > 0)
         or fvmax < 1
         or fpmax <= 0
@@ -112,8 +111,14 @@ def muscle_elements(m: Any, number: int, points: Sequence[Mapping[str, str]]) ->
 
 
 def _is_straight(m: Any, number: int) -> bool:
-    """Return whether a muscle pulls along straight lines, and its tendon has no properties of its own."""
+    """Return whether a muscle pulls along straight lines, and neither it nor its tendon has other properties.
+
+    Such a property is a passive force that is absent, or has another curve than the active one.
+    """
     if mujoco.mjtTrn(m.actuator_trntype[number]) != mujoco.mjtTrn.mjTRN_TENDON:
+        return False
+    passive, curve = m.actuator_biastype[number], m.actuator_biasprm[number][:9]
+    if passive != mujoco.mjtBias.mjBIAS_MUSCLE or (curve != m.actuator_gainprm[number][:9]).any():
         return False
     tendon = int(m.actuator_trnid[number][0])
     path = slice(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])

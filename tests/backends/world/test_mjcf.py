@@ -303,3 +303,15 @@ def test_a_ball_lies_in_the_valley_of_a_height_field(open_world, tmp_path):
     x, y, z = world.model_motion("ball").pose.position
     assert (x, y) == pytest.approx((0, 0), abs=0.1)
     assert 0.09 < z < 0.16
+
+
+def test_a_height_field_has_the_mean_colour_of_its_image(tmp_path):
+    """As on the terrain of MyoSuite's legs, whose image is a chequerboard."""
+    image = '<texture name="t" type="2d" builtin="flat" rgb1="0.2 0.4 0.6" width="4" height="4"/>'
+    field = '<hfield name="h" nrow="3" ncol="3" size="1 1 0.5 0.1" elevation="1 1 1 1 0 1 1 1 1"/>'
+    (tmp_path / "valley.xml").write_text(
+        f'<mujoco><asset>{image}{field}<material name="m" texture="t"/></asset>'
+        '<worldbody><geom type="hfield" hfield="h" material="m"/></worldbody></mujoco>'
+    )
+    (visual,) = read_scene(tmp_path / "valley.xml").models[0].links[0].visuals
+    assert visual.rgba[:3] == pytest.approx((0.2, 0.4, 0.6), abs=0.01)

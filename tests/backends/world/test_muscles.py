@@ -184,6 +184,34 @@ def test_muscles_are_in_the_efforts_of_slides_and_balls(engine, tmp_path):
         assert states.efforts == pytest.approx(data.qfrc_actuator, rel=1e-3)
 
 
+@pytest.mark.parametrize("passive", ["none", "muscle"])
+def test_muscles_with_another_passive_force_keep_it_and_need_mujoco(passive, tmp_path):
+    """As the supraspinatus of MyoSuite's arm."""
+    active, other = ("0.75 1.05 100 1 0.5 1.6 1.5 1.3 1.2", "0.3 1.5 200 1 0.5 1.8 1.5 0.5 1.2")
+    text = ARM.format(muscle="", joint="")
+    start, end = text.index("<muscle"), text.index("</actuator>")
+    general = (
+        f'<general name="m" tendon="t" lengthrange="0.25 0.35" dyntype="muscle" dynprm="0.01 0.04" '
+        f'gaintype="muscle" gainprm="{active}" biastype="{passive}" biasprm="{other}"/>'
+    )
+    text = text[:start] + general + text[end:]
+    scene = arm(tmp_path, text=text)
+    with opened(scene, "mujoco") as world:
+        world.advertise("/arm/muscles/cmd").publish(Float64MultiArray(data=[0.2]))
+        world.run_until(50_000_000)
+        found = state(world, "/arm/m/state")
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    data = mujoco.MjData(model)
+    data.ctrl = 0.2
+    mujoco.mj_step(model, data, 25)
+    mujoco.mj_forward(model, data)
+    values = data.actuator_length, data.actuator_velocity, -data.actuator_force, data.act
+    assert found == pytest.approx(np.concatenate(values), rel=1e-6)
+    with pytest.raises(CapabilityError, match="'m'"):
+        opened(scene, "pybullet")
+
+
 def test_moment_arms_are_those_of_mujoco_with_the_sign_of_a_pull(tmp_path):
     model = arm(tmp_path, text=PAIR).models[0]
     alone = mujoco.MjModel.from_xml_string(PAIR)
