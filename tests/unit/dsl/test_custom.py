@@ -53,6 +53,12 @@ def test_it_works_on_the_neurons_that_were_chosen_with_its_own_settings() -> Non
     assert function.probe.level == 0.0
 
 
+def test_functions_with_equal_devices_are_described_alike() -> None:
+    one, other = str(probed()), str(probed())
+    assert one == other
+    assert "Probe() on brain.cells" in one
+
+
 def test_a_removed_function_takes_its_devices_with_it() -> None:
     brain = MockBrain({"cells": 4})
     other = brain.add_source(PoissonSource(), [0], name="other")
