@@ -238,11 +238,15 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
         return {0: Attributes()}
     try:
         with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file, delimiter=" ", quotechar='"', skipinitialspace=True))
+            table = csv.DictReader(file, delimiter=" ", quotechar='"', skipinitialspace=True)
+            rows = list(table)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or error
         raise NetworkError(f"the table of types cannot be read: {reason}", path=path) from error
-    _require_columns(path)
+    names = [name for name in table.fieldnames or () if name]
+    for name in names:
+        if names.count(name) > 1:
+            raise NetworkError(f"the column '{name}' is given twice", path=path, line=1)
     found = {}
     for line, row in enumerate(rows, 2):
         number = row.get(f"{kind}_type_id")
@@ -265,20 +269,6 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
         found[int(number)] = Attributes({**given, **values})
         found[int(number)].parameters = frozenset(given)
     return found
-
-
-def _require_columns(path: Path) -> None:
-    """Refuse a table in which two columns have one name.
-
-    Raises:
-        NetworkError: it is one.
-    """
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = csv.reader(file, delimiter=" ", quotechar='"', skipinitialspace=True)
-        names = [name for name in next(rows, []) if name]
-    for place, name in enumerate(names):
-        if name in names[:place]:
-            raise NetworkError(f"the column '{name}' is given twice", path=path, line=1)
 
 
 def _is_given(value: object) -> bool:
