@@ -14,7 +14,7 @@ import numpy as np
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.checks.network_units import unlikely_units
-from nrp_core.checks.unreachable_thresholds import unreached_thresholds
+from nrp_core.checks.synaptic_effects import unreached_thresholds
 from nrp_core.findings import Code, Finding, Findings
 
 
@@ -56,31 +56,18 @@ def described(network: Network) -> dict[str, Any]:
         kinds.setdefault((one.synapse_type, one.rewiring is None, one.neuromodulation is None), one)
     return {
         "populations": [
-            [
-                one.label,
-                one.size,
-                one.cell_type,
-                None if one.positions_um is None else _text(one.positions_um.astype(float)),
-            ]
+            [one.label, one.size, one.cell_type, _least_leak(one), _text(one.positions_um)]
             for one in network.populations.values()
         ],
         "synapses": [
-            [
-                one.label,
-                one.pre,
-                one.post,
-                one.receptor,
-                one.synapse_type,
-                one.rewiring and one.rewiring.data(),
-                one.neuromodulation and one.neuromodulation.data(),
-            ]
+            [one.label, one.pre, one.post, one.receptor, one.synapse_type]
+            + [law and law.data() for law in (one.rewiring, one.neuromodulation)]
             for one in kinds.values()
         ],
         "joined": summary.joined,
         "unreached": summary.unreached,
         "findings": [finding.to_dict() for finding in summary.findings],
-        "leaks": {p.label: leak for p in network.populations.values() if (leak := _least_leak(p))},
-        "views": {name: _text(ids.astype(np.int64)) for name, ids in network.views.items()},
+        "views": {name: _text(ids) for name, ids in network.views.items()},
         "timestep_ms": network.timestep_ms,
     }
 
@@ -116,17 +103,13 @@ def summary_from(described: dict[str, Any]) -> NetworkSummary:
 
 def skeleton_of(described: dict[str, Any]) -> Network:
     """Return a network with the populations, views and synapse types of another one."""
-    leaks: dict[str, dict[str, float]] = described.get("leaks", {})
     populations = {
         label: Population(
-            label,
-            size,
-            cell_type,
-            {name: np.full(size, value) for name, value in leaks.get(label, {}).items()},
+            label, size, cell_type, {name: np.full(size, value) for name, value in leak.items()},
             positions_um=None if positions is None else _array(positions, float).reshape(size, 3),
         )
-        for label, size, cell_type, positions in described["populations"]
-    }
+        for label, size, cell_type, leak, positions in described["populations"]
+    }  # fmt: skip
     projections = [
         Projection(
             label, pre, post, receptor, _NO_INDEX, _NO_INDEX, _NO_VALUE, _NO_VALUE, synapse_type=kind,
@@ -135,7 +118,7 @@ def skeleton_of(described: dict[str, Any]) -> Network:
         )
         for label, pre, post, receptor, kind, rewiring, neuromodulation in described["synapses"]
     ]  # fmt: skip
-    views = {name: _array(ids, np.int64) for name, ids in described["views"].items()}
+    views = {name: _array(ids, int) for name, ids in described["views"].items()}
     return Network(populations, tuple(projections), views, timestep_ms=described["timestep_ms"])
 
 
@@ -153,8 +136,11 @@ def _least_leak(population: Population) -> dict[str, float]:
     return {name: float(cells[name][cell]) for name in names if name in cells}
 
 
-def _text(values: np.ndarray[Any, Any]) -> str:
-    return base64.b64encode(values.tobytes()).decode()
+def _text(values: np.ndarray[Any, Any] | None) -> str | None:
+    """Return the values of an array as doubles or 64-bit integers, in base64."""
+    if values is None:
+        return None
+    return base64.b64encode(values.astype(np.result_type(values, int)).tobytes()).decode()
 
 
 def _array(text: str, kind: type) -> np.ndarray[Any, Any]:

@@ -17,8 +17,7 @@ from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.drawing import extremes
 from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.network.limits import distinct
-from nrp_core.checks.synaptic_effects import NEVER_MV, effect_of_spike
-from nrp_core.checks.unreachable_thresholds import HIGHEST_DEVICE_HZ
+from nrp_core.checks.synaptic_effects import HIGHEST_DEVICE_HZ, NEVER_MV, effect_of_spike
 
 
 class Range(NamedTuple):
@@ -82,7 +81,7 @@ def unlikely_units(network: Network) -> list[str]:
     """
     found: list[str] = []
     if network.timestep_ms is not None:
-        found += _outside("timestep of setup", np.array([network.timestep_ms]), TIME_STEP)
+        found += outside("timestep of setup", np.array([network.timestep_ms]), TIME_STEP)
     for population in network.populations.values():
         found += _check_cells(population)
     for projection in network.projections:
@@ -98,7 +97,7 @@ def _check_cells(population: Population) -> Iterator[str]:
     ranges = IZHIKEVICH_RANGES if population.cell_type == "Izhikevich" else CELL_RANGES
     for name in sorted(ranges.keys() & cells.keys()):
         values_of = cells[name][cells[name] < ENDLESS_MS] if ranges[name] is TIME else cells[name]
-        yield from _outside(f"{name} of {owner}", values_of, ranges[name])
+        yield from outside(f"{name} of {owner}", values_of, ranges[name])
     for name in VOLTAGES:
         yield from _in_volts(f"{name} of {owner}", cells.get(name, np.empty(0)))
     if np.abs(cells.get("v_rest", np.zeros(1))).min(initial=np.inf) > 1.0:
@@ -113,7 +112,7 @@ def _check_cells(population: Population) -> Iterator[str]:
 def _check_synapses(projection: Projection, post: Population, step_ms: float | None) -> Iterator[str]:
     owner, parameters = f"the projection '{projection.label}'", projection.synapse_parameters
     delays_ms = _extremes(projection, "delay_ms")
-    yield from _outside(f"a delay of {owner}", delays_ms, DELAY)
+    yield from outside(f"a delay of {owner}", delays_ms, DELAY)
     if step_ms is not None and DELAY.low <= delays_ms.min() < step_ms * (1.0 - ROUNDING):
         yield (
             f"a delay of {owner} is {delays_ms.min():g} ms, shorter than the time step of {step_ms:g} ms; is "
@@ -121,7 +120,7 @@ def _check_synapses(projection: Projection, post: Population, step_ms: float | N
         )
     for name in sorted(SYNAPSE_RANGES.keys() & parameters.keys()) if projection.equations is None else ():
         values = parameters[name]
-        yield from _outside(f"{name} of {owner}", values[values > INSTANT_MS], SYNAPSE_RANGES[name])
+        yield from outside(f"{name} of {owner}", values[values > INSTANT_MS], SYNAPSE_RANGES[name])
     weights = _extremes(projection, "weight")
     size = too_strong(float(np.abs(weights).max()), post, projection.receptor)
     if size:
@@ -145,15 +144,17 @@ def too_strong(weight: float, post: Population, receptor: str = "excitatory") ->
     )
 
 
-def _outside(owner: str, values: FloatArray, plausible: Range) -> Iterator[str]:
-    sizes = np.abs(values[values != 0])
-    if not sizes.size:
+def outside(owner: str, values: FloatArray, plausible: Range) -> Iterator[str]:
+    """Yield that values are too small or too large for their unit; 0 is neither."""
+    values = values[values != 0]
+    if not values.size:
         return
     low, high, unit, larger, smaller = plausible
-    if sizes.min() < low:
-        yield f"{owner} is {sizes.min():g} {unit}; is it meant in {larger}?"
-    if sizes.max() > high:
-        yield f"{owner} is {sizes.max():g} {unit}; is it meant in {smaller}?"
+    least, most = (values[pick(np.abs(values))] for pick in (np.argmin, np.argmax))
+    if abs(least) < low:
+        yield f"{owner} is {least:g} {unit}; is it meant in {larger}?"
+    if abs(most) > high:
+        yield f"{owner} is {most:g} {unit}; is it meant in {smaller}?"
 
 
 def _in_volts(owner: str, values: FloatArray) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -12,7 +12,6 @@ from typing import Any, TypeAlias
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
-from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
 from nrp_core.checks.code.body import FunctionBody
 from nrp_core.checks.code.declarations import Declarations, Declared
@@ -25,10 +24,8 @@ from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.parameters import (
     Adapter,
     Binding,
-    ParameterMapping,
     PreprocessedTopic,
     PublishedTopic,
-    Topic,
 )
 from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import NrpError, TopicError, UnreadableError
@@ -37,10 +34,12 @@ from nrp_core.experiment.making.prepare import Plan, PlanParts, Side, name_cause
 from nrp_core.experiment.making.watch import warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.section import Key
+from nrp_core.experiment.running.observation import bodies_fall
 from nrp_core.findings import Code, Finding, Level, has_errors
 from nrp_core.findings.error_codes import code_of
 from nrp_core.world.backend import WorldBackend
-from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
@@ -75,11 +74,16 @@ class CheckedFunction:
     def returns_to(self) -> TopicInfo | None:
         """The topic of its return value, if there is one."""
         topic = self.function.topic
-        return None if topic is None or _is_changed(topic) else self.world.topics.get(topic.name)
+        is_changed = isinstance(topic, PreprocessedTopic)
+        return None if topic is None or is_changed else self.world.topics.get(topic.name)
+
+    def warning(self, code: Code, node: ast.AST | None, message: str) -> Finding:
+        """Return a warning about a node of it, or about the function."""
+        return self.declared.finding(code, node, message, Level.WARNING)
 
     def parameter_of(self, shape: Shape) -> str | None:
         """Return the parameter with an adapter, if there is one."""
-        found = shape.value if isinstance(shape, Known) else None
+        found = adapter_of(shape)
         return next((name for name, adapter in self.adapters.items() if adapter is found), None)
 
 
@@ -130,9 +134,58 @@ class StaticExperiment:
     findings: list[Finding] = field(default_factory=list)
 
     @property
+    def worst(self) -> Level:
+        """The level of the worst findings that are reported."""
+        return Level.ERROR if self.experiment.strict else Level.WARNING
+
+    @property
     def topics(self) -> Mapping[str, TopicInfo]:
         """The topics of its world, as far as it could be made."""
         return {} if self.stage is None else self.stage.topics
+
+    @property
+    def models(self) -> Sequence[Model]:
+        """The models of its scene, as far as it could be made."""
+        return () if self.scene is None else self.scene.models
+
+    @property
+    def robots(self) -> list[Model]:
+        """Those of its models that are robots."""
+        return [model for model in self.models if model.name in self.experiment.world.robots]
+
+    @property
+    def bodies_fall(self) -> bool:
+        """Whether its world is known and has dynamics and gravity."""
+        return self.world is not None and bodies_fall(self.world.capabilities)
+
+    def warning(self, code: Code, message: str, *keys: Key) -> Finding:
+        """Return a warning about a value of the experiment file, by its keys."""
+        return self.experiment.place(*keys).finding(code, message, Level.WARNING)
+
+    def keys_of(self, model: str) -> tuple[Key, ...]:
+        """Return the keys of a model: those of a robot, or else those of the room."""
+        is_robot = model in self.experiment.world.robots
+        return ("world", "robots", model) if is_robot else ("world", "scene")
+
+
+CHECKS: list[Callable[[StaticExperiment], Iterator[Finding]]] = []
+"""All checks, in the order in which they run."""
+
+
+def checks_experiment(
+    check: Callable[[StaticExperiment], Iterator[Finding]],
+) -> Callable[[StaticExperiment], Iterator[Finding]]:
+    """Register a check of a whole experiment."""
+    CHECKS.append(check)
+    return check
+
+
+def checks_function(
+    check: Callable[[CheckedFunction], Iterator[Finding]],
+) -> Callable[[CheckedFunction], Iterator[Finding]]:
+    """Register a check of one transfer function."""
+    CHECKS.append(lambda static: (found for one in static.functions for found in check(one)))
+    return check
 
 
 def read_experiment(parts: Checkable, summary: NetworkSummary) -> StaticExperiment:
@@ -151,7 +204,9 @@ def read_experiment(parts: Checkable, summary: NetworkSummary) -> StaticExperime
     if static.network is not None and static.stage is not None:
         before = len(collector.findings)
         with collector.during(Code.NRP216, "brain", "backend"):
-            brain = _mock_brain(parts, static.network)
+            is_accepted = isinstance(parts, Plan) or parts.is_accepted
+            capabilities = static.brain.capabilities if static.brain and is_accepted else None
+            brain = MockBrain(static.network, capabilities=capabilities)
             _bind_functions(static, brain, static.stage, collector)
         collector.findings[before:] = name_cause(
             collector.findings[before:], static.experiment, static.network
@@ -163,13 +218,12 @@ def read_experiment(parts: Checkable, summary: NetworkSummary) -> StaticExperime
 def _read_files(static: StaticExperiment, collector: Collector) -> None:
     """Read the files of transfer functions."""
     experiment = static.experiment
-    level = Level.ERROR if experiment.strict else Level.WARNING
     neighbours: dict[Path, PythonSource] = {}
     for listing in maker_of(experiment).listings(experiment, collector):
         declarations = Declarations(listing)
         static.listings.append(listing)
         neighbours |= {source.path: source for source in declarations.neighbours}
-        collector.findings += (at_most(finding, level) for finding in declarations.findings)
+        collector.findings += (at_most(finding, static.worst) for finding in declarations.findings)
         static.declared += declarations.functions
         if not (declarations.functions or declarations.neighbours or experiment.compatibility):
             collector.findings += _declares_nothing(listing)
@@ -179,16 +233,6 @@ def _read_files(static: StaticExperiment, collector: Collector) -> None:
     static.neighbours = list(neighbours.values())
 
 
-def _mock_brain(parts: Checkable, network: Network) -> MockBrain:
-    """Return a brain without a simulator that refuses what the backend refuses.
-
-    Raises:
-        CapabilityError: it refuses the network.
-    """
-    is_accepted = isinstance(parts, Plan) or parts.is_accepted
-    return MockBrain(network, capabilities=parts.brain.capabilities if parts.brain and is_accepted else None)
-
-
 def _bind_functions(static: StaticExperiment, brain: MockBrain, stage: World, collector: Collector) -> None:
     functions = [declared.function for declared in static.declared]
     warn_of_missing_topics(collector, static.experiment, stage, functions)
@@ -196,33 +240,33 @@ def _bind_functions(static: StaticExperiment, brain: MockBrain, stage: World, co
     declare_topics([declared.function for declared in ordered], stage)
     variables: dict[str, Any] = {}
     for declared in ordered:
-        adapters = _adapters(static, declared, brain, stage, variables, collector)
+        binding = Binding(declared.function.name, brain, stage, variables)
+        adapters = _adapters(static, declared, binding, collector)
         body = FunctionBody(declared, _parameters(declared, adapters))
         static.functions.append(CheckedFunction(declared, adapters, body, static.experiment, stage))
     static.devices = brain.devices
 
 
 def _adapters(
-    static: StaticExperiment, declared: Declared, brain: Brain, world: World, variables: dict[str, Any],
-    collector: Collector,
-) -> dict[str, Adapter]:  # fmt: skip
+    static: StaticExperiment, declared: Declared, binding: Binding, collector: Collector
+) -> dict[str, Adapter]:
     """Return the adapters of a function's parameters; one that cannot be bound is a finding."""
     function = declared.function
     try:
-        bound = function.bind(brain, world, variables=variables).adapters
+        bound = function.bind(binding.brain, binding.world, variables=binding.variables).adapters
         return {name: bound[name] for name in function.mappings}
     except (NrpError, ValueError, TypeError) as error:
         whole = error
-    before = len(collector.findings)
-    binding, adapters = Binding(function.name, brain, world, variables), {}
+    adapters: dict[str, Adapter] = {}
+    refusals = []
     for name, mapping in function.mappings.items():
         try:
             adapters[name] = mapping.bind(binding)
         except (NrpError, ValueError, TypeError) as error:
-            collector.findings.append(_refusal(static, declared, name, error))
-    is_mapped = all(name in function.mappings for name in function.parameters)
-    if is_mapped and len(collector.findings) == before:
-        collector.findings.append(_refusal(static, declared, "", whole))
+            refusals.append(_refusal(static, declared, name, error))
+    if not refusals and all(name in function.mappings for name in function.parameters):
+        refusals.append(_refusal(static, declared, "", whole))
+    collector.findings += refusals
     return adapters
 
 
@@ -232,10 +276,10 @@ def _refusal(static: StaticExperiment, declared: Declared, name: str, error: Exc
     if isinstance(error, UnreadableError):
         message = f"the mapping of '{name or declared.function.name}' is known only when it runs"
         return declared.finding(Code.NRP239, node, message, Level.NOTE)
-    level = Level.ERROR if static.experiment.strict else Level.WARNING
-    if isinstance(error, TopicError) and not static.is_complete:
-        level = Level.WARNING  # a file that could not be read may publish it
-    code = _code_of(error, declared.function.mappings.get(name))
+    # a file that could not be read may publish a topic
+    level = Level.WARNING if isinstance(error, TopicError) and not static.is_complete else static.worst
+    is_device = isinstance(declared.function.mappings.get(name), (MapSpikeSink, MapSpikeSource))
+    code = code_of(error, Code.NRP240 if is_device else Code.NRP210)
     message, instead = getattr(error, "message", str(error)), getattr(error, "instead", None)
     return declared.finding(code, node, message, level, instead)
 
@@ -255,23 +299,14 @@ def _declares_nothing(listing: Listing) -> Iterator[Finding]:
         yield Finding(Code.NRP210, DECLARES_NOTHING, path=paths[0], line=1)
 
 
-def _code_of(error: Exception, mapping: ParameterMapping | None) -> Code:
-    is_device = isinstance(mapping, (MapSpikeSink, MapSpikeSource))
-    return code_of(error, Code.NRP240 if is_device else Code.NRP210)
-
-
 def _parameters(declared: Declared, adapters: dict[str, Adapter]) -> dict[str, Shape]:
     """Return the shapes of a function's parameters."""
     shapes: dict[str, Shape] = dict.fromkeys(declared.function.parameters)
     for name, adapter in adapters.items():
-        if type(adapter) is not Adapter and not _is_changed(declared.function.mappings[name].reads):
+        is_changed = isinstance(declared.function.mappings[name].reads, PreprocessedTopic)
+        if type(adapter) is not Adapter and not is_changed:
             shapes[name] = Known(adapter)
     return {TIME: NUMBER, **shapes}
-
-
-def _is_changed(topic: Topic | None) -> bool:
-    """Return whether the messages of a topic are converted."""
-    return isinstance(topic, PreprocessedTopic)
 
 
 def at_most(finding: Finding, level: Level) -> Finding:

@@ -9,11 +9,10 @@ from pathlib import Path
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.backends import brains
 from nrp_core.checks import subjects as subjects  # registers the checks
-from nrp_core.checks.check import CHECKS
 from nrp_core.checks.code.declarations import Declarations
 from nrp_core.checks.confined_network import ConfinedBuild
 from nrp_core.checks.network_summary import NetworkSummary, summary_of
-from nrp_core.checks.static_experiment import Checkable, at_most, read_experiment
+from nrp_core.checks.static_experiment import CHECKS, Checkable, at_most, read_experiment
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, TopicError, TransferFunctionError
 from nrp_core.experiment.making.maker import LISTERS
@@ -41,8 +40,7 @@ def check(parts: Checkable, summary: NetworkSummary | None = None) -> list[Findi
     if summary is None:
         summary = NetworkSummary() if parts.network is None else summary_of(parts.network)
     static = read_experiment(parts, summary)
-    worst = Level.ERROR if static.experiment.strict else Level.WARNING
-    found = [at_most(finding, worst) for check in CHECKS for finding in check(static)]
+    found = [at_most(finding, static.worst) for check in CHECKS for finding in check(static)]
     return list(dict.fromkeys([*static.findings, *found]))
 
 

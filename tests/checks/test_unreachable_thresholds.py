@@ -9,7 +9,7 @@ import pytest
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 from nrp_core.checks.network_summary import summary_of
-from nrp_core.checks.unreachable_thresholds import NOT_EXCITED, too_weak, unreached_thresholds
+from nrp_core.checks.synaptic_effects import NOT_EXCITED, too_weak, unreached_thresholds
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code
 

@@ -9,7 +9,7 @@ from functools import reduce
 from typing import Final
 
 from nrp_core.checks.code.declarations import Declared
-from nrp_core.checks.code.values import Expressions, Instance, Known, Shape, item_of, joined
+from nrp_core.checks.code.values import Expressions, Instance, Shape, item_of, joined, value_of
 
 _GUARDS: Final = frozenset({"hasattr", "isinstance", "getattr", "callable"})
 """Functions with which a body tests whether an operation is possible."""
@@ -91,8 +91,7 @@ class FunctionBody(Expressions):
             return None
         shapes = [item_of(self.shape(node)) if is_item else self.shape(node) for node, is_item in assigned]
         found = reduce(joined, shapes)
-        is_mutable = isinstance(found, Known) and isinstance(found.value, list)
-        return Instance(list, item_of(found)) if is_mutable else found
+        return found if value_of(found, list) is None else Instance(list, item_of(found))
 
     def is_local(self, name: str) -> bool:
         """Return whether a name is a parameter, or the body sets it."""
@@ -107,9 +106,8 @@ class FunctionBody(Expressions):
 
     def constant(self, node: ast.expr) -> float | None:
         """Return the number that an expression always is; None if it may be another."""
-        found = self.shape(node)
-        value = found.value if isinstance(found, Known) else None
-        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+        value = value_of(self.shape(node), int | float)
+        return None if value is None or isinstance(value, bool) else float(value)
 
 
 def _guarded(function: ast.AST) -> Iterator[ast.AST]:

@@ -13,7 +13,7 @@ from typing import Any, Final
 from nrp_core.checks.code.imports import Imports
 from nrp_core.checks.code.statements import FAILURES, MisfitError, Statements, changed_names
 from nrp_core.checks.code.syntax import Function, own_nodes, stub_of
-from nrp_core.checks.code.values import Known, Shape, has_attribute, names_of
+from nrp_core.checks.code.values import Known, Shape, has_attribute, names_of, value_of
 from nrp_core.dsl.device_kinds import DeviceKind
 from nrp_core.dsl.functions import TIME, Neuron2Robot, Robot2Neuron, TransferFunction
 from nrp_core.dsl.loading import Listing, PythonSource
@@ -26,6 +26,7 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.error_codes import code_of
 
 _FUNCTION_DECORATORS: Final = (Neuron2Robot, Robot2Neuron)
+_DECORATORS: Final = (ParameterMapping, *_FUNCTION_DECORATORS)
 _WITHOUT_TOPIC: Final = (MapSpikeSink, MapSpikeSource, MapVariable, MapReward, MapWeights)
 _REPLACEABLE: Final = ("initial_value", "pre_processing")
 """Arguments whose values no check needs."""
@@ -117,7 +118,7 @@ def _makes_functions(node: ast.AST) -> bool:
 
 
 class _File(Statements):
-    """Follows the statements and imports of a file, and notes the mistakes in them."""
+    """Follows the statements and imports of a file, and collects the mistakes in them."""
 
     _imports: Imports
     _source: PythonSource
@@ -130,7 +131,17 @@ class _File(Statements):
         for imported in self._imports.of(node, self.path):
             self.names[imported.name] = imported.shape
             if imported.error:
-                self.findings.append(found_in(self._source, Code.NRP218, node, imported.error))
+                self._report(Code.NRP218, node, imported.error)
+
+    def _report(
+        self,
+        code: Code,
+        node: ast.AST,
+        message: str,
+        level: Level = Level.ERROR,
+        instead: Instead | None = None,
+    ) -> None:
+        self.findings.append(found_in(self._source, code, node, message, level, instead))
 
 
 class Declarations(_File):
@@ -198,12 +209,12 @@ class Declarations(_File):
 
     def _set_attribute(self, owner: Shape, name: str, shape: Shape) -> None:
         """Apply a statement that sets an attribute of a transfer function."""
-        made = owner.value if isinstance(owner, Known) else None
-        if isinstance(made, TransferFunction) and isinstance(shape, Known):
+        made = value_of(owner, TransferFunction)
+        if made is not None and isinstance(shape, Known):
             setattr(made, name, shape.value)
-        for declared in self.functions:
-            if name == "name" and declared.function is made and not isinstance(shape, Known):
-                declared.is_named = False
+        elif name == "name":
+            for declared in self.functions:
+                declared.is_named &= declared.function is not made
 
     def _names_of_module(self, source: PythonSource) -> dict[str, Shape]:
         """Return the names of a module beside the file."""
@@ -217,14 +228,13 @@ class Declarations(_File):
         for node in ast.walk(self._source.tree):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and id(node) not in self._reached:
                 called = [one.func if isinstance(one, ast.Call) else one for one in node.decorator_list]
-                found = [self.quietly(one) for one in called]
-                is_ours = any(isinstance(one, Known) and self.is_ours(one.value) for one in found)
+                is_ours = any(self.is_ours(value_of(self.quietly(one))) for one in called)
                 if is_ours and node.name not in declared:
                     self._note(node, f"'{node.name}' is declared only when the file is executed")
 
     def _note(self, node: ast.AST, message: str) -> None:
         self.is_complete = False
-        self.findings.append(found_in(self._source, Code.NRP239, node, message, Level.NOTE))
+        self._report(Code.NRP239, node, message, Level.NOTE)
 
     # -- declarations
 
@@ -239,12 +249,11 @@ class Declarations(_File):
         if [argument.arg for argument in node.args.args][:1] != [TIME]:
             first = node.args.args[0] if node.args.args else node
             message = f"the first parameter of transfer function '{node.name}' must be the time, '{TIME}'"
-            self.findings.append(found_in(self._source, Code.NRP219, first, message))
+            self._report(Code.NRP219, first, message)
             self.is_complete = False
             return None
         declared = Declared(stub_of(node, self.path), node, self._source, self.local, {}, self._imports)
-        others = [one for one, value in decorators if value is None]
-        declared.is_named = not others
+        declared.is_named = len(made) == len(decorators)
         declared.is_read = self._is_read and declared.is_named
         for one, value in reversed(made):
             if not self._apply(declared, one, value):
@@ -257,90 +266,94 @@ class Declarations(_File):
     def _decorator(self, node: ast.expr) -> Any:
         """Return the object that a decorator names; None if it is unknown or not one of ours."""
         before = len(self.findings)
-        self.findings += _missing_names(self, node)
+        self._report_missing_names(node)
         try:
             found = self.shape(node)
-        except ExperimentError as error:
-            code = Code.NRP212 if isinstance(error, TopicError) else self._code_of(node)
-            self.findings.append(found_in(self._source, code, node, error.message, instead=error.instead))
-            return self._substitute_of(node)
         except FAILURES as error:
-            code = Code.NRP216 if isinstance(error, CapabilityError) else Code.NRP240
-            is_clear = isinstance(error, MisfitError | CapabilityError)
-            message = str(error) if is_clear else f"not possible: {error}"
-            self.findings.append(found_in(self._source, code, node, message))
+            is_clear = isinstance(error, ExperimentError | MisfitError | CapabilityError)
+            message = getattr(error, "message", str(error)) if is_clear else f"not possible: {error}"
+            code = self._code_of(node) if isinstance(error, ExperimentError) else Code.NRP240
+            if isinstance(error, TopicError | CapabilityError):
+                code = code_of(error, code)
+            self._report(code, node, message, instead=getattr(error, "instead", None))
             return self._substitute_of(node)
         if len(self.findings) > before:  # the note about unknown arguments only repeats it
             named = [one for one in self.findings[before:] if one.code is not Code.NRP239]
             self.findings[before:] = named or self.findings[before:]
-        value = found.value if isinstance(found, Known) else None
-        if isinstance(value, (ParameterMapping, *_FUNCTION_DECORATORS)):
+        value = value_of(found, (*_DECORATORS, type))
+        if not isinstance(value, type):
             return value
-        if isinstance(value, type) and issubclass(value, (ParameterMapping, *_FUNCTION_DECORATORS)):
+        if issubclass(value, _DECORATORS):
             is_mapping = issubclass(value, ParameterMapping)
             arguments = "(...)" if is_mapping else "()"
             message = f"'@nrp.{value.__name__}' must be called: @nrp.{value.__name__}{arguments}"
-            self.findings.append(found_in(self._source, Code.NRP210, node, message))
+            self._report(Code.NRP210, node, message)
             self._is_read &= not is_mapping  # its parameter is unknown
             return None if is_mapping else _plain(value)
         return None
+
+    def _report_missing_names(self, decorator: ast.expr) -> None:
+        """Report the attributes of modules in a decorator that do not exist."""
+        for node in ast.walk(decorator):
+            if isinstance(node, ast.Attribute):
+                owner = self.quietly(node.value)
+                if value_of(owner, ModuleType) is not None and not has_attribute(owner, node.attr):
+                    message, instead = missing_name(owner, node)
+                    self._report(Code.NRP240, node, message, instead=instead)
 
     def _substitute_of(self, node: ast.expr) -> Any:
         """Return a substitute for a refused decorator, so that the rest is still checked."""
         if not isinstance(node, ast.Call):
             return None
-        callee = self.quietly(node.func)
-        kind = callee.value if isinstance(callee, Known) else None
-        if isinstance(kind, type) and issubclass(kind, _FUNCTION_DECORATORS):
+        kind = value_of(self.quietly(node.func), type)
+        if kind is not None and issubclass(kind, _FUNCTION_DECORATORS):
             return _plain(kind)
         first = node.args[0] if node.args else next((k.value for k in node.keywords if k.arg == "key"), None)
-        name = self.quietly(first)
-        if isinstance(name, Known) and isinstance(name.value, str):
-            return self.call_at(node, Unread, name.value)
-        return None
+        name = value_of(self.quietly(first), str)
+        return None if name is None else self.call_at(node, Unread, name)
 
     def call_in_part(self, node: ast.Call, called: Any, given: list[Shape], named: dict[str, Shape]) -> Shape:
         if not isinstance(called, type):
             return None
-        names = inspect.signature(called).parameters
-        filled = [_filled(name, one) for name, one in zip(names, given, strict=False)]
-        filled_named = {name: _filled(name, one) for name, one in named.items()}
-        if None not in (*filled, *filled_named.values()):
-            return self._called(node, called, filled, filled_named)
-        if issubclass(called, (ParameterMapping, *_FUNCTION_DECORATORS)):
-            was_complete = self.is_complete
-            self._note(node, f"the arguments of {called.__name__} are known only when it runs")
-            if issubclass(called, _WITHOUT_TOPIC):
-                self.is_complete = was_complete
-            self._is_read &= not issubclass(called, _FUNCTION_DECORATORS)
-            found = self._substitute_of(node)
-            return None if found is None else Known(found)
-        return None
+        filled = {
+            name: Known(_unchanged) if shape is None and name in _REPLACEABLE else shape
+            for name, shape in (
+                *zip(inspect.signature(called).parameters, given, strict=False),
+                *named.items(),
+            )
+        }
+        if all(isinstance(one, Known) for one in filled.values()):
+            return self._called(node, called, [], filled)
+        if not issubclass(called, _DECORATORS):
+            return None
+        was_complete = self.is_complete
+        self._note(node, f"the arguments of {called.__name__} are known only when it runs")
+        if issubclass(called, _WITHOUT_TOPIC):
+            self.is_complete = was_complete
+        self._is_read &= not issubclass(called, _FUNCTION_DECORATORS)
+        found = self._substitute_of(node)
+        return None if found is None else Known(found)
 
     def _code_of(self, node: ast.expr) -> Code:
         """Return the code of a mistake in a mapping: if its device fits, a setting is wrong."""
         if not isinstance(node, ast.Call):
             return Code.NRP210
-        callee = self.quietly(node.func)
-        given = map(self.quietly, [*node.args, *(one.value for one in node.keywords)])
-        kinds = [one.value for one in given if isinstance(one, Known) and isinstance(one.value, DeviceKind)]
-        mapping = callee.value if isinstance(callee, Known) else None
-        for side in (MapSpikeSink, MapSpikeSource):
-            if kinds and isinstance(mapping, type) and issubclass(mapping, side):
-                return Code.NRP240 if kinds[0].drives is side.drives else Code.NRP210
-        return Code.NRP210
+        mapping = value_of(self.quietly(node.func), type)
+        given = [self.quietly(one) for one in (*node.args, *(each.value for each in node.keywords))]
+        sides = [one.drives for one in (value_of(each, DeviceKind) for each in given) if one is not None]
+        is_device = mapping is not None and issubclass(mapping, MapSpikeSink | MapSpikeSource)
+        return Code.NRP240 if is_device and sides[:1] == [mapping.drives] else Code.NRP210
 
     def _apply(self, declared: Declared, node: ast.expr, decorator: Any) -> bool:
         """Apply a decorator to a function; return whether the result is still one."""
+        is_mapping = isinstance(decorator, ParameterMapping)
         try:
             declared.function = self.call_at(declared.node, decorator, declared.function)
         except ExperimentError as error:
-            is_mapping = isinstance(decorator, ParameterMapping)
             code = code_of(error, Code.NRP219 if is_mapping else Code.NRP210)
-            self.findings.append(found_in(self._source, code, node, error.message, instead=error.instead))
+            self._report(code, node, error.message, instead=error.instead)
             return is_mapping and isinstance(declared.function, TransferFunction)
-        name = decorator.parameter if isinstance(decorator, ParameterMapping) else ""
-        declared.nodes[name] = node
+        declared.nodes[decorator.parameter if is_mapping else ""] = node
         return True
 
 
@@ -371,23 +384,8 @@ def missing_name(owner: Shape, node: ast.Attribute) -> tuple[str, Instead | None
     return f"'{ast.unparse(node.value)}' has no '{node.attr}'{hint}", hint.instead
 
 
-def _missing_names(reader: Declarations, decorator: ast.expr) -> Iterator[Finding]:
-    """Yield the attributes of modules in a decorator that do not exist."""
-    for node in ast.walk(decorator):
-        if isinstance(node, ast.Attribute):
-            owner = reader.quietly(node.value)
-            is_module = isinstance(owner, Known) and isinstance(owner.value, ModuleType)
-            if is_module and not has_attribute(owner, node.attr):
-                message, instead = missing_name(owner, node)
-                yield found_in(reader._source, Code.NRP240, node, message, instead=instead)
-
-
 def _plain(kind: type[Any]) -> Any:
     return Robot2Neuron() if issubclass(kind, Robot2Neuron) else Neuron2Robot()
-
-
-def _filled(name: str, shape: Shape) -> Shape:
-    return Known(_unchanged) if shape is None and name in _REPLACEABLE else shape
 
 
 def _unchanged(message: Any) -> Any:

@@ -19,6 +19,7 @@ from nrp_core.checks.code.values import (
     Shape,
     attribute,
     has_attribute,
+    names_of,
 )
 from nrp_core.dsl.loading import Listing, PythonSource, python_listing
 from nrp_core.dsl.messages import message_packages
@@ -81,20 +82,19 @@ class Imports:
     def _from(self, name: str, aliases: list[ast.alias], path: Path) -> Iterator[Imported]:
         module, error = self._module(name, path)
         for alias in aliases:
-            if alias.name == "*":
-                if isinstance(module, Known):
-                    names = [one for one in dir(module.value) if not one.startswith("_")]
-                    yield from (Imported(one, attribute(module, one)) for one in names)
-                else:
-                    yield Imported("*", error=error)
-                continue
-            is_there = has_attribute(module, alias.name) or self._file(f"{name}.{alias.name}", path)
-            lacking = "" if is_there else _lacking(name, alias.name, module)
-            yield Imported(alias.asname or alias.name, attribute(module, alias.name), error or lacking)
+            if alias.name != "*":
+                is_there = has_attribute(module, alias.name) or self._file(f"{name}.{alias.name}", path)
+                hint = "" if is_there else did_you_mean(alias.name, names_of(module))
+                lacking = "" if is_there else f"'{name}' has no '{alias.name}'{hint}"
+                yield Imported(alias.asname or alias.name, attribute(module, alias.name), error or lacking)
+            elif module is None:
+                yield Imported("*", error=error)
+            else:
+                yield from (Imported(one, attribute(module, one)) for one in names_of(module))
 
     def _module(self, name: str, path: Path) -> tuple[Shape, str]:
         """Return a module and the error of its import."""
-        root = name.partition(".")[0]
+        root, _, child = name.partition(".")
         if (ours := self._scope.substitute(name)) is not None:
             return Known(ours), ""
         if root in CHECKED_MODULES:
@@ -106,9 +106,16 @@ class Imports:
         if file is not None and self._reads and file.stem == name:
             return self._neighbour(file), ""
         places = (path.parent, *self._folders)
-        if file is not None or any(any((folder / root).glob("*.py")) for folder in places):
+        is_beside = file or self._file(root, path) or any(any((one / root).glob("*.py")) for one in places)
+        if is_beside or root in sys.stdlib_module_names or _is_installed(name):
             return None, ""
-        return None, self._missing(name, path)
+        parent = self._scope.substitute(root)
+        if parent is not None and has_attribute(Known(parent), child.partition(".")[0]):
+            return None, ""
+        files = (found.stem for found in path.parent.glob("*.py"))
+        known = [*files, *message_packages(), *_COMMON] if parent is None else names_of(Known(parent))
+        hint = did_you_mean(root if parent is None else child, known)
+        return None, f"there is no module '{name}'{hint if hint.instead else ''}"
 
     def _neighbour(self, file: Path) -> Shape:
         """Return a module beside a file; None if its names are unknown."""
@@ -132,23 +139,6 @@ class Imports:
                 self._modules[file] = Known(module)
         return self._modules[file]
 
-    def _missing(self, name: str, path: Path) -> str:
-        """Return the message for a module that is not beside a file; empty if it may be elsewhere."""
-        root, _, child = name.partition(".")
-        if (parent := self._scope.substitute(root)) is not None:
-            known = [one for one in dir(parent) if not one.startswith("_")]
-            is_known = has_attribute(Known(parent), child.partition(".")[0]) or _is_installed(name)
-            return (
-                ""
-                if is_known
-                else f"there is no module '{name}'{did_you_mean(child, known) if known else ''}"
-            )
-        if self._file(root, path) or root in sys.stdlib_module_names or _is_installed(name):
-            return ""
-        known = [*(found.stem for found in path.parent.glob("*.py")), *message_packages(), *_COMMON]
-        hint = did_you_mean(root, known)
-        return f"there is no module '{name}'{hint if hint.instead else ''}"
-
     def _file(self, name: str, path: Path) -> Path | None:
         place = name.replace(".", "/")
         files = (
@@ -166,21 +156,13 @@ def _hides_names(node: ast.AST) -> bool:
 
 def _is_installed(name: str) -> bool:
     """Return whether an installed package may have a module; only its first child is looked for."""
-    root, _, rest = name.partition(".")
-    child = rest.partition(".")[0]
+    root, child, *_ = [*name.split("."), ""]
     try:
         spec = find_spec(root)
     except (ImportError, ValueError):
         return False
     places = None if spec is None else spec.submodule_search_locations
-    made = sys.modules.get(root)
-    may_make = f"{root}.{child}" in sys.modules or hasattr(made, "__getattr__")
+    may_make = f"{root}.{child}" in sys.modules or hasattr(sys.modules.get(root), "__getattr__")
     if not child or places is None or may_make:
         return spec is not None
     return PathFinder.find_spec(f"{root}.{child}", list(places)) is not None
-
-
-def _lacking(module: str, name: str, found: Shape) -> str:
-    """Return the message for a name that a module does not have."""
-    known = [one for one in dir(found.value) if one[0] != "_"] if isinstance(found, Known) else []
-    return f"'{module}' has no '{name}'{did_you_mean(name, known)}"

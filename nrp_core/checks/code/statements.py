@@ -9,18 +9,20 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import count, islice
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
 from nrp_core.checks.code.syntax import CHANGING, assigned_names, own_nodes, stub_of
 from nrp_core.checks.code.values import (
     NEURONS,
+    PLAIN,
     Expressions,
     Instance,
     Known,
     Shape,
     item_of,
+    value_of,
     values_of,
 )
 from nrp_core.dsl.selection import ProjectionSelector
@@ -42,8 +44,7 @@ _PLAIN: Final[tuple[Any, ...]] = (
 )  # fmt: skip
 _TEXT_METHODS: Final = ("upper", "lower", "title", "capitalize", "replace", "split", "strip", "join")
 _MAX_ITEMS: Final = 100_000
-"""Items of a range or list that is evaluated, and calls of a lambda."""
-_MAX_STATEMENTS: Final = 20_000
+"""Items of a range or list that is evaluated, and statements that are followed."""
 _MAX_DEPTH: Final = 20
 
 
@@ -63,7 +64,7 @@ class Written:
     """A function of the user, which is read and not executed.
 
     Args:
-        node: its syntax tree.
+        node: its syntax tree; that of a lambda returns its expression.
         reader: the reader of its file.
         names: the names of the enclosing functions.
     """
@@ -121,7 +122,7 @@ class Statements(Expressions):
     def _follow(self, statements: Iterable[ast.stmt]) -> None:
         for statement in statements:
             self._count += 1
-            if self._count > _MAX_STATEMENTS:
+            if self._count > _MAX_ITEMS:
                 raise UnreadableError("it has too many steps")
             self.statement(statement)
 
@@ -179,9 +180,9 @@ class Statements(Expressions):
             case ast.Name(name):
                 self.names[name] = None if name in self._changed else shape
             case ast.Tuple(targets) | ast.List(targets):
-                value = shape.value if isinstance(shape, Known) else None
-                is_whole = isinstance(value, list | tuple) and len(value) == len(targets)
-                items = list(map(Known, value or ())) if is_whole else [item_of(shape)] * len(targets)
+                values = value_of(shape, list | tuple)
+                is_whole = values is not None and len(values) == len(targets)
+                items = list(map(Known, values)) if is_whole else [item_of(shape)] * len(targets)
                 for one, item in zip(targets, items, strict=True):
                     self.bind(one, item)
             case ast.Starred(value):
@@ -231,8 +232,10 @@ class Statements(Expressions):
 
     def shape(self, node: ast.AST | None) -> Shape:
         match node:
-            case ast.Lambda(ast.arguments(args=arguments), body):
-                return Known(self._lambda([one.arg for one in arguments], body))
+            case ast.Lambda(arguments, body):
+                returned = ast.copy_location(ast.Return(body), body)
+                function = ast.FunctionDef("lambda", arguments, [returned], [])
+                return Known(Written(ast.copy_location(function, node), self, dict(self.names)))
             case ast.ListComp(element, loops) | ast.GeneratorExp(element, loops):
                 before, found = dict(self.names), list[Shape]()
                 is_known = self._gather(element, loops, found)
@@ -244,28 +247,7 @@ class Statements(Expressions):
                 return None if known is None else Known(dict(zip(known, known[len(keys) :], strict=False)))
             case ast.IfExp(test, body, orelse) if (decided := self._truth(test)) is not None:
                 return self.shape(body if decided else orelse)
-            case ast.Compare(left, [ast.Eq() | ast.NotEq() as operation], [right]):
-                one, other = self.shape(left), self.shape(right)
-                if isinstance(one, Known) and isinstance(other, Known) and not isinstance(one.value, NEURONS):
-                    return Known((one.value == other.value) is isinstance(operation, ast.Eq))
-                return Instance(bool)
-            case ast.JoinedStr(parts):
-                return self._text(parts)
-        known_shape = super().shape(node)
-        is_method = known_shape is None and isinstance(node, ast.Attribute)
-        return self._method(node) if is_method else known_shape  # type: ignore[arg-type]
-
-    def _method(self, node: ast.Attribute) -> Shape:
-        owner = self.shape(node.value)
-        value = owner.value if isinstance(owner, Known) else None
-        return Known(getattr(value, node.attr, None)) if isinstance(value, str | dict) else None
-
-    def _text(self, parts: list[ast.expr]) -> Shape:
-        plain = [
-            one.value if isinstance(one, ast.FormattedValue) and not one.format_spec else one for one in parts
-        ]
-        known = values_of([self.shape(one) for one in plain])
-        return Instance(str) if known is None else Known("".join(map(str, known)))
+        return super().shape(node)
 
     def _gather(self, element: ast.expr, loops: list[ast.comprehension], found: list[Shape]) -> bool:
         """Append the items that loops make, the first outermost; return whether all are known."""
@@ -281,40 +263,12 @@ class Statements(Expressions):
         return items is not None
 
     def _items(self, node: ast.expr) -> list[Shape] | None:
-        found = self.quietly(node)
-        values = found.value if isinstance(found, Known) else None
-        if not isinstance(values, range | list | tuple | str | dict) or len(values) > _MAX_ITEMS:
-            return None
-        return list(map(Known, values))
+        values = value_of(self.quietly(node), range | list | tuple | str | dict)
+        return None if values is None or len(values) > _MAX_ITEMS else list(map(Known, values))
 
     def _truth(self, node: ast.expr) -> bool | None:
         found = self.quietly(node)
-        if isinstance(found, Known) and isinstance(
-            found.value, int | float | str | tuple | list | dict | None
-        ):
-            return bool(found.value)
-        return None
-
-    def _lambda(self, names: list[str], body: ast.expr) -> Callable[..., Any]:
-        outer, rounds = dict(self.names), count(1)
-
-        def function(*given: Any) -> Any:
-            if next(rounds) > _MAX_ITEMS:
-                raise UnreadableError(f"it selects more than {_MAX_ITEMS} times")
-            inner = type(self).__new__(type(self))
-            vars(inner).update(vars(self))
-            inner.names = {**outer, **{name: Known(value) for name, value in zip(names, given, strict=False)}}
-            found = inner.shape(body)
-            if not isinstance(found, Known):
-                raise UnreadableError("it is known only when the file is executed")
-            return found.value
-
-        function.__name__ = "lambda"
-        # it has the lambda's signature, because some selectors inspect the number of arguments
-        kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-        parameters = [inspect.Parameter(name, kind) for name in names]
-        function.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        return function
+        return bool(found.value) if isinstance(found, Known) and isinstance(found.value, PLAIN) else None
 
     def is_ours(self, value: Any) -> bool:
         """Return whether an object may be called."""
@@ -342,13 +296,12 @@ class Statements(Expressions):
             raise TypeError(f"{ast.unparse(node.func)} cannot be called{meant}")
         given: list[Shape] = []
         for argument in node.args:
-            found = self.shape(argument.value if isinstance(argument, ast.Starred) else argument)
-            if isinstance(argument, ast.Starred):
-                if not (isinstance(found, Known) and isinstance(found.value, list | tuple)):
-                    return None
-                given += map(Known, found.value)
+            if not isinstance(argument, ast.Starred):
+                given.append(self.shape(argument))
+            elif (items := value_of(self.shape(argument.value), list | tuple)) is not None:
+                given += map(Known, items)
             else:
-                given.append(found)
+                return None
         if any(one.arg is None for one in node.keywords):
             return None
         named = {str(one.arg): self.shape(one.value) for one in node.keywords}

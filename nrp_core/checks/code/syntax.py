@@ -60,6 +60,16 @@ def root_of(node: ast.expr) -> ast.expr:
     return node
 
 
+def root_name(node: ast.expr) -> str:
+    """Return the name of the innermost object; empty if it is something else than a name."""
+    return getattr(root_of(node), "id", "")
+
+
+def names_in(node: ast.AST) -> set[str]:
+    """Return all names in a node."""
+    return {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
+
+
 def full_names(tree: ast.Module) -> dict[str, str]:
     """Return the full names of imported modules and of the names imported from them."""
     found: dict[str, str] = {}

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import FunctionType, MethodType, ModuleType
-from typing import Any, Final, TypeAlias, get_args, get_origin, get_type_hints
+from typing import Any, Final, TypeAlias, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -49,6 +49,8 @@ UNKNOWN_ATTRIBUTE: Final = object()
 """The value of an attribute of a module that is known only when the module is executed."""
 NEURONS: Final = (Selector, BrainRoot, Selection)
 """Placeholders for neurons before a run; attributes, indices and sums of them are placeholders, too."""
+PLAIN: Final[Any] = int | float | str | tuple | list | dict | None
+"""Constants, which can be compared and printed as when the file is executed."""
 _ABSENT: Final = object()
 CHECKED_MODULES: Final = ("math", "numpy")
 """Third-party modules whose names are checked."""
@@ -60,33 +62,28 @@ _OPERATIONS: Final[dict[type, Callable[[Any, Any], Any]]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod, ast.Div: operator.truediv,
 }  # fmt: skip
-_NUMERIC: Final[tuple[Any, ...]] = (float, int, abs, round, len, min, max, sum)
+NUMERIC: Final[tuple[Any, ...]] = (float, int, abs, round, len, min, max, sum)
 """Functions whose result is a number if their arguments are."""
 
 
-def is_number(shape: Shape) -> bool:
-    """Return whether a value is certainly a number."""
-    match shape:
-        case Instance(cls):
-            return issubclass(cls, int | float)
-        case Known(value):
-            return isinstance(value, int | float)
-    return False
+def value_of(shape: Shape, kind: Any = object) -> Any:
+    """Return a value that is known and of a kind; else None."""
+    return shape.value if isinstance(shape, Known) and isinstance(shape.value, kind) else None
 
 
 def class_of(shape: Shape) -> type | None:
     """Return the class of a value; None if it is unknown."""
-    match shape:
-        case Instance(cls):
-            return cls
-        case Known(value):
-            return type(value)
-    return None
+    return type(shape.value) if isinstance(shape, Known) else None if shape is None else shape.cls
+
+
+def is_number(shape: Shape) -> bool:
+    """Return whether a value is certainly a number."""
+    return issubclass(class_of(shape) or object, int | float)
 
 
 def adapter_of(shape: Shape) -> Adapter | None:
     """Return the adapter of a parameter, if a value is one."""
-    return shape.value if isinstance(shape, Known) and isinstance(shape.value, Adapter) else None
+    return cast("Adapter | None", value_of(shape, Adapter))
 
 
 def joined(first: Shape, second: Shape) -> Shape:
@@ -103,10 +100,13 @@ def item_of(shape: Shape) -> Shape:
             return item
         case Known(DeviceGroup() as group):
             return Known(group[0])
-        case Known(list() | tuple() | range() as values) if 0 < len(values) < 1000:
-            items = list(map(Known, values))
-            return items[0] if all(one == items[0] for one in items) else None
+        case Known(list() | tuple() | range() as values) if len(values) < 1000:
+            return _common(list(map(Known, values)))
     return None
+
+
+def _common(items: list[Shape]) -> Shape:
+    return items[0] if items and all(one == items[0] for one in items) else None
 
 
 def is_message(cls: object) -> bool:
@@ -129,6 +129,8 @@ def attribute(owner: Shape, name: str) -> Shape:
             value = _member(module, name)
             return None if value is UNKNOWN_ATTRIBUTE else Known(value)
         case Known(value) if isinstance(value, NEURONS) and not name.startswith("_"):
+            return Known(getattr(value, name))
+        case Known(str() | dict() as value) if hasattr(value, name):
             return Known(getattr(value, name))
         case Known(type() as cls) if dataclasses.is_dataclass(cls) and hasattr(cls, name):
             return Known(getattr(cls, name))
@@ -155,7 +157,7 @@ def has_attribute(owner: Shape, name: str) -> bool:
         return hasattr(np.float64, name)
     if cls is None or not (dataclasses.is_dataclass(cls) or issubclass(cls, int | float)):
         return True
-    fields = [one.name for one in dataclasses.fields(cls)] if dataclasses.is_dataclass(cls) else []
+    fields = getattr(cls, "__dataclass_fields__", ())
     return name in fields or hasattr(cls, name) or hasattr(cls, "__getattr__")
 
 
@@ -275,8 +277,10 @@ class Expressions:
                 return _sequence(type(node), [self.shape(one) for one in items])
             case ast.ListComp(element):
                 return Instance(list, self.shape(element))
-            case ast.JoinedStr():
-                return Instance(str)
+            case ast.JoinedStr(parts):
+                texts = values_of(list(map(self.shape, parts)))
+                is_plain = texts is not None and all(isinstance(one, PLAIN) for one in texts)
+                return Known("".join(map(str, texts or ()))) if is_plain else Instance(str)
             case ast.Call():
                 return self.call(node)
         return self._computed(node)
@@ -288,13 +292,19 @@ class Expressions:
                 return self._operation(operation, self.shape(left), self.shape(right))
             case ast.UnaryOp(ast.USub(), operand):
                 found = self.shape(operand)
-                if isinstance(found, Known) and isinstance(found.value, int | float):
-                    return Known(-found.value)
-                return found if is_number(found) else None
-            case ast.Compare(left, _, others):
-                return Instance(bool) if all(map(is_number, map(self.shape, [left, *others]))) else None
+                value = value_of(found, int | float)
+                return (found if is_number(found) else None) if value is None else Known(-value)
+            case ast.Compare(left, operations, others):
+                shapes = [self.shape(one) for one in (left, *others)]
+                match shapes, operations:
+                    case [Known(one), Known(other)], [ast.Eq() | ast.NotEq() as order]:
+                        if isinstance(one, PLAIN) and isinstance(other, PLAIN):
+                            return Known((one == other) is isinstance(order, ast.Eq))
+                return Instance(bool) if all(map(is_number, shapes)) else None
             case ast.UnaryOp(ast.Not()):
                 return Instance(bool)
+            case ast.FormattedValue(value, format_spec=None):
+                return self.shape(value)
             case ast.IfExp(_, body, orelse):
                 return joined(self.shape(body), self.shape(orelse))
         return None
@@ -309,7 +319,9 @@ class Expressions:
                     return Known(owner.value[key])
                 except (LookupError, TypeError):
                     return None
-        return (owner if isinstance(owner, Instance) else None) if _is_slice(node, index) else item_of(owner)
+        if isinstance(node.slice, ast.Slice) or value_of(index, slice) is not None:
+            return owner if isinstance(owner, Instance) else None
+        return item_of(owner)
 
     def _operation(self, operation: ast.operator, left: Shape, right: Shape) -> Shape:
         work = self.divide if isinstance(operation, ast.Div) else _OPERATIONS.get(type(operation))
@@ -323,13 +335,10 @@ class Expressions:
 
     def call(self, node: ast.Call) -> Shape:
         """Return the shape of the result of a call."""
-        callee = self.shape(node.func)
-        if not isinstance(callee, Known):
-            return None
-        called = callee.value
+        called = value_of(self.shape(node.func))
         if isinstance(called, type) and dataclasses.is_dataclass(called):
             return Instance(called)
-        if any(called is one for one in _NUMERIC):
+        if any(called is one for one in NUMERIC):
             return self._number_of(called, [self.shape(one) for one in node.args])
         if str(getattr(called, "__module__", "")).startswith("nrp_core."):
             return shape_of_hint(hints(called).get("return"))
@@ -359,12 +368,7 @@ def _sequence(kind: type[ast.expr], items: list[Shape]) -> Shape:
     known = values_of(items)
     if known is not None and not any(isinstance(one, Adapter) for one in known):
         return Known(made(known))
-    alike = bool(items) and all(one == items[0] for one in items)
-    return Instance(made, items[0] if alike else None)
-
-
-def _is_slice(node: ast.Subscript, index: Shape) -> bool:
-    return isinstance(node.slice, ast.Slice) or (isinstance(index, Known) and isinstance(index.value, slice))
+    return Instance(made, _common(items))
 
 
 def _is_combined(operation: ast.operator, left: Any, right: Any) -> bool:

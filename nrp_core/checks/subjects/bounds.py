@@ -7,15 +7,20 @@ from collections.abc import Iterator, Sequence
 from math import isclose
 from typing import Final
 
-from nrp_core.checks.check import checks_experiment, checks_function
-from nrp_core.checks.code.values import Known
-from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
+from nrp_core.checks.code.syntax import names_in
+from nrp_core.checks.code.values import value_of
+from nrp_core.checks.static_experiment import (
+    CheckedFunction,
+    StaticExperiment,
+    checks_experiment,
+    checks_function,
+)
 from nrp_core.checks.subjects.sensor_visibility import read_sensors
 from nrp_core.clock import seconds
 from nrp_core.dsl.mappings import MapRobotSubscriber
 from nrp_core.dsl.parameters import SubscribedTopic
 from nrp_core.dsl.tf_lib import find_centroid_hsv, wrong_bounds
-from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings import Code, Finding
 from nrp_core.scripts import last_name
 from nrp_core.world.raycast.beams import Beams
 
@@ -37,37 +42,33 @@ def check_colors(function: CheckedFunction) -> Iterator[Finding]:
     """Look for bounds of colours that no pixel meets, or that are in another scale than OpenCV's."""
     for node in function.declared.own:
         match node:
-            case ast.Call(func, [_, low, high], []) if function.body.shape(func) == Known(find_centroid_hsv):
-                numbers = _numbers(function, low), _numbers(function, high)
-                wrong = "" if None in numbers else wrong_bounds(*numbers)  # type: ignore[arg-type]
-            case ast.Call(func, [_, low, high], []) if last_name(func) == "inRange":
-                wrong = _wrong_bytes(_numbers(function, low), _numbers(function, high))
+            case ast.Call(func, [_, low, high], []):
+                lower, upper = _numbers(function, low), _numbers(function, high)
             case _:
                 continue
+        wrong = ""
+        if lower is None or upper is None:
+            continue
+        if value_of(function.body.shape(func)) is find_centroid_hsv:
+            wrong = wrong_bounds(lower, upper)
+        elif last_name(func) == "inRange" and len(lower) == len(upper):
+            wrong = _wrong_bytes(lower, upper)
         if wrong:
-            message = f"no colour is found: {wrong}"
-            yield function.declared.finding(Code.NRP358, node, message, Level.WARNING)
+            yield function.warning(Code.NRP358, node, f"no colour is found: {wrong}")
 
 
 def _numbers(function: CheckedFunction, node: ast.expr) -> Sequence[float] | None:
     """Return the numbers of a row of constants, perhaps as an array; None for anything else."""
-    if isinstance(node, ast.Name) and (value := function.body.assigned(node.id)) is not None:
-        return _numbers(function, value)
-    if (
-        isinstance(node, ast.Call)
-        and last_name(node.func) in ("array", "asarray", "list", "tuple")
-        and node.args
-    ):
-        return _numbers(function, node.args[0])
-    found = function.body.shape(node)
-    values = found.value if isinstance(found, Known) else None
-    is_row = isinstance(values, list | tuple) and all(type(one) in (int, float) for one in values)
-    return values if is_row else None
+    match _assigned_value(function, node):
+        case ast.Call(func, [row, *_]) if last_name(func) in ("array", "asarray", "list", "tuple"):
+            return _numbers(function, row)
+        case row:
+            values = value_of(function.body.shape(row), list | tuple)
+            is_row = values is not None and all(type(one) in (int, float) for one in values)
+            return values if is_row else None
 
 
-def _wrong_bytes(low: Sequence[float] | None, high: Sequence[float] | None) -> str:
-    if low is None or high is None or len(low) != len(high):
-        return ""
+def _wrong_bytes(low: Sequence[float], high: Sequence[float]) -> str:
     for one, other in zip(low, high, strict=True):
         if one > other:
             return f"the lower bound {one:g} is above {other:g}, the upper one"
@@ -86,22 +87,19 @@ def check_time_step(function: CheckedFunction) -> Iterator[Finding]:
     rates_hz = [function.function.throttle.rate_hz]
     rates_hz += [one.info.rate_hz for one in function.adapters.values() if isinstance(one, SubscribedTopic)]
     periods_s = [step_s, *(1 / rate_hz for rate_hz in rates_hz if rate_hz)]
-    nodes = function.declared.own
-    own_steps = [node for node in nodes if isinstance(node, _LOOPS) or _divides_step(node)]
-    skipped = {id(one) for node in own_steps for one in ast.walk(node)}
-    skipped_names = {one.id for node in own_steps for one in ast.walk(node) if isinstance(one, ast.Name)}
-    for node in nodes:
-        if not isinstance(node, ast.Name) or node.id.lower() not in _STEPS or id(node) in skipped:
+    own = function.declared.own
+    own_steps = [node for node in own if isinstance(node, _LOOPS) or _divides_step(node)]
+    skipped = {name for node in own_steps for name in names_in(node)}
+    for node in own:
+        if not isinstance(node, ast.Name) or node.id.lower() not in _STEPS or node.id in skipped:
             continue
-        value = function.body.constant(node)
-        if value is None or value <= 0 or node.id in skipped_names:
-            continue
-        if not any(isclose(value, factor * one) for one in periods_s for factor in (1, 1000)):
+        value = function.body.constant(node) or 0.0
+        if value > 0 and not any(isclose(value, factor * one) for one in periods_s for factor in (1, 1000)):
             message = (
                 f"'{node.id}' is {value:g}, and the function runs every {step_s:g} s; is the time since its "
                 "last call meant? It is known from 't'"
             )
-            yield function.declared.finding(Code.NRP379, node, message, Level.WARNING)
+            yield function.warning(Code.NRP379, node, message)
             return
 
 
@@ -142,7 +140,7 @@ def check_distances(static: StaticExperiment) -> Iterator[Finding]:
                                 f"measures up to {reach_m:g} m: only a beam that reaches nothing, which is "
                                 "'inf', is beyond"
                             )
-                            yield function.declared.finding(Code.NRP380, node, message, Level.WARNING)
+                            yield function.warning(Code.NRP380, node, message)
 
 
 def _reach_m(function: CheckedFunction, node: ast.expr, scanners: dict[str, float]) -> float | None:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator
 
-from nrp_core.checks.check import checks_experiment
-from nrp_core.checks.static_experiment import StaticExperiment
-from nrp_core.checks.subjects.time_conditions import conditions
+from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
+from nrp_core.checks.subjects.time_conditions import topic_conditions
 from nrp_core.dsl.parameters import SubscribedTopic
-from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings import Code, Finding
 from nrp_core.findings.refusals import world_lacks
-from nrp_core.world.capabilities import WorldCapabilities, needs_of
+from nrp_core.world.capabilities import needs_of
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.sensors.contact import CONTACTS
 from nrp_core.world.services.part import PREFIX
@@ -27,21 +26,18 @@ _SERVICES = {
 @checks_experiment
 def check_sensors(static: StaticExperiment) -> Iterator[Finding]:
     """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
-    if static.scene is None:
-        return
-    lacking = _lacking(static, _senses(static.scene))
+    lacking = _lacking(static, _senses)
     for examined in static.functions:
         for name, adapter in examined.adapters.items():
             if isinstance(adapter, SubscribedTopic) and adapter.name in lacking:
                 message = f"'{name}' gets no messages: {lacking[adapter.name]}"
                 node = examined.declared.nodes.get(name)
-                yield examined.declared.finding(Code.NRP216, node, message, Level.WARNING)
-    for keys, condition in conditions(static.experiment, "topic", "topic_stays"):
+                yield examined.warning(Code.NRP216, node, message)
+    for keys, condition in topic_conditions(static.experiment):
         if condition.name in lacking:
             never = "never happens" if keys[0] == "events" else "is never met"
             message = f"'{keys[1]}' {never}: {lacking[condition.name]}"
-            place = static.experiment.place(*keys, "name")
-            yield place.finding(Code.NRP216, message, Level.WARNING)
+            yield static.warning(Code.NRP216, message, *keys, "name")
 
 
 @checks_experiment
@@ -50,15 +46,10 @@ def check_distances(static: StaticExperiment) -> Iterator[Finding]:
     if static.world is None or static.world.capabilities.poses:
         return
     experiment = static.experiment
-    events = (
-        ("events", name, "when", "near")
-        for name, event in experiment.events.items()
-        if event.when is not None and event.when.near is not None
-    )
-    criteria = (
-        ("criteria", name) for name, asked in experiment.criteria.items() if asked.topic_stays is None
-    )
-    for keys in (*events, *criteria):
+    near = [name for name, event in experiment.events.items() if event.when and event.when.near]
+    criteria = [name for name, asked in experiment.criteria.items() if asked.topic_stays is None]
+    events = (("events", name, "when", "near") for name in near)
+    for keys in (*events, *(("criteria", name) for name in criteria)):
         message = f"'{keys[1]}' needs a distance: {world_lacks(experiment.world.backend, 'poses')}"
         yield experiment.place(*keys).finding(Code.NRP216, message)
 
@@ -66,9 +57,7 @@ def check_distances(static: StaticExperiment) -> Iterator[Finding]:
 @checks_experiment
 def check_commands(static: StaticExperiment) -> Iterator[Finding]:
     """Look for joints, forces and changes that a function or an event commands and the world refuses."""
-    if static.scene is None:
-        return
-    lacking = _lacking(static, _commands(static.scene))
+    lacking = _lacking(static, _commands)
     for examined in static.functions:
         declared, returned = examined.declared, examined.returns_to
         topics = {"": returned.name} if returned is not None else {}
@@ -88,10 +77,10 @@ def check_commands(static: StaticExperiment) -> Iterator[Finding]:
 @checks_experiment
 def check_dynamics(static: StaticExperiment) -> Iterator[Finding]:
     """Look for models that need forces to move or hold, in a world without dynamics."""
-    if static.world is None or static.scene is None:
+    if static.world is None:
         return
     has, backend = static.world.capabilities, static.experiment.world.backend
-    for model in static.scene.models:
+    for model in static.models:
         held = [one.joint for one in model.controllers if one.initial is not None]
         lacking = [
             (j.name, need) for j in model.joints for need in needs_of(model, j) if not getattr(has, need)
@@ -105,18 +94,17 @@ def check_dynamics(static: StaticExperiment) -> Iterator[Finding]:
             joint, need = lacking[0]
             message = f"'{model.name}/{joint}' could not move: {world_lacks(backend, need)}"
         if message:
-            is_robot = model.name in static.experiment.world.robots
-            keys = ("world", "robots", model.name) if is_robot else ("world", "scene")
-            yield static.experiment.place(*keys).finding(Code.NRP216, message)
+            yield static.experiment.place(*static.keys_of(model.name)).finding(Code.NRP216, message)
 
 
-def _lacking(static: StaticExperiment, needs: Iterable[tuple[str, str]]) -> dict[str, str]:
+def _lacking(static: StaticExperiment, needs: Callable[[Scene], Iterator[tuple[str, str]]]) -> dict[str, str]:
     """Return the topics for which the world lacks capabilities, with these capabilities."""
-    if static.world is None:
+    if static.world is None or static.scene is None:
         return {}
-    has: WorldCapabilities = static.world.capabilities
-    backend = static.experiment.world.backend
-    return {topic: world_lacks(backend, need) for topic, need in needs if not getattr(has, need)}
+    has, backend = static.world.capabilities, static.experiment.world.backend
+    return {
+        topic: world_lacks(backend, need) for topic, need in needs(static.scene) if not getattr(has, need)
+    }
 
 
 def _senses(scene: Scene) -> Iterator[tuple[str, str]]:
@@ -135,9 +123,9 @@ def _senses(scene: Scene) -> Iterator[tuple[str, str]]:
 def _commands(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yield the topic of each command with the capability that it needs."""
     for model in scene.models:
-        topics = [one.topic for one in model.controllers] + [one.topic for one in model.pair_controllers]
-        topics += [one.topic for one in model.group_controllers]
-        topics += [one.command_topic for one in model.trajectory_controllers]
+        topics = [one.command_topic for one in model.trajectory_controllers]
+        for controllers in (model.controllers, model.pair_controllers, model.group_controllers):
+            topics += [one.topic for one in controllers]
         yield from ((topic, "joint_control") for topic in topics)
     for service, need in _SERVICES.items():
         yield f"{PREFIX}{service}", need

@@ -8,11 +8,9 @@ from contextlib import suppress
 from math import acos, degrees, inf
 from typing import Final, Protocol, runtime_checkable
 
-from nrp_core.checks.check import checks_experiment
-from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
 from nrp_core.errors import SceneError
-from nrp_core.experiment.running.observation import bodies_fall
-from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings import Code, Finding
 from nrp_core.world.rigid import matrix_of
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Collision, Model
@@ -42,13 +40,9 @@ class Wheeled(Protocol):
 @checks_experiment
 def check_drives(static: StaticExperiment) -> Iterator[Finding]:
     """Check the drives and controllers of robots."""
-    if static.scene is None or static.world is None or not bodies_fall(static.world.capabilities):
-        return
-    for model in static.scene.models:
-        if model.name in static.experiment.world.robots:
-            place = static.experiment.place("world", "robots", model.name)
-            for code, message in wrong_drives(model):
-                yield place.finding(code, message, Level.WARNING)
+    for model in static.robots if static.bodies_fall else ():
+        for code, message in wrong_drives(model):
+            yield static.warning(code, message, "world", "robots", model.name)
 
 
 def wrong_drives(model: Model) -> Iterator[tuple[Code, str]]:

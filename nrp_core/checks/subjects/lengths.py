@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from math import dist, hypot, inf
 from typing import Final
@@ -10,13 +10,11 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.checks.check import checks_experiment
-from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import SceneError
 from nrp_core.experiment.making.prepare import place_of_step
-from nrp_core.experiment.running.observation import bodies_fall
-from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings import Code, Finding
 from nrp_core.world.rigid import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Collision, Link, Model, Visual
@@ -40,14 +38,12 @@ LONGEST_STEP_NS: Final = 10 * NS_PER_MS
 @checks_experiment
 def check_lengths(static: StaticExperiment) -> Iterator[Finding]:
     """Check sizes and places in the models of a scene against each other."""
-    for model in static.scene.models if static.scene is not None else ():
-        is_robot = model.name in static.experiment.world.robots
-        place = static.experiment.place(
-            *(("world", "robots", model.name) if is_robot else ("world", "scene"))
-        )
+    for model in static.models:
         with suppress(SceneError):  # a mesh cannot be read, which the reader reports
-            for code, message in unlikely_lengths(model, is_robot=is_robot):
-                yield place.finding(code, message, Level.WARNING)
+            for code, message in unlikely_lengths(
+                model, is_robot=model.name in static.experiment.world.robots
+            ):
+                yield static.warning(code, message, *static.keys_of(model.name))
 
 
 def unlikely_lengths(model: Model, *, is_robot: bool) -> Iterator[tuple[Code, str]]:
@@ -74,7 +70,7 @@ def unlikely_lengths(model: Model, *, is_robot: bool) -> Iterator[tuple[Code, st
 
 def _mismatched_shapes(link: Link, model: Model) -> Iterator[str]:
     """Yield that the visuals and collision shapes of a link differ by a unit in every direction."""
-    shown, solid = (_sides(shapes) for shapes in (link.visuals, link.collisions))
+    shown, solid = (_sides((Pose(), one) for one in shapes) for shapes in (link.visuals, link.collisions))
     if shown is None or solid is None or min(shown.min(), solid.min()) < THINNEST_M:
         return
     ratios = max(shown / solid, solid / shown, key=np.max)
@@ -87,7 +83,7 @@ def _mismatched_shapes(link: Link, model: Model) -> Iterator[str]:
 
 def _distant_links(model: Model) -> Iterator[str]:
     """Yield the joints whose links are too far apart for their sizes."""
-    largest_m = _largest_link_m(model)
+    largest_m = max(_sizes_m(map(shapes_of, model.links)), default=inf)
     places = {link.name: link.pose.position for link in model.links}
     for joint in model.joints:
         if WORLD in (joint.parent, joint.child) or not {joint.parent, joint.child} <= places.keys():
@@ -102,8 +98,7 @@ def _distant_links(model: Model) -> Iterator[str]:
 
 def _distant_parts(model: Model) -> Iterator[str]:
     """Yield the first sensor, shape or centre of mass that is far from its link."""
-    sides = (_sides([one]) for link in model.links for one in shapes_of(link))
-    size_m = sum(float(np.linalg.norm(one)) for one in sides if one is not None) or inf
+    size_m = sum(_sizes_m([one] for link in model.links for one in shapes_of(link))) or inf
     for link in model.links:
         # a camera may watch its robot from afar
         parts = [
@@ -122,7 +117,7 @@ def _distant_parts(model: Model) -> Iterator[str]:
 
 
 def _low_density(model: Model) -> Iterator[str]:
-    sides = _sides_of_model(model)
+    sides = _sides((link.pose, one) for link in model.links for one in shapes_of(link))
     mass = sum(link.inertial.mass for link in model.links if link.inertial is not None)
     if sides is not None and 0 < mass < LEAST_DENSITY * sides.prod():
         yield (
@@ -131,21 +126,16 @@ def _low_density(model: Model) -> Iterator[str]:
         )
 
 
-def _sides(shapes: Sequence[Collision | Visual]) -> FloatArray | None:
-    """Return the sides of the box around shapes of a link, m; None without a bounded one."""
-    box = box_around((one.pose, one.geometry) for one in shapes)
+def _sides(shapes: Iterable[tuple[Pose, Collision | Visual]]) -> FloatArray | None:
+    """Return the sides of the box around shapes in their frames, m; None without a bounded one."""
+    box = box_around((frame @ one.pose, one.geometry) for frame, one in shapes)
     return None if box is None else box[1] - box[0]
 
 
-def _sides_of_model(model: Model) -> FloatArray | None:
-    box = box_around((link.pose @ one.pose, one.geometry) for link in model.links for one in shapes_of(link))
-    return None if box is None else box[1] - box[0]
-
-
-def _largest_link_m(model: Model) -> float:
-    """Return the diagonal of the largest link; infinite without shapes."""
-    sides = (_sides(shapes_of(link)) for link in model.links)
-    return max((float(np.linalg.norm(one)) for one in sides if one is not None), default=inf)
+def _sizes_m(parts: Iterable[Sequence[Collision | Visual]]) -> list[float]:
+    """Return the diagonal of each part of a link that has bounded shapes, m."""
+    sides = (_sides((Pose(), one) for one in shapes) for shapes in parts)
+    return [float(np.linalg.norm(one)) for one in sides if one is not None]
 
 
 def _listed(sides: FloatArray) -> str:
@@ -164,10 +154,10 @@ def check_physics_step(static: StaticExperiment) -> Iterator[Finding]:
     if experiment.timestep > MAX_STEPS * step_ns:
         count = experiment.timestep // step_ns
         message = f"the world takes {count} steps of {step} in each step of the loop; is its unit wrong?"
-    elif bodies_fall(capabilities) and keys[0] == "world" and step_ns > LONGEST_STEP_NS:
+    elif static.bodies_fall and keys[0] == "world" and step_ns > LONGEST_STEP_NS:
         message = (
             f"the physics step is {step}, and 1 to 5 ms are usual: contacts and controllers act late; is the "
             "step of the loop meant?"
         )
     if message:
-        yield experiment.place(*keys).finding(Code.NRP372, message, Level.WARNING)
+        yield static.warning(Code.NRP372, message, *keys)

@@ -6,14 +6,19 @@ import ast
 from collections.abc import Iterator
 from typing import Final
 
-from nrp_core.checks.check import checks_experiment, checks_function
 from nrp_core.checks.code.declarations import found_in
 from nrp_core.checks.code.syntax import SCOPES, excerpt, own_nodes, root_of
 from nrp_core.checks.code.values import Instance, adapter_of, class_of, is_message
-from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
+from nrp_core.checks.static_experiment import (
+    CheckedFunction,
+    StaticExperiment,
+    checks_experiment,
+    checks_function,
+)
 from nrp_core.dsl.monitors import MonitoringFunction
 from nrp_core.dsl.parameters import PublishedTopic
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.scripts import last_name
 from nrp_core.world.messages.base import type_name
 
 _WHOLE_STATE: Final = ("std_msgs/", "geometry_msgs/")
@@ -33,7 +38,7 @@ def check_return_values(function: CheckedFunction) -> Iterator[Finding]:
     ]
     if topic is not None and not values:
         message = f"'{name}' returns nothing, so nothing is sent on '{topic.name}'"
-        yield function.declared.finding(Code.NRP237, function.declared.node, message, Level.WARNING)
+        yield function.warning(Code.NRP237, function.declared.node, message)
     if topic is None and values:
         is_sent = is_message(class_of(function.body.shape(values[0].value)))
         message = f"the return value of '{name}' is not used: it has no topic"
@@ -53,11 +58,11 @@ def check_unsent_messages(function: CheckedFunction) -> Iterator[Finding]:
         match node:
             case ast.Expr(ast.Call() as made) if _makes_message(function, made):
                 message = f"the message '{excerpt(made)}' is made and not sent"
-                yield function.declared.finding(Code.NRP355, node, message, Level.WARNING)
+                yield function.warning(Code.NRP355, node, message)
             case ast.Assign([ast.Name(name) as target], ast.Call() as made) if _makes_message(function, made):
                 if _is_only_filled(function, target):
                     message = f"the message '{name}' is filled and not sent"
-                    yield function.declared.finding(Code.NRP355, target, message, Level.WARNING)
+                    yield function.warning(Code.NRP355, target, message)
 
 
 def _makes_message(function: CheckedFunction, call: ast.Call) -> bool:
@@ -67,13 +72,13 @@ def _makes_message(function: CheckedFunction, call: ast.Call) -> bool:
 
 def _is_only_filled(function: CheckedFunction, target: ast.Name) -> bool:
     """Return whether fields of a message are set and the message is not used otherwise."""
-    nodes = [one for part in function.declared.node.body for one in ast.walk(part)]
+    nodes = list(ast.walk(function.declared.node))
     if any(isinstance(one, ast.Global | ast.Nonlocal) and target.id in one.names for one in nodes):
         return False
     parts = (one for one in nodes if isinstance(one, ast.Attribute | ast.Subscript))
-    filled = {id(root_of(one)) for one in parts if isinstance(one.ctx, ast.Store)}
-    uses = [one for one in nodes if isinstance(one, ast.Name) and one.id == target.id and one is not target]
-    return bool(uses) and all(id(one) in filled for one in uses)
+    filled = {root_of(one) for one in parts if isinstance(one.ctx, ast.Store)}
+    uses = [one for one in nodes if _is_name(one, target.id) and one is not target]
+    return bool(uses) and filled.issuperset(uses)
 
 
 @checks_function
@@ -84,27 +89,29 @@ def check_late_changes(function: CheckedFunction) -> Iterator[Finding]:
         return
     for place, statement in enumerate(body):
         match statement:
-            case ast.Expr(ast.Call(ast.Attribute(owner, "send_message"), [ast.Name(name)])) if isinstance(
-                adapter_of(function.body.shape(owner)), PublishedTopic
-            ):
-                later = [_filled_field(one, name) for one in body[place + 1 :]]
-                changed = [one for one in later if one is not None]
-                rest = list(own_nodes(body[place + 1 :]))
-                uses = sum(isinstance(one, ast.Name) and one.id == name for one in rest)
-                if changed and uses == len(changed) and isinstance(function.body.name(name), Instance):
+            case ast.Expr(ast.Call(ast.Attribute(owner, "send_message"), [ast.Name(name)])):
+                uses = [one for later in body[place + 1 :] for one in ast.walk(later) if _is_name(one, name)]
+                targets = [_filled_field(later) for later in body[place + 1 :]]
+                changed = [one for one in targets if one is not None and root_of(one) in uses]
+                is_sent = isinstance(adapter_of(function.body.shape(owner)), PublishedTopic)
+                is_made = isinstance(function.body.name(name), Instance)
+                if changed and len(uses) == len(changed) and is_sent and is_made:
                     text, line = ast.unparse(changed[0]), statement.lineno
                     message = (
                         f"'{text}' is set after '{name}' was sent in line {line}: the change is not sent"
                     )
-                    yield function.declared.finding(Code.NRP355, changed[0], message, Level.WARNING)
+                    yield function.warning(Code.NRP355, changed[0], message)
 
 
-def _filled_field(statement: ast.stmt, name: str) -> ast.Attribute | None:
-    """Return the field of a message that a statement sets."""
+def _is_name(node: ast.AST, name: str) -> bool:
+    return isinstance(node, ast.Name) and node.id == name
+
+
+def _filled_field(statement: ast.stmt) -> ast.Attribute | None:
+    """Return the attribute that a statement sets."""
     match statement:
         case ast.Assign([ast.Attribute() as target]) | ast.AugAssign(ast.Attribute() as target):
-            root = root_of(target)
-            return target if isinstance(root, ast.Name) and root.id == name else None
+            return target
     return None
 
 
@@ -129,7 +136,7 @@ def check_overwritten_messages(function: CheckedFunction) -> Iterator[Finding]:
                             f"line {statement.lineno} sends another message on '{topics[name]}': functions "
                             "and robots use only that one"
                         )
-                        yield function.declared.finding(Code.NRP319, first[name], message, Level.WARNING)
+                        yield function.warning(Code.NRP319, first[name], message)
                     first[name] = statement
                 case ast.Expr() | ast.Assign() | ast.AugAssign() | ast.AnnAssign():
                     pass
@@ -154,12 +161,13 @@ def _sequences(function: ast.AST) -> Iterator[list[ast.stmt]]:
 def check_preprocessed_topics(static: StaticExperiment) -> Iterator[Finding]:
     """Look for functions of preprocessed topics that return nothing, so that ``value`` is None."""
     for source in [source for listing in static.listings for source in listing.sources]:
-        defined = {one.name: one for one in ast.walk(source.tree) if isinstance(one, ast.FunctionDef)}
-        for node in ast.walk(source.tree):
+        nodes = list(ast.walk(source.tree))
+        defined = {one.name: one for one in nodes if isinstance(one, ast.FunctionDef)}
+        for node in nodes:
             match node:
                 case ast.Call(func, [_, _, ast.Name(name), *_]) if name in defined:
                     returned = [one for one in own_nodes(defined[name].body) if isinstance(one, ast.Return)]
-                    if ast.unparse(func).endswith("PreprocessedTopic") and all(map(_is_bare, returned)):
+                    if last_name(func) == "PreprocessedTopic" and all(map(_is_bare, returned)):
                         message = (
                             f"'{name}' returns nothing, and its result is the message: it is always None"
                         )

@@ -12,11 +12,11 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from nrp_core.checks.check import checks_function
 from nrp_core.checks.code.declarations import missing_name
 from nrp_core.checks.code.statements import Written
 from nrp_core.checks.code.values import (
     DEVICE_UNITS,
+    NUMERIC,
     Instance,
     Known,
     Shape,
@@ -29,8 +29,9 @@ from nrp_core.checks.code.values import (
     is_number,
     item_of,
     names_of,
+    value_of,
 )
-from nrp_core.checks.static_experiment import CheckedFunction, sent_value
+from nrp_core.checks.static_experiment import CheckedFunction, checks_function, sent_value
 from nrp_core.dsl.devices import Device, DeviceGroup, attribute_hint
 from nrp_core.dsl.mappings import CSVRecorder, MapSpikeSink, MapSpikeSource, Variable
 from nrp_core.dsl.parameters import PublishedTopic, SubscribedTopic
@@ -41,7 +42,6 @@ from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import TopicInfo, check_message
 
 _FUNCTIONS: Final = (FunctionType, MethodType, BuiltinFunctionType, Written, np.ufunc)
-_NUMERIC: Final[tuple[Any, ...]] = (min, max, abs, float, int, round, sum, len)
 _MAIN_ATTRIBUTES: Final = ("value", "voltage", "rate", "times", "amplitude", "mean")
 """The main attribute of a device, topic or variable."""
 _KINDS: Final = {
@@ -100,7 +100,7 @@ def _missing_attribute(function: CheckedFunction, node: ast.Attribute, owner: Sh
     if adapter_of(owner) is not None:
         hint = attribute_hint(node.attr, names_of(owner))
         return f"{_described(function, owner)}, has no attribute '{node.attr}'{hint}", hint.instead
-    if isinstance(owner, Known) and isinstance(owner.value, ModuleType):
+    if value_of(owner, ModuleType) is not None:
         return missing_name(owner, node)
     if is_number(owner):
         return f"'{written}' is a number and has no '{node.attr}'", None
@@ -125,7 +125,7 @@ def _described(function: CheckedFunction, owner: Shape) -> str:
 
 def _not_called(shape: Shape) -> str:
     """Return that a value is a function or class, as one without its parentheses is; empty if not."""
-    value: Any = shape.value if isinstance(shape, Known) else None
+    value = value_of(shape)
     kind = "class" if isinstance(value, type) else "function" if isinstance(value, _FUNCTIONS) else ""
     return f"'{value.__name__}' is a {kind}, not a value; call it: {value.__name__}(...)" if kind else ""
 
@@ -214,8 +214,7 @@ def _call(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
     if not isinstance(node, ast.Call):
         return
     callee = function.body.shape(node.func)
-    value = callee.value if isinstance(callee, Known) else None
-    cls = class_of(callee)
+    value, cls = value_of(callee), class_of(callee)
     is_callable = callable(value) if isinstance(callee, Known) else cls is None or callable(cls)
     is_whole = not any(isinstance(one, ast.Starred) for one in node.args)
     if not is_callable or is_number(callee):
@@ -225,12 +224,10 @@ def _call(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
 
 
 def _has_known_signature(callee: Any) -> bool:
-    if isinstance(callee, Written) or is_message(callee):
-        return True
     if isinstance(callee, FunctionType | MethodType):
         return str(callee.__module__).startswith("nrp_core.")
     if not isinstance(callee, BuiltinFunctionType) or callee.__module__ not in ("math", "builtins"):
-        return False
+        return isinstance(callee, Written) or is_message(callee)
     try:
         return bool(inspect.signature(callee).parameters)
     except ValueError:
@@ -258,21 +255,16 @@ def _items(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]:
     """Yield items of a value without items, and indices beyond a group of devices."""
     match node:
         case ast.Subscript(value, index):
-            chosen = function.body.shape(index)
+            place = value_of(function.body.shape(index), int)
         case ast.For(_, value):
-            chosen = None
+            place = None
         case _:
             return
     owner, written = function.body.shape(value), ast.unparse(value)
-    match owner, chosen:
-        case Known(DeviceGroup() as group), Known(int() as place):
-            if not -len(group) <= place < len(group):
-                last = len(group) - 1
-                yield _Failure(
-                    node, f"'{written}' has {len(group)} devices, 0..{last}; {place} is out of range"
-                )
-            return
-    cls = class_of(owner)
+    group, cls = value_of(owner, DeviceGroup), class_of(owner)
+    if group is not None and place is not None and not -len(group) <= place < len(group):
+        message = f"'{written}' has {len(group)} devices, 0..{len(group) - 1}; {place} is out of range"
+        yield _Failure(node, message)
     is_message_without = is_message(cls) and not hasattr(cls, "__getattr__")
     is_known = is_number(owner) or adapter_of(owner) is not None or is_message_without
     if is_known and not (hasattr(cls, "__getitem__") or hasattr(cls, "__iter__")):
@@ -296,8 +288,7 @@ def _computation(function: CheckedFunction, node: ast.AST) -> Iterator[_Failure]
         case ast.Compare(left, orders, others) if all(isinstance(one, _ORDERS) for one in orders):
             wrong = _first(_no_number(function, shape(one), is_operand=True) for one in (left, *others))
         case ast.Call(func, given, named):
-            callee = shape(func)
-            if isinstance(callee, Known) and _takes_values(callee.value):
+            if _takes_values(value_of(shape(func))):
                 values = (*given, *(each.value for each in named))
                 wrong = _first(_no_value(function, shape(one)) for one in values)
     if wrong:
@@ -314,19 +305,22 @@ def _wrong_operands(
 ) -> str:
     """Return why two values cannot be combined; empty if they can or if they are unknown."""
     shapes = function.body.shape(left), function.body.shape(right)
-    is_format = isinstance(operation, ast.Mod) and not is_number(shapes[0])
-    wrong = next(filter(None, (_no_number(function, one, is_operand=True) for one in shapes)), "")
-    texts = [one for one in shapes if class_of(one) is str]
-    if not wrong and len(texts) == 1 and any(map(is_number, shapes)) and isinstance(operation, ast.Add):
-        wrong = "a text and a number cannot be combined; write f'...{number}', or float(text)"
-    if not wrong and not is_format:
-        wrong = next(filter(None, map(_never_a_number, shapes)), "") or _list_and_number(*shapes)
-    return wrong
+    if wrong := _first(_no_number(function, one, is_operand=True) for one in shapes):
+        return wrong
+    n_texts = sum(class_of(one) is str for one in shapes)
+    if n_texts == 1 and any(map(is_number, shapes)) and isinstance(operation, ast.Add):
+        return "a text and a number cannot be combined; write f'...{number}', or float(text)"
+    if isinstance(operation, ast.Mod) and not is_number(shapes[0]):  # a text is formatted
+        return ""
+    are_lists = [isinstance(one, Instance) and one.cls is list and is_number(item_of(one)) for one in shapes]
+    if any(are_lists) and any(type(value_of(one)) is float for one in shapes):  # a NumPy function works
+        return "a list and a number cannot be combined: [2.0 * one for one in ...]"
+    return _first(map(_never_a_number, shapes))
 
 
 def _takes_values(callee: Any) -> bool:
     """Return whether a function takes numbers or messages only, and not devices or topics."""
-    if any(callee is one for one in _NUMERIC):
+    if any(callee is one for one in NUMERIC):
         return True
     is_function = isinstance(callee, FunctionType | MethodType) or type(callee).__module__.startswith("numpy")
     modules = ("nrp_core.dsl.tf_lib", "nrp_core.dsl.messages", "nrp_core.dsl.parameters", "numpy")
@@ -363,15 +357,6 @@ def _never_a_number(shape: Shape) -> str:
         case Known(float() as value) if isnan(value):
             return "the result is always nan, which topics and devices refuse"
     return _not_called(shape)
-
-
-def _list_and_number(left: Shape, right: Shape) -> str:
-    """Return why the list of a group's values cannot be used in a computation; empty if unknown."""
-    for one, other in ((left, right), (right, left)):
-        is_list = isinstance(one, Instance) and one.cls is list and is_number(item_of(one))
-        if is_list and isinstance(other, Known) and type(other.value) is float:  # a NumPy function works
-            return "a list and a number cannot be combined: [2.0 * one for one in ...]"
-    return ""
 
 
 # -- messages

@@ -11,11 +11,10 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.checks.check import checks_experiment
-from nrp_core.checks.static_experiment import StaticExperiment
+from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
 from nrp_core.checks.subjects.time_conditions import read_topics
 from nrp_core.errors import SceneError
-from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings import Code, Finding
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.raycast.collisions import CollisionSpace
 from nrp_core.world.render.cameras import CameraPath, Optics
@@ -55,43 +54,30 @@ class OwnRobotView:
 @checks_experiment
 def check_own_robot_views(static: StaticExperiment) -> Iterator[Finding]:
     """Look for scanners and cameras that are read and see only their own robot."""
-    read = read_topics(static)
-    for model in _robots(static):
-        if not any(_is_read(one, model, static, read) for link in model.links for one in link.sensors):
+    read = {id(sensor): model.name for model, sensor in read_sensors(static)}
+    for model in static.robots:
+        if static.scene is None or model.name not in read.values():
             continue
-        assert static.scene is not None
         with suppress(SceneError):  # a mesh cannot be read, which the reader reports
             for view in own_robot_views(static.scene, model):
-                if view.share >= COVERED and _is_read(view.sensor, model, static, read):
+                if view.share >= COVERED and id(view.sensor) in read:
                     kind, rays = ("camera", "pixels") if view.sensor.views else ("scanner", "beams")
                     message = (
                         f"the {kind} '{view.sensor.name}' on '{model.name}/{view.link}' sees its own robot "
                         f"with {view.share:.0%} of its {rays}, from {view.nearest_m:.2g} m"
                     )
-                    place = static.experiment.place("world", "robots", model.name)
-                    yield place.finding(Code.NRP374, message, Level.WARNING)
-
-
-def _robots(static: StaticExperiment) -> list[Model]:
-    names = static.experiment.world.robots
-    return [model for model in static.scene.models if model.name in names] if static.scene else []
+                    yield static.warning(Code.NRP374, message, "world", "robots", model.name)
 
 
 def read_sensors(static: StaticExperiment) -> Iterator[tuple[Model, MountedSensor]]:
-    """Yield the scanners and cameras of robots whose messages are used."""
+    """Yield the scanners and cameras of robots that are read, or that the experiment adds for recordings."""
     read = read_topics(static)
-    for model in _robots(static):
+    for model in static.robots:
+        added = {one.name or one.type for one in static.experiment.world.robots[model.name].add_sensors}
         for sensor in (sensor for link in model.links for sensor in link.sensors):
             sees = sensor.views or isinstance(getattr(sensor, "beams", None), Beams)
-            if sees and _is_read(sensor, model, static, read):
+            if sees and (sensor.name in added or not read.isdisjoint(sensor.topics)):
                 yield model, sensor
-
-
-def _is_read(sensor: MountedSensor, model: Model, static: StaticExperiment, read: set[str]) -> bool:
-    """Return whether a sensor's topic is read, or the experiment adds the sensor, for its recordings."""
-    added = static.experiment.world.robots[model.name].add_sensors
-    is_added = any((one.name or one.type) == sensor.name for one in added)
-    return is_added or not read.isdisjoint(sensor.topics)
 
 
 def own_robot_views(scene: Scene, model: Model) -> Iterator[OwnRobotView]:

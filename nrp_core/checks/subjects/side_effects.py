@@ -1,17 +1,24 @@
-"""Calls that wait, end the process, write files, or depend on more than the run."""
+"""State outside variables, files, waiting, and what depends on more than the run."""
 
 from __future__ import annotations
 
 import ast
 import re
 from collections.abc import Iterator
+from types import ModuleType
 from typing import Final, NamedTuple
 
-from nrp_core.checks.check import checks_function
-from nrp_core.checks.code.syntax import excerpt, full_names
-from nrp_core.checks.code.values import Known
-from nrp_core.checks.static_experiment import CheckedFunction
+from nrp_core.checks.code.syntax import CHANGING, excerpt, full_names, names_in, own_nodes, root_name, root_of
+from nrp_core.checks.code.values import Known, value_of
+from nrp_core.checks.static_experiment import CheckedFunction, checks_function
 from nrp_core.findings import Code, Finding, Level
+
+_DISPLAYS: Final = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
+_MAKERS: Final = frozenset(
+    {"list", "dict", "set", "bytearray", "deque", "defaultdict", "OrderedDict", "Counter", "array", "zeros",
+     "ones", "empty", "full", "arange", "linspace", "eye"}
+)  # fmt: skip
+"""Functions and classes that return a container or an array, by the last part of their name."""
 
 
 class _Effect(NamedTuple):
@@ -40,8 +47,74 @@ _EFFECTS: Final = [
             r"numpy\.save\w*|scipy\.io\.savemat|torch\.save|cv2\.imwrite|joblib\.dump"),
 ]  # fmt: skip
 _OPENERS: Final = frozenset({"open", "io.open", "codecs.open", "gzip.open", "bz2.open", "lzma.open"})
+_WHOLE: Final = (":", "...")
 _WRITING: Final = frozenset("wax+")
 _WRITING_METHODS: Final = ("write_text", "write_bytes", "tofile", "savefig")
+
+
+@checks_function
+def check_state(function: CheckedFunction) -> Iterator[Finding]:
+    """Look for globals and for objects of the file that a function changes."""
+    skipped = {*_loaded_once(function), *_replaced(function)}
+    found: set[str] = set()
+    for name, node in _changes(function, _mutable_objects(function.declared.source.tree)):
+        if id(node) not in skipped and name not in found:
+            found.add(name)
+            message = f"no reset and no snapshot restores '{name}': keep what changes in a MapVariable"
+            yield function.warning(Code.NRP301, node, message)
+
+
+def _mutable_objects(tree: ast.Module) -> set[str]:
+    """Return the names of objects of a file whose contents or attributes may change."""
+    found: set[str] = set()
+    classes = {node.name for node in own_nodes(tree.body) if isinstance(node, ast.ClassDef)}
+    for node in own_nodes(tree.body):
+        match node:
+            case ast.Assign([ast.Name(name)], value) | ast.AnnAssign(ast.Name(name), _, ast.expr() as value):
+                made = value.func if isinstance(value, ast.Call) else None
+                maker = made.attr if isinstance(made, ast.Attribute) else getattr(made, "id", "")
+                if isinstance(value, _DISPLAYS) or maker in _MAKERS | classes:
+                    found.add(name)
+            case ast.FunctionDef(name=name, decorator_list=[]) | ast.ClassDef(name=name):
+                found.add(name)
+    return found
+
+
+def _changes(function: CheckedFunction, objects: set[str]) -> Iterator[tuple[str, ast.AST]]:
+    """Yield what a function sets of globals, enclosing functions and modules, and the objects it changes."""
+    own = function.declared.own
+    shared = {name for one in own if isinstance(one, ast.Global | ast.Nonlocal) for name in one.names}
+    objects = {name for name in objects if not function.body.is_local(name)}
+    for node in reversed(own):
+        match node:
+            case ast.Name(name, ast.Store() | ast.Del()) if name in shared:
+                yield name, node
+            case ast.Attribute(value, ctx=ast.Store()) if value_of(function.body.shape(value), ModuleType):
+                yield ast.unparse(node), node
+            case ast.Call(ast.Attribute(owner, method)) if method in CHANGING and root_name(owner) in objects:
+                yield root_name(owner), node
+            case ast.Attribute(ctx=context) | ast.Subscript(ctx=context) if root_name(node) in objects:
+                if not isinstance(context, ast.Load):
+                    yield root_name(node), node
+
+
+def _replaced(function: CheckedFunction) -> Iterator[int]:
+    """Yield the targets of ``x[:] = ...``, which replaces all old values."""
+    for node in function.declared.own:
+        match node:
+            case ast.Assign([ast.Subscript(owner, part) as target], value) if ast.unparse(part) in _WHOLE:
+                if all(ast.unparse(one) != ast.unparse(owner) for one in ast.walk(value)):
+                    yield id(target)
+
+
+def _loaded_once(function: CheckedFunction) -> Iterator[int]:
+    """Yield the targets of ``if x is None: x = load()``: the value is the same after a reset."""
+    for branch in (one for one in function.declared.own if isinstance(one, ast.If)):
+        for node in branch.body:
+            match node:
+                case ast.Assign([target], value) if any(isinstance(one, ast.Call) for one in ast.walk(value)):
+                    if root_name(target) in names_in(branch.test):
+                        yield from (id(target), id(root_of(target)))
 
 
 @checks_function

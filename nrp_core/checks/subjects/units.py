@@ -1,28 +1,35 @@
-"""Values that are most likely in another unit: angles, currents, weights, times."""
+"""Values that are most likely in another unit, and populations that cannot fire."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from math import pi, radians
+from math import inf, pi, radians
 from typing import Final
 
 import numpy as np
 
-from nrp_core.brain.network.data import Population
-from nrp_core.checks.check import checks_experiment, checks_function
-from nrp_core.checks.code.values import Known, adapter_of, is_message
-from nrp_core.checks.network_units import too_strong
-from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment, sent_value
-from nrp_core.checks.unreachable_thresholds import too_weak
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
+from nrp_core.brain.network.data import Network, Population
+from nrp_core.checks.code.values import adapter_of, is_message, value_of
+from nrp_core.checks.network_units import DELAY, TIME, Range, outside, too_strong
+from nrp_core.checks.static_experiment import (
+    CheckedFunction,
+    StaticExperiment,
+    checks_experiment,
+    checks_function,
+    sent_value,
+)
+from nrp_core.checks.synaptic_effects import too_weak
 from nrp_core.dsl.devices import Device, DeviceGroup
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.parameters import Adapter
 from nrp_core.dsl.selection import Selection
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid import ROUNDED_TURN_RAD
-from nrp_core.world.topics import TopicInfo
 
 _TWO_TURNS_RAD: Final = 4 * pi
 """Joints of robots with limits turn less, and wheels are commanded by speeds."""
@@ -30,14 +37,60 @@ _MULTIPLE_DEG: Final = 5.0
 """Angles in degrees are multiples of this, as a rule; counted turns are not."""
 CURRENTS: Final = ("amplitude", "offset", "mean", "stdev")
 """Settings of sources that are in nA."""
-_WEAKEST_NA: Final = 1e-6
-"""A thousandth of a pA, which moves no cell."""
 _HEAVIEST: Final = 100.0
 """The largest weight, uS or nA: a hundred times the leak of the largest neurons."""
-_STRONGEST_NA: Final = 50.0
-_SHORTEST_MS: Final = 0.05
-_SHORTEST_DELAY_MS: Final = 0.01
-"""As for the cells and synapses of a brain script."""
+_CURRENT: Final = Range(1e-6, 50.0, "nA", "A", "pA")  # a thousandth of a pA moves no cell
+_RANGES: Final = {
+    **dict.fromkeys(CURRENTS, _CURRENT),
+    **dict.fromkeys(("delay", "dt"), DELAY._replace(high=inf)),
+}
+"""Of the settings of devices; those of time constants are that of cells."""
+
+
+@checks_experiment
+def check_populations(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for populations that nothing can make fire, and whose spikes a function or others need."""
+    experiment, network = static.experiment, static.network
+    # functions of the platform change cells by the brain's variables, and interventions drive them
+    changes = experiment.compatibility or experiment.brain.interventions
+    knows_devices = static.is_complete and all(one.code is not Code.NRP239 for one in static.findings)
+    if network is None or changes or not knows_devices:
+        return
+    for label, why in static.summary.unreached.items():
+        devices = [one for one in static.devices if has_cells(network, label, one.neurons)]
+        sinks = [one for one in devices if isinstance(one, SinkPort)]
+        reads_spikes = not all(isinstance(one, StateRecorderPort) for one in sinks)
+        leads_on = bool(static.devices) and any(pre == label for pre, _ in static.summary.joined)
+        if len(sinks) == len(devices) and (reads_spikes or leads_on):
+            then = "a function reads its spikes" if reads_spikes else "its synapses transmit none"
+            message = f"no cell of the population '{label}' can fire, and {then}: {why}"
+            yield static.warning(Code.NRP377, message, "brain", "model")
+
+
+def has_cells(network: Network, label: str, neurons: IntArray) -> bool:
+    """Return whether cells of a population are among some neurons."""
+    first = network.offsets[label]
+    return bool(((neurons >= first) & (neurons < first + network.populations[label].size)).any())
+
+
+@checks_experiment
+def check_views(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for named populations that have a neuron twice."""
+    if static.network is None:
+        return
+    for name in static.experiment.brain.populations:
+        neurons = static.network.views.get(name)
+        if neurons is not None and len(set(neurons.tolist())) < len(neurons):
+            message = f"the population '{name}' has {len(set(neurons.tolist()))} neurons, some of them twice"
+            yield static.warning(Code.NRP211, message, "brain", "populations", name)
+
+
+@checks_experiment
+def report_network(static: StaticExperiment) -> Iterator[Finding]:
+    """Report values in another unit, and what the script or file has that the network lacks."""
+    collector = Collector(static.experiment.source)
+    collector.place(static.summary.findings, "brain", "model")
+    yield from collector.findings
 
 
 # -- devices
@@ -50,7 +103,7 @@ def check_devices(function: CheckedFunction) -> Iterator[Finding]:
         if isinstance(mapping, MapSpikeSource | MapSpikeSink):
             node = function.declared.nodes.get(name)
             for code, message in _wrong_device(name, mapping, function.adapters.get(name)):
-                yield function.declared.finding(code, node, message, Level.WARNING)
+                yield function.warning(code, node, message)
 
 
 def _wrong_device(
@@ -67,18 +120,17 @@ def _wrong_device(
     if mapping.drives and isinstance(weight, int | float) and "synapse_type" not in mapping.options:
         yield from _wrong_weight(name, abs(weight), _driven(selections))
     for setting, value in mapping.options.items():
-        if isinstance(value, int | float) and (unit := _implausible(setting, abs(value))):
-            yield Code.NRP297, f"{setting} of '{name}' is {value:g} {unit}"
+        plausible = TIME._replace(high=inf) if setting.startswith("tau_") else _RANGES.get(setting)
+        if isinstance(value, int | float) and plausible is not None:
+            found = outside(f"{setting} of '{name}'", np.array([value], float), plausible)
+            yield from ((Code.NRP297, message) for message in found)
 
 
 def _driven(selections: list[Selection]) -> list[Population]:
     """Return the populations with cells that are selected."""
     found: dict[str, Population] = {}
     for ids, network in ((one.ids, one.network) for one in selections if one.network is not None):
-        for label, population in network.populations.items():
-            first = network.offsets[label]
-            if ((ids >= first) & (ids < first + population.size)).any():
-                found[label] = population
+        found |= {name: one for name, one in network.populations.items() if has_cells(network, name, ids)}
     return list(found.values())
 
 
@@ -94,31 +146,17 @@ def _wrong_weight(name: str, weight: float, driven: list[Population]) -> Iterato
         yield Code.NRP377, f"weight of '{name}' is {weak[0]}"
 
 
-def _implausible(setting: str, size: float) -> str:
-    """Return the unit of a setting and the one that is probably meant; empty for a plausible value."""
-    shortest_ms = _SHORTEST_DELAY_MS if setting in ("delay", "dt") else _SHORTEST_MS
-    if (setting.startswith("tau_") or setting in ("delay", "dt")) and 0 < size < shortest_ms:
-        return "ms; is it meant in s?"
-    return _implausible_current(size) if setting in CURRENTS else ""
-
-
-def _implausible_current(size: float) -> str:
-    if size > _STRONGEST_NA:
-        return "nA; is it meant in pA?"
-    return "nA; is it meant in A?" if 0.0 < size < _WEAKEST_NA else ""
-
-
 @checks_function
 def check_currents(function: CheckedFunction) -> Iterator[Finding]:
     """Look for currents that a body sets in a wrong unit."""
     for node in function.declared.own:
         match node:
             case ast.Assign([ast.Attribute(owner, name) as target], value) if name in CURRENTS:
+                constant = function.body.constant(value)
                 is_device = isinstance(adapter_of(function.body.shape(owner)), Device | DeviceGroup)
-                constant = function.body.constant(value) if is_device else None
-                if constant is not None and (message := _implausible_current(abs(constant))):
-                    message = f"'{name}' is {constant:g} {message}"
-                    yield function.declared.finding(Code.NRP297, target, message, Level.WARNING)
+                if constant is not None and is_device:
+                    for message in outside(f"'{name}'", np.array([constant]), _CURRENT):
+                        yield function.warning(Code.NRP297, target, message)
 
 
 @checks_experiment
@@ -150,22 +188,16 @@ def check_poses(static: StaticExperiment) -> Iterator[Finding]:
 def check_commanded_angles(function: CheckedFunction) -> Iterator[Finding]:
     """Look for constant commands of joints that are angles in degrees."""
     for node in function.declared.own:
-        if (found := sent_value(function, node)) is None:
+        if (found := sent_value(function, node)) is None or found[0].unit != "rad":
             continue
         info, sent = found
         value = sent
         if isinstance(sent, ast.Call) and len(sent.args) == 1:
-            callee = function.body.shape(sent.func)
-            value = sent.args[0] if isinstance(callee, Known) and is_message(callee.value) else sent
-        if message := _in_degrees(info, function.body.constant(value)):
-            yield function.declared.finding(Code.NRP249, sent, message, Level.WARNING)
-
-
-def _in_degrees(info: TopicInfo, angle: float | None) -> str:
-    """Return that a command is in degrees; empty if it may be in the unit of its topic."""
-    if angle is None or info.unit != "rad" or abs(angle) <= _TWO_TURNS_RAD or angle % _MULTIPLE_DEG:
-        return ""
-    return (
-        f"'{info.name}' takes radians, and {angle:g} is {abs(angle) / (2 * pi):.0f} turns; "
-        f"{angle:g} degrees are {radians(angle):.4g}"
-    )
+            value = sent.args[0] if is_message(value_of(function.body.shape(sent.func))) else sent
+        angle = function.body.constant(value)
+        if angle is not None and abs(angle) > _TWO_TURNS_RAD and not angle % _MULTIPLE_DEG:
+            message = (
+                f"'{info.name}' takes radians, and {angle:g} is {abs(angle) / (2 * pi):.0f} turns; "
+                f"{angle:g} degrees are {radians(angle):.4g}"
+            )
+            yield function.warning(Code.NRP249, sent, message)

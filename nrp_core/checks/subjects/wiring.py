@@ -1,22 +1,95 @@
-"""Parameters, variables, sources and topics of functions that contradict each other or that nothing sets."""
+"""Names that nothing defines, and wiring that nothing sets or that contradicts itself."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 
-from nrp_core.checks.check import checks_experiment, checks_function
-from nrp_core.checks.code.syntax import root_of
+from pyflakes import messages
+from pyflakes.checker import Checker
+
+from nrp_core.checks.code.declarations import Declared, found_in
+from nrp_core.checks.code.syntax import names_in, own_nodes, root_name
 from nrp_core.checks.code.values import Known, names_of
-from nrp_core.checks.static_experiment import CheckedFunction, StaticExperiment
-from nrp_core.dsl.functions import TransferFunction
+from nrp_core.checks.static_experiment import (
+    CheckedFunction,
+    StaticExperiment,
+    checks_experiment,
+    checks_function,
+)
+from nrp_core.dsl.functions import TransferFunction, name_taken_message
+from nrp_core.dsl.loading import PythonSource
 from nrp_core.dsl.mappings import MapSpikeSource, MapVariable, Variable
 from nrp_core.dsl.parameters import Adapter
+from nrp_core.errors import Instead, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
 _WIRING: Final = {"connector", "weight", "delay", "receptor_type", "synapse_type"}
 """Settings of a source that make no spikes."""
+
+
+@checks_experiment
+def check_names(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for names that nothing defines."""
+    for listing in static.listings:
+        yield from _undefined(listing.sources, set(listing.names))
+    for source in static.neighbours:
+        yield from _undefined([source], set())
+
+
+def _undefined(sources: Iterable[PythonSource], known: set[str]) -> Iterator[Finding]:
+    for source in sources:
+        checker = Checker(source.tree, str(source.path), builtins=known)
+        open_lines = set(_lines_with_unknown_names(source.tree))
+        for found in checker.messages:
+            place = ast.Constant(None, lineno=found.lineno, col_offset=found.col)
+            if isinstance(found, messages.UndefinedLocal):
+                message = f"'{found.message_args[0]}' is used before it has a value"
+                yield found_in(source, Code.NRP246, place, message)
+            elif isinstance(found, messages.UndefinedName) and found.lineno not in open_lines:
+                message, instead = _undefined_name(found, source.tree, known)
+                yield found_in(source, Code.NRP246, place, message, Level.ERROR, instead)
+        known |= set(checker.scopeStack[0] if checker.scopeStack else checker.deadScopes[-1])
+
+
+def _lines_with_unknown_names(tree: ast.Module) -> Iterator[int]:
+    """Yield the lines of scopes whose names cannot be known, because they execute a text."""
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    scopes: list[ast.Module | ast.FunctionDef] = [tree, *functions]
+    for scope in scopes:
+        if any(isinstance(one, ast.Name) and one.id == "exec" for one in own_nodes(scope.body)):
+            last = max((getattr(one, "end_lineno", None) or 0 for one in ast.walk(scope)), default=0)
+            yield from range(getattr(scope, "lineno", 1), last + 1)
+
+
+def _undefined_name(found: messages.Message, tree: ast.Module, known: set[str]) -> tuple[str, Instead | None]:
+    """Return the message about a name that nothing defines, and the name to replace it with."""
+    name = str(found.message_args[0])
+    near = {
+        one.arg
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and node.lineno <= found.lineno <= (node.end_lineno or 0)
+        for one in ast.walk(node)
+        if isinstance(one, ast.arg)
+    }
+    hint = did_you_mean(name, (near | names_in(tree) | known) - {name})
+    return f"nothing defines the name '{name}'{hint if hint.instead else ''}", hint.instead
+
+
+@checks_experiment
+def check_function_names(static: StaticExperiment) -> Iterator[Finding]:
+    """Look for two functions with the same name."""
+    first: dict[str, Declared] = {}
+    for declared in static.declared:
+        name = declared.function.name
+        if not (declared.is_read and declared.is_named):  # a decorator in the user's file may have renamed it
+            continue
+        if name in first:
+            other = first[name]
+            message = name_taken_message(name, f"{other.source.path}:{other.node.lineno}")
+            yield declared.finding(Code.NRP235, declared.node, message)
+        first.setdefault(name, declared)
 
 
 # -- sources
@@ -40,7 +113,7 @@ def check_sources(function: CheckedFunction) -> Iterator[Finding]:
             message = f"the weight of the source '{name}' is 0: its spikes have no effect"
         if message:
             node = function.declared.parameter(name)
-            yield function.declared.finding(Code.NRP231, node, message, Level.WARNING)
+            yield function.warning(Code.NRP231, node, message)
 
 
 def _only_read(function: CheckedFunction) -> set[str]:
@@ -74,7 +147,7 @@ def check_publishers(static: StaticExperiment) -> Iterator[Finding]:
                 also = f"'{function.name}' publishes on '{topic}', as '{other.name}' does"
                 message = twice if other is function else also
                 node = examined.declared.nodes.get(parameter)
-                yield examined.declared.finding(Code.NRP229, node, message, Level.WARNING)
+                yield examined.warning(Code.NRP229, node, message)
 
 
 # -- parameters and variables
@@ -84,31 +157,26 @@ def check_publishers(static: StaticExperiment) -> Iterator[Finding]:
 def check_rebound_parameters(function: CheckedFunction) -> Iterator[Finding]:
     """Look for parameters to which a body assigns a value, where an attribute was probably intended."""
     own = function.declared.own
-    reads = [one for one in own if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Load)]
+    loads = [one for one in own if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Load)]
     for node in own:
         match node:
             case ast.Assign([ast.Name(name) as target], value) if name in function.adapters:
-                adapter, after = function.adapters[name], node.end_lineno or 0
-                inner = {id(one) for one in ast.walk(value)}
-                later = [one for one in reads if one.id == name and one.lineno > after]
-                is_read_in_it = any(isinstance(one, ast.Name) and one.id == name for one in ast.walk(value))
-                others = [one for one in reads if one.id == name and id(one) not in inner]
+                adapter, inner = function.adapters[name], set(ast.walk(value))
+                reads = [one for one in loads if one.id == name]
+                others = [one for one in reads if one not in inner]
                 is_sum = _sums(value, name) and not _uses_of_value(function, name)[1]
-                if isinstance(adapter, Variable) and is_read_in_it and (not others or is_sum):
+                if isinstance(adapter, Variable) and len(others) < len(reads) and (not others or is_sum):
                     message = f"this sets the name '{name}', not the variable: write '{name}.value = ...'"
-                    yield function.declared.finding(Code.NRP253, target, message, Level.WARNING)
-                elif not _is_part_of(value, name) and (used := _used_attribute(own, later, adapter)):
+                    yield function.warning(Code.NRP253, target, message)
+                    continue
+                later = [one for one in reads if one.lineno > (node.end_lineno or 0)]
+                used = _used_attribute(own, later, adapter)
+                if used is not None and root_name(value) != name:  # not ``camera = camera.value``
                     message = (
                         f"'{name}' was overwritten above and is no longer its device or topic; "
                         f"did you mean '{name}.{used.attr} = ...' there?"
                     )
-                    yield function.declared.finding(Code.NRP253, used, message, Level.WARNING)
-
-
-def _is_part_of(value: ast.expr, name: str) -> bool:
-    """Return whether an expression is a name or an attribute of one: ``camera.value``."""
-    root = root_of(value)
-    return isinstance(root, ast.Name) and root.id == name
+                    yield function.warning(Code.NRP253, used, message)
 
 
 def _sums(value: ast.expr, name: str) -> bool:
@@ -154,9 +222,7 @@ def check_shared_variables(static: StaticExperiment) -> Iterator[Finding]:
             )
         else:
             continue
-        yield function.declared.finding(
-            Code.NRP330, function.declared.nodes.get(name), message, Level.WARNING
-        )
+        yield function.warning(Code.NRP330, function.declared.nodes.get(name), message)
 
 
 def _uses_of_value(function: CheckedFunction, name: str) -> tuple[bool, bool]:
