@@ -161,16 +161,18 @@ def experiments_in(folder: Path) -> list[Path]:
 
 
 def _in_archive(archive: Path) -> Path:
-    suffixes, top = READERS.names(), unpack(archive)
+    top = unpack(archive)
     found = [path for path in top.rglob("*") if path.name[:1] != "." and _is_experiment(path)]
     if not found:
         _require_readers(top.rglob("*"))
-        raise ExperimentError(
-            f"the archive does not contain an experiment: files end in {', '.join(suffixes)}", path=archive
-        )
+        raise ExperimentError(f"the archive {_contains_none()}", path=archive)
     return _in_folder(
         min((path.parent for path in found), key=lambda folder: (len(folder.parts), str(folder)))
     )
+
+
+def _contains_none() -> str:
+    return f"does not contain an experiment: files end in {', '.join(READERS.names())}"
 
 
 def _in_folder(folder: Path) -> Path:
@@ -186,7 +188,7 @@ def _in_folder(folder: Path) -> Path:
         return named[0].resolve()
     if not named:
         _require_readers(folder.iterdir())
-        raise ExperimentError("the folder does not contain an experiment (experiment.yaml)", path=folder)
+        raise ExperimentError(f"the folder {_contains_none()}", path=folder)
     several = ", ".join(str(path.relative_to(folder)) for path in named[:_MOST_LISTED])
     more = f" and {len(named) - _MOST_LISTED} more" if len(named) > _MOST_LISTED else ""
     raise ExperimentError(f"the folder holds several experiments; name one: {several}{more}", path=folder)

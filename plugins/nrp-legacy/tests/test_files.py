@@ -117,6 +117,18 @@ def test_another_robot_of_an_archive_is_reported(library: Library) -> None:
     assert library.elsewhere == {"arm.sdf": path}
 
 
+@pytest.mark.parametrize("has_models", [True, False])
+def test_an_owner_of_no_models_is_told_how_to_name_them(tmp_path: Path, has_models: bool) -> None:
+    (tmp_path / "x.exc").write_text(EXPERIMENT)
+    (tmp_path / "x.bibi").write_text(BIBI)
+    if has_models:
+        (tmp_path / "Models").mkdir()
+    with Run(read_exc(tmp_path / "x.exc")) as run:
+        run.run_until(0.02)
+        told = [one for one in run.result().problems if one.code is Code.NRP204]
+    assert ["NRP_MODELS" in one.message for one in told] == [True] * (not has_models)
+
+
 @pytest.mark.parametrize("place", ["Models", "Experiments/Models", "Experiments/course/resources/Models"])
 def test_the_models_of_a_repository_are_found_without_a_setting(
     corpus: Path, tmp_path: Path, place: str

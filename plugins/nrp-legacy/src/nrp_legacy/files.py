@@ -73,6 +73,11 @@ class Library:
         self.elsewhere: dict[str, Path] = {}
         self._models = [found for path in models for found in (path, path / "Models") if found.is_dir()]
 
+    @property
+    def has_models(self) -> bool:
+        """Whether there is a folder of models."""
+        return bool(self._models)
+
     def roots(self) -> list[Path]:
         """Return the folders in which rooms and robots find the models that they refer to."""
         shelves = (library / shelf for library in self._models for shelf in _SHELVES)

@@ -97,6 +97,7 @@ class _Reading:
         given, beside = [existing_folder(folder) for folder in models], models_beside(path.parent)
         self._library = Library(path.parent, [*given, *beside] if given else [*beside, *installed_models()])
         self._notes: list[Finding] = []
+        self._lacks_model = False
         self.bibi_path = self._bibi_file().resolve()
         self._bibi = documents.read_bibi(self.bibi_path)
         self._launches = [one for one in self._exc.ignored if local(one.tag) == "rosLaunch"]
@@ -119,6 +120,9 @@ class _Reading:
             "models": self._tree([self._tree(str(folder)) for folder in self._library.roots()]),
         })  # fmt: skip
         experiment = experiment_of(tree, [one for one in self._overrides if one not in self._chosen])
+        if self._lacks_model and not self._library.has_models:
+            message = "there is no folder of models: name it by --models or NRP_MODELS"
+            self._note(exc.element, Code.NRP204, message)
         machines = [file for one in exc.machines if (file := self._machine(one))]
         launch = next((one for one in self._launches if not experiment.world.robots), None)
         maker = LegacyMaker(bibi, self._library, machines, self._notes, launch)
@@ -146,6 +150,7 @@ class _Reading:
         brain = self._bibi.brain
         found = None if brain is None else self._read(partial(self._library.find_brain, brain))
         if brain is not None and found is None:
+            self._lacks_model = True
             self._note(
                 brain.element,
                 Code.NRP269,
@@ -177,6 +182,7 @@ class _Reading:
         else:
             is_plain = PurePosixPath(environment.name).stem == _PLAIN_ROOM
             code, said = (Code.NRP204 if is_plain else Code.NRP256), f"room '{environment.name}' not found"
+            self._lacks_model = self._lacks_model or not is_plain
         self._note(
             environment.element if environment else self._exc.element, code, f"{said}: a plain floor is used"
         )
@@ -199,6 +205,7 @@ class _Reading:
     def _robot(self, name: str, body: documents.FileNamed) -> Tree | None:
         model = self._read(partial(self._library.find_sdf, body))
         if model is None:
+            self._lacks_model = True
             self._note(body.element, Code.NRP256, f"robot '{body.name}' not found: left out", subject=name)
             return None
         poses = self._exc.poses
