@@ -133,7 +133,7 @@ def _together(
 def deviations(one: RunSignals, other: RunSignals) -> list[Deviation]:
     """Return the difference of each signal that both runs have, the largest share of its range first."""
     found = []
-    for signal, times_s, a, b in _signals(one, other):
+    for signal, times_s, a, b in common_signals(one, other):
         apart = np.abs(a - b)
         at, span = int(apart.argmax()), _span(a, b)
         rms = float(np.sqrt(np.mean(apart**2)))
@@ -143,7 +143,7 @@ def deviations(one: RunSignals, other: RunSignals) -> list[Deviation]:
 
 def _visible(one: RunSignals, other: RunSignals) -> Visible | None:
     first: Visible | None = None
-    for signal, times_s, a, b in _signals(one, other):
+    for signal, times_s, a, b in common_signals(one, other):
         above = np.flatnonzero(np.abs(a - b) > VISIBLE * _span(a, b))
         if len(above) and (first is None or times_s[above[0]] < first.t_s):
             at = above[0]
@@ -151,7 +151,9 @@ def _visible(one: RunSignals, other: RunSignals) -> Visible | None:
     return first
 
 
-def _signals(one: RunSignals, other: RunSignals) -> Iterator[tuple[str, FloatArray, FloatArray, FloatArray]]:
+def common_signals(
+    one: RunSignals, other: RunSignals
+) -> Iterator[tuple[str, FloatArray, FloatArray, FloatArray]]:
     """Return each number that both runs have: its name, times, and values in both."""
     roles = (Role.SINK, Role.PUBLISHED, Role.MODELS, Role.SENSOR, Role.SOURCE)  # causes come first in a tie
     times_s = min(one.times_s, other.times_s, key=len)

@@ -18,6 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from nrp_core.brain import FloatArray
 from nrp_core.recording.figures.style import BAD, FAINT, GOOD, INK, colour, style
 from nrp_lab.comparison import report
+from nrp_lab.comparison.divergence import common_signals
 from nrp_lab.comparison.grid import Condition, GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_lab.comparison.result import GridDiff, PairDiff
@@ -333,23 +334,16 @@ def _both_signals(diff: PairDiff, names: Sequence[str]) -> Figure:
     figure = Figure(figsize=(_WIDE, 0.4 + 1.25 * len(names)), layout="constrained")
     stack = np.atleast_1d(figure.subplots(len(names), sharex=True))
     first = diff.divergence.first
+    signals = {name: values for name, *values in common_signals(diff.one, diff.other)}
     for axes, name in zip(stack, names, strict=True):
         axes.set_title(name)
-        for number, run in enumerate((diff.one, diff.other)):
-            axes.plot(run.times_s, _signal(run, name), color=colour(number), linewidth=0.9, alpha=0.85)
+        times_s, *both = signals[name]
+        for number, values in enumerate(both):
+            axes.plot(times_s, values, color=colour(number), linewidth=0.9, alpha=0.85)
         if first is not None:
             axes.axvline(first.t_ns * 1e-9, color=INK, linestyle="--", linewidth=0.8)
     stack[-1].set_xlabel("simulated time (s)")
     return figure
-
-
-def _signal(run: RunSignals, name: str) -> FloatArray:
-    for series in run.numbers.series.values():
-        for column, label in enumerate(series.columns):
-            if name == (series.name if label in ("data", "value") else f"{series.name}.{label}"):
-                found: FloatArray = run.held(series)[:, column]
-                return found
-    raise KeyError(name)
 
 
 def grid_page(diff: GridDiff) -> str:
