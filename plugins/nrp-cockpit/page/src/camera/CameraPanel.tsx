@@ -60,21 +60,24 @@ function CameraView({ topic }: { topic: string }) {
     told.current = next;
     setShown(next);
   };
-  const jumps = useRef(0);
+  /** The number of the last image, and of the last one that is shown or not true any more. */
+  const last = useRef(0);
+  const done = useRef(0);
   useTopic<Past>(PAST, (past) => {
     if (past.topic !== topic) return;
     wire.skip(topic);
-    jumps.current++; // an image that is being decoded is not shown either
+    done.current = last.current; // an image that is being decoded is not shown either
     if (past.count === 0) show("nothing");
   });
   useTopic<AnyImage>(
     topic,
     (image) => {
       if (!canvas.current) return;
-      const jump = jumps.current;
-      drawImage(canvas.current, image)
+      const number = ++last.current;
+      drawImage(canvas.current, image, () => number <= done.current)
         .then((range) => {
-          if (jump !== jumps.current) return;
+          if (range === undefined) return;
+          done.current = number;
           const text = range ? `${range[0].toFixed(2)} m to ${range[1].toFixed(2)} m` : "";
           if (caption.current && caption.current.textContent !== text) caption.current.textContent = text;
           show("picture");

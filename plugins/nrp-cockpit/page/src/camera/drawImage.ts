@@ -8,16 +8,26 @@ interface CompressedImage {
 
 export type AnyImage = RawImage | CompressedImage;
 
-/** Draws an image on a canvas of its own size, and returns the range of its depths if it has any. */
-export async function drawImage(canvas: HTMLCanvasElement, image: AnyImage): Promise<Range> {
+/**
+ * Draws an image on a canvas of its own size, and returns the range of its depths if it has any; undefined: it was
+ * `isLate` by the time at which it was decoded, and is not drawn.
+ */
+export async function drawImage(
+  canvas: HTMLCanvasElement,
+  image: AnyImage,
+  isLate: () => boolean,
+): Promise<Range | undefined> {
   const pen = canvas.getContext("2d");
   if (!pen) throw new Error("The browser cannot draw on a canvas.");
   if ("format" in image) {
     const bitmap = await createImageBitmap(new Blob([image.data]));
-    resize(canvas, bitmap.width, bitmap.height);
-    pen.drawImage(bitmap, 0, 0);
+    const late = isLate();
+    if (!late) {
+      resize(canvas, bitmap.width, bitmap.height);
+      pen.drawImage(bitmap, 0, 0);
+    }
     bitmap.close();
-    return null;
+    return late ? undefined : null;
   }
   if (image.width === 0 || image.height === 0) throw new Error("The image has no pixels.");
   const pixels = pen.createImageData(image.width, image.height);
