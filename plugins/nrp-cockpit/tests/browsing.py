@@ -77,6 +77,12 @@ def seen(page: Page, look: Callable[[], T], fits: Callable[[T], Any] = bool) -> 
     return found
 
 
+def drawn(page: Page) -> None:
+    """Wait until the scene is drawn as it is looked at now: a click hits what the last picture shows."""
+    page.wait_for_function("() => performance.getEntriesByName('first-picture').length > 0")
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
 def box_of(one: Locator) -> FloatRect:
     """Return where something is as soon as it stands still, in pixels of the page."""
     one.scroll_into_view_if_needed()
@@ -230,6 +236,7 @@ def begin_again(address: str) -> None:
         visitor.call("functions/revert")
         visitor.call("reset", what="all")
         visitor.call("pace", factor=1.0)
+        visitor.call("layout/reset")  # a page may have saved one as it was left
         for snapshot in visitor.until(lambda: visitor.last("timeline"))["snapshots"]:
             visitor.call("forget", id=snapshot["id"])
         visitor.status(state="paused", t_s=0.0, pace=1.0)

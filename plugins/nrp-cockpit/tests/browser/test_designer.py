@@ -271,7 +271,7 @@ def test_wires_show_the_latest_values_of_the_run(watched: Watched) -> None:
         page = watched.open(opened.address, 1280, 720)
         page.get_by_role("link", name="Designer").click()
         read = page.locator(".react-flow__edge[aria-label*='reads neurons'] .react-flow__edge-text")
-        expect(read).to_have_text(["\N{EN DASH}"] * 2)
+        expect(read).to_have_text(["0 Hz"] * 2)
         page.get_by_role("button", name="Play").click()
         wait_until(page, 1.0)
         page.get_by_role("button", name="Pause").click()

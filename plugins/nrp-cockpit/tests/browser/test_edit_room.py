@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import cos, hypot, pi, sin
 
 import pytest
-from browsing import Watched, box_of, seen
+from browsing import Watched, box_of, drawn, seen
 from playwright.sync_api import Page, expect
 from visitors import Cockpit, cockpit
 
@@ -25,9 +25,10 @@ def page(opened: Cockpit, watched: Watched) -> Page:
     """A page on which bodies are edited, with the robot in the middle of the scene."""
     page = watched.open(opened.address)
     page.get_by_role("button", name="Edit the room").click()
+    drawn(page)
     page.get_by_role("region", name="Selected").get_by_role("button", name="husky", exact=True).click()
     page.keyboard.press("f")
-    page.wait_for_timeout(500)
+    drawn(page)
     return page
 
 
@@ -70,7 +71,7 @@ def test_a_body_is_dragged_turned_and_put_back(opened: Cockpit, page: Page) -> N
         f"x {now[0]:.2f} m, y {now[1]:.2f}"
     )
     page.keyboard.press("f")
-    page.wait_for_timeout(500)
+    drawn(page)
     before = yaw(opened, "husky")
     drag(page, 50 * pi, "Shift")  # a hundredth of a radian a pixel
     seen(page, lambda: yaw(opened, "husky"), lambda now: cos(now - before - pi / 2) > 0.999)

@@ -44,7 +44,7 @@ def test_a_panel_is_split_by_keys_and_each_shows_what_is_chosen_in_it(opened: Pa
     opened.keyboard.press("Enter")  # the second item: to the right
     first, second = panel(opened, "Spikes"), panel(opened, "Spikes 2")
     expect(second.get_by_role("heading", name="Spikes 2")).to_be_visible()
-    assert abs(box_of(first)["width"] - box_of(second)["width"]) < 2
+    seen(opened, lambda: box_of(first)["width"] - box_of(second)["width"], lambda wider: abs(wider) < 2)
     assert box_of(first)["y"] == box_of(second)["y"]
     second.get_by_role("radio", name="Rates").click()
     expect(first.get_by_role("radio", name="Spikes")).to_be_checked()
@@ -98,12 +98,12 @@ def test_a_head_is_dragged_to_a_side_of_a_panel_or_into_its_place(opened: Page):
     heads = {name: panel(opened, name).get_by_role("heading").first for name in ("Camera", "Brain")}
     around = box_of(brain)
     heads["Camera"].drag_to(brain, target_position={"x": around["width"] - 12, "y": around["height"] / 2})
-    assert box_of(camera)["x"] > box_of(brain)["x"]
+    seen(opened, lambda: box_of(camera)["x"] > box_of(brain)["x"])
     assert box_of(camera)["y"] == box_of(brain)["y"]
     before = box_of(spikes)
     heads["Brain"].drag_to(spikes, target_position={"x": before["width"] / 2, "y": before["height"] / 2})
-    assert box_of(brain) == before
-    assert opened.locator("[data-drop]").count() == 0
+    seen(opened, lambda: box_of(brain), lambda box: box == before)
+    expect(opened.locator("[data-drop]")).to_have_count(0)
 
 
 def test_a_run_without_a_camera_has_no_panel_for_one(watched: Watched):

@@ -72,6 +72,7 @@ def test_plots_are_read_as_tables(opened: Page):
     expect(spikes).to_have_text(re.compile(r"circuit8\d+[\d.]+ Hz"))
     curves = opened.get_by_role("table", name="Curves of linear.x, angular.z").get_by_role("row")
     expect(curves).to_have_count(3)
+    expect(curves.last).to_have_text(re.compile(r"\d"))
     now, lowest, highest = (float(text) for text in curves.last.get_by_role("cell").all_inner_texts())
     assert lowest <= now <= highest
     assert highest > 0

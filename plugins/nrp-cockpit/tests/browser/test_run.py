@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import product
 
 import pytest
-from browsing import HUSKY, Kept, Watched, box_of, time_s, wait_until
+from browsing import HUSKY, Kept, Watched, box_of, drawn, seen, time_s, wait_until
 from playwright.sync_api import expect
 from visitors import cockpit
 
@@ -83,8 +83,10 @@ def test_a_fit_shows_the_selected_body_and_the_wheel_zooms_to_the_pointer(husky:
     page = watched.open(husky)
     scene = page.get_by_role("application", name="The scene in three dimensions")
     selected = page.get_by_role("region", name="Selected")
+    drawn(page)
     selected.get_by_role("button", name="north_plant", exact=True).click()
     page.keyboard.press("f")
+    drawn(page)
     where = box_of(scene)
     middle = {"x": where["width"] / 2, "y": where["height"] / 2}
     page.keyboard.press("Escape")
@@ -93,10 +95,13 @@ def test_a_fit_shows_the_selected_body_and_the_wheel_zooms_to_the_pointer(husky:
     scene.hover(position={"x": middle["x"] * 1.5, "y": middle["y"] * 0.3})
     for _ in range(8):
         page.mouse.wheel(0, -240)  # towards what is beside the plant
-    page.wait_for_timeout(300)
     page.keyboard.press("Escape")
-    scene.click(position=middle)
-    expect(selected.get_by_role("heading", name="north_plant")).to_have_count(0)
+
+    def is_beside() -> bool:  # the last turns of the wheel may still be on their way
+        scene.click(position=middle)
+        return selected.get_by_role("heading", name="north_plant").count() == 0
+
+    seen(page, is_beside)
 
 
 def test_a_first_visit_is_told_what_to_do_until_it_is_done(husky: str, watched: Watched):
