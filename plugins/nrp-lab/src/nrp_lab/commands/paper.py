@@ -32,7 +32,7 @@ def paper(
         str,
         typer.Argument(
             metavar="EXPERIMENT",
-            help="An experiment, as for nrp run; with --verify an archive.",
+            help="An experiment, as for nrp run, or a recording; with --verify an archive.",
             autocompletion=experiment_names,
         ),
     ],
@@ -84,7 +84,8 @@ def paper(
         return
     if manifest["verdict"]:
         typer.echo(manifest["verdict"])
-    typer.echo(f"{target}: {len(manifest['runs'])} runs, {target.stat().st_size / 1e6:.1f} MB")
+    runs = len(manifest["runs"])
+    typer.echo(f"{target}: {runs} run{'' if runs == 1 else 's'}, {target.stat().st_size / 1e6:.1f} MB")
 
 
 def _verify(archive: Path, *, as_json: bool) -> None:
