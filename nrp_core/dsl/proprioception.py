@@ -58,7 +58,7 @@ def map_afferents(
         options: options of the devices: ``weight``, ``delay`` for the conduction (ms), and so on.
 
     Raises:
-        TransferFunctionError: no muscle is given, or the model does not fit the kind.
+        TransferFunctionError: no muscle is given, the model does not fit the kind, or a muscle has no rest.
     """
     chosen = model or (TendonOrgan() if kind == "Ib" else Spindle())
     if not populations or isinstance(chosen, TendonOrgan) != (kind == "Ib"):
@@ -67,6 +67,9 @@ def map_afferents(
         )
         raise TransferFunctionError(f"map_afferents: {kind} of '{group}' {wrong}")
     muscles, targets = tuple(populations), list(populations.values())
+    for muscle in muscles if rest is not None else ():
+        if muscle not in rest:
+            raise TransferFunctionError(f"map_afferents: the rest of '{group}' lacks '{muscle}'")
 
     def afferents(t, states, fibres, memory):  # type: ignore[no-untyped-def]
         message = states.value
@@ -133,25 +136,35 @@ def map_motoneurons(
 
     Args:
         group: the topic of the group without ``/cmd``.
-        populations: the pool of each muscle of the group, in its order.
+        populations: the pool of each muscle of the group, by its name.
         saturation: the rate at which all units of a pool give full activation, Hz.
         name: the name of the function; by default it is made of the group.
         options: options of the devices, as ``tau_fall`` (ms).
 
     Raises:
-        TransferFunctionError: no muscle is given, or the saturation is not positive.
+        TransferFunctionError: no muscle is given, or the saturation is not positive; in a run, a muscle of
+            the group has no pool, or there is no such muscle.
     """
     if not populations or saturation <= 0:
         wrong = "needs a pool of each muscle" if not populations else f"saturates at {saturation:g} Hz"
         raise TransferFunctionError(f"map_motoneurons: '{group}' {wrong}")
-    pools = list(populations.values())
+    muscles, pools = tuple(populations), list(populations.values())
 
-    def motoneurons(t, rates, controls):  # type: ignore[no-untyped-def]  # noqa: ARG001
-        shares = [each.rate / (saturation * len(each.selection.ids)) for each in rates]
+    def motoneurons(t, rates, states, controls):  # type: ignore[no-untyped-def]  # noqa: ARG001
+        if states.value is None:
+            return
+        names = tuple(states.value.name)
+        rows = _rows(names, muscles, group)
+        if len(rows) < len(names):
+            lacking = next(name for name in names if name not in muscles)
+            raise TransferFunctionError(f"map_motoneurons: '{lacking}' of '{group}' has no pool")
+        shares = np.empty(len(names))
+        shares[rows] = [each.rate / (saturation * len(each.selection.ids)) for each in rates]
         controls.send_message(Float64MultiArray(data=np.clip(shares, 0.0, 1.0)))
 
     motoneurons.__name__ = motoneurons.__qualname__ = name or _named("motoneurons_of", group)
     function = Neuron2Robot()(motoneurons)
+    function = MapRobotSubscriber("states", Topic(f"{group}/state", MuscleStates))(function)  # their order
     function = MapRobotPublisher("controls", Topic(f"{group}/cmd", Float64MultiArray))(function)
     neurons = map_neurons(len(pools), pools.__getitem__)
     given = {"tau_rise": 5.0, "tau_fall": 25.0, **options}

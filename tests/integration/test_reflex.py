@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
+import nrp_experiments
 import numpy as np
 import pytest
 
 from nrp_core.brain import MotoneuronPool
+from nrp_core.errors import TransferFunctionRaisedError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.pynn import new_simulator
+
+BODIES = Path(nrp_experiments.__file__).parent / "bodies"
 
 
 def test_rising_drive_recruits_small_units_first_and_falling_drive_releases_them_last() -> None:
@@ -35,6 +42,32 @@ def outcome(name: str, *overrides: str) -> tuple[float, dict[str, float]]:
         return float(passed is True), {
             each: found.latest.message.data for each, found in heard.items() if found.latest
         }
+
+
+def test_pools_drive_the_muscles_of_their_names(tmp_path: Path) -> None:
+    """In any order of a mapping; a muscle without a pool is an error."""
+    commands, text = [], (BODIES.parent / "reflex_arm" / "reflex.py").read_text()
+    pools = "of(nrp.brain.motoneurons, MOTONEURONS)"
+    for changed in (pools, f"dict(reversed({pools}.items()))", f"dict([*{pools}.items()][1:])"):
+        shutil.copytree(BODIES.parent / "reflex_arm", tmp_path / "reflex_arm", dirs_exist_ok=True)
+        shutil.copytree(BODIES, tmp_path / "bodies", dirs_exist_ok=True)
+        (tmp_path / "reflex_arm" / "reflex.py").write_text(
+            text.replace(f'"/arm/muscles", {pools}', f'"/arm/muscles", {changed}')
+        )
+        experiment = load_experiment(str(tmp_path / "reflex_arm" / "experiment.yaml"), ["duration=60 ms"])
+        with Run(experiment) as run:
+            states = run.world.subscribe("/arm/muscles/state")
+            if "[1:]" in changed:
+                with pytest.raises(
+                    TransferFunctionRaisedError, match="'shoulder_flexor' of '/arm/muscles' has no pool"
+                ):
+                    run.run()
+                continue
+            run.run()
+            assert states.latest is not None
+            commands.append(states.latest.message.activation)
+    assert commands[0].max() > 0
+    np.testing.assert_array_equal(commands[0], commands[1])
 
 
 @pytest.mark.parametrize(

@@ -122,6 +122,11 @@ class Muscle(Drive):
             raise plugin.error(f"the muscle '{name}' has {len(path)} <point>: its path needs at least 2")
         optimal, slack = _lengths(plugin, name)
         numbers = {each: plugin.number(each, getattr(_USUAL, each)) for each in _SHAPE}
+        smoothing = plugin.number("smoothing", 0.0)
+        if smoothing < 0:
+            raise plugin.error(
+                f"the <smoothing> of the muscle '{name}' must be at least 0, not {smoothing:g}"
+            )
         if not 0 <= numbers["lmin"] < 1 < numbers["lmax"] or numbers["fvmax"] < 1 or numbers["fpmax"] <= 0:
             raise plugin.error(
                 f"the muscle '{name}' needs 0 <= lmin < 1 < lmax, fvmax >= 1 and fpmax > 0, not "
@@ -138,7 +143,7 @@ class Muscle(Drive):
             vmax=plugin.positive("vmax", _USUAL.vmax),
             activation_s=plugin.positive("activation_time", _USUAL.activation_s),
             deactivation_s=plugin.positive("deactivation_time", _USUAL.deactivation_s),
-            smoothing=plugin.number("smoothing", 0.0),
+            smoothing=smoothing,
             wraps=wraps,
             state_topic=resolve_name(f"{topic}/state", reading.robot),
         )

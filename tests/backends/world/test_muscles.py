@@ -278,6 +278,7 @@ def test_a_muscle_of_sdf_is_that_of_mjcf(engine, tmp_path):
         ({"link": "bonee"}, "bone"),
         ({"path": "<point><link>bone</link><xyz>0 0 0</xyz></point>"}, "1 <point>"),
         ({"range": "0.35 0.25"}, "length_range"),
+        ({"range": "0.25 0.35</length_range><smoothing>-1</smoothing><length_range>"}, "smoothing"),
         ({"member": "n"}, "the muscle 'n'"),
     ],
 )
