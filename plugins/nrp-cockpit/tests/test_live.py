@@ -133,6 +133,22 @@ def test_a_body_that_was_placed_is_still_there_after_a_step_back(opened: Cockpit
     assert state(opened) == before
 
 
+def test_a_move_is_not_undone_over_a_later_one_of_somebody_else(opened: Cockpit, visitor: Visitor) -> None:
+    there = {"body": "left_vr_screen", "orientation": [0, 0, 0, 1]}
+    first = visitor.call("place", **there, position=[1, 0, 0])["number"]
+    with opened.visit() as other:
+        second = other.call("place", **there, position=[2, 0, 0])["number"]
+        with pytest.raises(RefusedError):
+            visitor.call("place", **there, position=[0, 0, 0], undoes=first)
+        assert opened.run.world.model_motion("left_vr_screen").pose.position == (2, 0, 0)
+        other.call("place", **there, position=[1, 0, 0], undoes=second)
+    visitor.call("place", **there, position=[0, 0, 0], undoes=first)
+    assert opened.run.world.model_motion("left_vr_screen").pose.position == (0, 0, 0)
+    visitor.call("reset", what="all")
+    with pytest.raises(RefusedError):
+        visitor.call("place", **there, position=[1, 0, 0], undoes=first)
+
+
 def test_a_body_that_is_placed_while_nothing_runs_is_seen_there_at_once(visitor: Visitor) -> None:
     visitor.subscribe("/gazebo/model_states")
     visitor.call("step", n=2)

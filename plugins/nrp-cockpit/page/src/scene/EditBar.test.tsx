@@ -30,7 +30,7 @@ beforeEach(() => {
       await new Promise<void>((resolve) => {
         free = resolve;
       });
-    return name.endsWith("models") ? { models: ["box", "palm"] } : { body: "box_2" };
+    return name.endsWith("models") ? { models: ["box", "palm"] } : { body: "box_2", number: 7 };
   });
 });
 afterEach(() => {
@@ -66,7 +66,7 @@ test("Undo puts a body back where it was", async () => {
   await act(async () => undefined);
   expect(calls.at(-1)).toEqual([
     "place",
-    { body: "husky", position: [3, 4, 0.1], orientation: [0, 0, 1, 0] },
+    { body: "husky", position: [3, 4, 0.1], orientation: [0, 0, 1, 0], undoes: 7 },
   ]);
 });
 

@@ -78,7 +78,7 @@ export async function put(body: string, pose: Pose): Promise<void> {
   if (answer && before)
     done({
       text: `Put ${body} back`,
-      takeBack: () => place(body, [...before.position] as Vector, before.orientation),
+      takeBack: () => place(body, [...before.position] as Vector, before.orientation, answer.number),
     });
 }
 

@@ -41,7 +41,8 @@ export const place = (
   body: string,
   position: Vector,
   orientation: readonly [number, number, number, number],
-) => command("place", { body, position, orientation });
+  undoes: number | null = null,
+) => command<{ number: number }>("place", { body, position, orientation, undoes });
 
 export async function toggleRecording(): Promise<void> {
   const recording = useRun.getState().status?.recording;

@@ -28,6 +28,8 @@ class Bodies:
 
     def __init__(self, run: Run) -> None:
         self._run = run
+        self._moves: dict[str, list[int]] = {}  # of each body, those that were not taken back
+        self._number = 0
 
     def push(self, body: str, force_n: Sequence[float], duration_s: float) -> None:
         """Apply a force, N, to the first link of a body for a time.
@@ -51,8 +53,29 @@ class Bodies:
             duration=Duration(int(whole), int(part)),
         )
 
-    def place(self, body: str, position: Sequence[float], orientation: Sequence[float]) -> None:
-        """Move a body to a pose, at rest; position in m, orientation x, y, z, w."""
+    def place(
+        self,
+        body: str,
+        position: Sequence[float],
+        orientation: Sequence[float],
+        undoes: int | None = None,
+    ) -> dict[str, int]:
+        """Move a body to a pose, at rest, and return the number of the move.
+
+        Args:
+            body: its name.
+            position: m.
+            orientation: x, y, z, w.
+            undoes: the number of the move that this one takes back.
+
+        Raises:
+            ExperimentError: the pose is impossible, or the move to be taken back is not the last one.
+        """
+        moves = self._moves.get(body, [])
+        if undoes is not None and moves[-1:] != [undoes]:
+            raise ExperimentError(
+                f"'{body}' stays where it is: since then it was reset or moved again, perhaps by others"
+            )
         x, y, z = _numbers(position, 3, "a position, m")
         width = width_m(self._run.world.scene)
         if hypot(x, y, z) > _FARTHEST * width:
@@ -65,6 +88,16 @@ class Bodies:
         if not isclose(length, 1.0, abs_tol=_ROUNDING):
             raise ExperimentError(f"orientation: x, y, z and w of a quaternion of length 1, not {length:.3g}")
         self._run.world.place(body, ModelMotion(Pose((x, y, z), (a, b, c, d))))
+        if undoes is not None:
+            moves.pop()
+            return {"number": undoes}
+        self._number += 1
+        self._moves[body] = [*moves, self._number]
+        return {"number": self._number}
+
+    def forget(self) -> None:
+        """Forget all moves, which a reset has taken back."""
+        self._moves.clear()
 
 
 def _numbers(given: Sequence[float], count: int, what: str) -> tuple[float, ...]:

@@ -240,6 +240,8 @@ class LiveSession(Session):
 
     def reset(self, what: str = "all") -> None:
         """Reset everything to time 0, or one part while time goes on."""
+        if what != "brain":
+            self.bodies.forget()
         if what != "all":
             self.run.reset(what)
             self.steered()
