@@ -88,7 +88,7 @@ def test_a_matrix_rotates_about_an_axis_through_a_point() -> None:
 
 
 def test_a_matrix_is_composed_of_its_parts() -> None:
-    moved = transformations.compose_matrix(None, None, [0, 0, np.pi / 2], [1, 2, 3], None)
+    moved = transformations.compose_matrix(None, None, [0, 0, np.pi / 2], np.array([1, 2, 3]), None)
     assert moved @ (1, 0, 0, 1) == pytest.approx((1, 3, 3, 1))
     whole = transformations.compose_matrix((2, 1, 1), (0.5, 0, 0), (0, 0, 0), (0, 0, 1), (0, 0, 0, 2))
     assert whole @ (1, 1, 0, 1) == pytest.approx((2.5 / 2, 1 / 2, 1 / 2, 1))

@@ -125,12 +125,16 @@ def compose_matrix(
     perspective: Sequence[float] | None = None,
 ) -> Array:
     """Return the matrix that scales, shears (xy, xz, yz), rotates, translates and projects, in this order."""
-    scaled, sheared, projected = np.diag([*(scale or (1.0, 1.0, 1.0)), 1.0]), np.eye(4), np.eye(4)
-    sheared[[0, 0, 1], [1, 2, 2]] = shear or 0.0
+    scaled = np.diag([*((1.0, 1.0, 1.0) if scale is None else scale), 1.0])
+    sheared, projected = np.eye(4), np.eye(4)
+    sheared[[0, 0, 1], [1, 2, 2]] = 0.0 if shear is None else shear
     projected[3] = projected[3] if perspective is None else perspective
-    moved, turned = translation_matrix(translate or _ORIGIN), euler_matrix(*(angles or _ORIGIN))
+    roll, pitch, yaw = _ORIGIN if angles is None else angles
+    place = _ORIGIN if translate is None else translate
+    moved, turned = translation_matrix(place), euler_matrix(roll, pitch, yaw)
     matrix = concatenate_matrices(projected, moved, turned, sheared, scaled)
-    return matrix / matrix[3, 3]
+    matrix /= matrix[3, 3]
+    return matrix
 
 
 def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: float) -> Array:
