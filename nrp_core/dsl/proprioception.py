@@ -67,8 +67,8 @@ def map_afferents(
         )
         raise TransferFunctionError(f"map_afferents: {kind} of '{group}' {wrong}")
     muscles, targets = tuple(populations), list(populations.values())
-    for muscle in muscles if rest is not None else ():
-        if muscle not in rest:
+    for muscle in muscles:
+        if rest is not None and muscle not in rest:
             raise TransferFunctionError(f"map_afferents: the rest of '{group}' lacks '{muscle}'")
 
     def afferents(t, states, fibres, memory):  # type: ignore[no-untyped-def]
