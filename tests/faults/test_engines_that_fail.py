@@ -159,13 +159,13 @@ def engines(request: pytest.FixtureRequest) -> tuple[str, ...]:
 
 @pytest.mark.parametrize("what", NANS)
 def test_nan_from_a_function_is_refused_where_it_is_sent(
-    engines: tuple[str, ...], what: str, tmp_path: Path
+    engines: tuple[str, ...], what: str, tmp_path: Path, golden: Golden
 ) -> None:
     path = tmp_path / "sends.py"
     path.write_text(SENDS.format(what=NANS[what]))
     settings = [*engines, f"transfer_functions=[{path}]"]
     with Run(load_experiment("braitenberg_husky", settings)) as run:
-        with pytest.raises(TransferFunctionRaisedError, match=r"sends\.py:\d+: .* (is nan|is inf|not nan)"):
+        with golden.raises(TransferFunctionRaisedError):
             run.run()
         assert run.loop.steps == 3
     with Run(load_experiment("braitenberg_husky", [*settings, "on_error=quarantine"])) as run:
@@ -228,12 +228,14 @@ def test_nan_is_refused_by_every_topic_that_takes_numbers(engines: tuple[str, ..
     ],
     ids=lambda value: value if isinstance(value, str) else type(value).__name__,
 )  # fmt: skip
-def test_nan_is_refused_by_every_device(engines: tuple[str, ...], source: Any, setting: str) -> None:
+def test_nan_is_refused_by_every_device(
+    engines: tuple[str, ...], source: Any, setting: str, golden: Golden
+) -> None:
     with Run(load_experiment("braitenberg_husky", engines)) as run:
         port = run.brain.add_source(source, [0, 1], name="wrong")
         before = getattr(port, setting)
         for wrong in (float("nan"), float("inf"), [1.0, float("nan")]):
-            with pytest.raises(ValueError, match="finite"):
+            with golden.raises(ValueError):
                 setattr(port, setting, wrong)
         assert getattr(port, setting) == before
         run.run_until(0.1)

@@ -289,7 +289,7 @@ def test_a_killed_run_is_verified_as_far_as_it_went(tmp_path: Path) -> None:
 def test_a_snapshot_of_another_run_is_refused(made: Made, golden: Golden) -> None:
     taken = bytes(next(made.recording.messages({SNAPSHOTS})).message.data)
     with Run(load_experiment(made.folder, ["transfer_functions=[]"])) as run:
-        with pytest.raises(SnapshotError, match="other devices"):
+        with golden.raises(SnapshotError):
             run.restore(taken)
         for nonsense in (b"no pickle", pickle.dumps(5)):
             with golden.raises(SnapshotError):

@@ -38,10 +38,10 @@ def test_a_world_whose_topics_do_not_fit_the_experiment_is_closed(
     monkeypatch.setattr(running, "declare_own", refuse)
     with golden.raises(TopicError):
         open_world(load_experiment("braitenberg_husky"))
-    with pytest.raises(LifecycleError, match="closed"):
+    with golden.raises(LifecycleError):
         opened[0].run_until(20_000_000)
 
 
-def test_only_an_experiment_has_a_world() -> None:
-    with pytest.raises(ExperimentError, match="nope"):
+def test_only_an_experiment_has_a_world(golden: Golden) -> None:
+    with golden.raises(ExperimentError):
         open_world("nope")

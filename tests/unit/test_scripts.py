@@ -168,7 +168,7 @@ def test_modules_in_folders_are_packages_for_files_of_the_scope(tmp_path: Path) 
     assert "tools" not in sys.modules
 
 
-def test_a_stand_in_for_a_missing_module_serves_only_that_module(tmp_path: Path) -> None:
+def test_a_stand_in_for_a_missing_module_serves_only_that_module(tmp_path: Path, golden: Golden) -> None:
     made = {name: ModuleType(name) for name in ("nowhere", "nowhere.part")}
     made["nowhere"].part = made["nowhere.part"]  # type: ignore[attr-defined]
     asked = []
@@ -184,7 +184,7 @@ def test_a_stand_in_for_a_missing_module_serves_only_that_module(tmp_path: Path)
     assert Scope([], {}.get, missing=missing).run(path).found
     assert set(asked) == {"nowhere", "nowhere.part"}
     path.write_text("import elsewhere")
-    with pytest.raises(ModuleNotFoundError, match="elsewhere"):
+    with golden.raises(ModuleNotFoundError):
         Scope([], {}.get, missing=missing).run(path)
 
 

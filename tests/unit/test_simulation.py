@@ -67,7 +67,7 @@ def test_an_engine_that_fails_is_reported_with_its_cause_and_time_and_can_only_b
     assert isinstance(failure.value.__cause__, ZeroDivisionError)
     assert failure.value.t_ns == 5
     for forbidden in (lambda: simulation.run_until(6), simulation.snapshot):
-        with pytest.raises(LifecycleError, match="has failed"):
+        with golden.raises(LifecycleError):
             forbidden()
     simulation.reset()
     simulation.run_until(6)
@@ -111,11 +111,11 @@ def test_a_snapshot_of_something_else_is_refused(golden: Golden) -> None:
         Counter("one").restore(Counter("two").snapshot())
 
 
-def test_closing_twice_closes_once_and_nothing_works_after_it() -> None:
+def test_closing_twice_closes_once_and_nothing_works_after_it(golden: Golden) -> None:
     with Counter() as simulation:
         simulation.run_until(1)
     simulation.close()
     assert simulation.closed == 1
     for forbidden in (lambda: simulation.run_until(2), simulation.reset, simulation.snapshot):
-        with pytest.raises(LifecycleError, match="is closed"):
+        with golden.raises(LifecycleError):
             forbidden()

@@ -9,6 +9,8 @@ from nrp_core import brains
 from nrp_core.brain import Brain, FloatArray, Network, SpikeRecorder, builder, network_of
 from nrp_core.clock import NS_PER_MS
 
+pytest_plugins = ["golden"]  # in tests/shared
+
 
 @pytest.fixture
 def network() -> Callable[[Callable[[Any], object]], Network]:

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from golden import Golden
 from nrp_core.brain import PoissonSource, RemoteBrain, SpikeRecorder
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, LifecycleError, NetworkError, TimestepError
@@ -69,18 +70,18 @@ def test_a_second_brain_gets_a_process_of_its_own(network, opened):
     assert [spikes_of(third)] == trains
 
 
-def test_a_brain_that_does_not_open_leaves_the_kernel_free(network, opened):
+def test_a_brain_that_does_not_open_leaves_the_kernel_free(network, opened, golden: Golden):
     early = {"v_thresh": -40.0, "v_spike": -45.0}
     bad = network(lambda sim: sim.Population(1, sim.EIF_cond_exp_isfa_ista(**early), label="bad"))
-    with pytest.raises(NetworkError, match=r"'bad' \(EIF_cond_exp_isfa_ista\): NEST's .* refuses .*V_peak"):
+    with golden.raises(NetworkError, match="'bad'"):
         opened(bad)
     assert opened(network(busy)).now_ns == 0
 
 
-def test_a_closed_brain_is_closed(network, opened):
+def test_a_closed_brain_is_closed(network, opened, golden: Golden):
     brain = opened(network(busy))
     brain.close()
-    with pytest.raises(LifecycleError, match="closed"):
+    with golden.raises(LifecycleError):
         brain.run_until(NS_PER_MS)
 
 
@@ -91,8 +92,8 @@ def test_a_time_off_the_grid_is_refused_and_harms_nothing(network, opened):
     brain.run_until(NS_PER_MS)
 
 
-def test_snapshots_are_not_supported(network, opened):
-    with pytest.raises(CapabilityError, match="save and restore"):
+def test_snapshots_are_not_supported(network, opened, golden: Golden):
+    with golden.raises(CapabilityError):
         opened(network(busy)).snapshot()
 
 
@@ -139,8 +140,8 @@ def test_a_network_of_sources_alone_runs(network, opened):
 
 
 @pytest.mark.parametrize("resolution", ["0.5 us", "2 ms"])
-def test_a_grid_that_nest_does_not_have_is_refused(resolution):
-    with pytest.raises(ValidationError, match=r"NEST's grid.*1 ms"):
+def test_a_grid_that_nest_does_not_have_is_refused(resolution, golden: Golden):
+    with golden.raises(ValidationError):
         NestOptions(resolution=resolution)
 
 

@@ -15,6 +15,8 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 
+pytest_plugins = ["golden"]  # in tests/shared
+
 settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
 settings.load_profile("untimed")
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from golden import Golden
 from nrp_cockpit.session import reports
 from states import plain
 from visitors import Cockpit, RefusedError, Visitor, cockpit
@@ -149,7 +150,7 @@ def test_a_branch_that_fails_leaves_the_run_going(opened: Cockpit, visitor: Visi
     assert beside.mode == "failed"  # type: ignore[union-attr]
 
 
-def test_what_cannot_be_is_refused_in_a_sentence(opened: Cockpit, visitor: Visitor) -> None:
+def test_what_cannot_be_is_refused_in_a_sentence(opened: Cockpit, visitor: Visitor, golden: Golden) -> None:
     for call, said in (
         (lambda: visitor.call("part"), "there is no second run"),
         (lambda: visitor.call("compare"), "needs a different brain or world"),
@@ -159,7 +160,7 @@ def test_what_cannot_be_is_refused_in_a_sentence(opened: Cockpit, visitor: Visit
         with pytest.raises(RefusedError, match=said):
             call()
     visitor.call("branch")
-    with pytest.raises(RefusedError, match="a second run is already open"):
+    with golden.raises(RefusedError):
         visitor.call("branch")
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 from nrp_cockpit.command import open_run
 from nrp_cockpit.session import reports
 from nrp_cockpit.wire.hub import Hub
@@ -71,10 +72,10 @@ def test_speed_and_costs_are_unknown_until_there_is_a_step_and_while_time_stands
     assert visitor.status(state="paused")["real_time_factor"] is None
 
 
-def test_it_runs_to_a_time(visitor: Visitor) -> None:
+def test_it_runs_to_a_time(visitor: Visitor, golden: Golden) -> None:
     visitor.call("run_to", t_s=0.19)
     visitor.status(state="paused", t_s=0.2)
-    with pytest.raises(RefusedError, match=r"already at 0\.2 s"):
+    with golden.raises(RefusedError):
         visitor.call("run_to", t_s=0.1)
 
 
@@ -213,14 +214,14 @@ def test_a_snapshot_is_restored(opened: Cockpit, visitor: Visitor) -> None:
         visitor.call("restore", id="s0")
 
 
-def test_a_snapshot_of_another_way_has_no_past(opened: Cockpit, visitor: Visitor) -> None:
+def test_a_snapshot_of_another_way_has_no_past(opened: Cockpit, visitor: Visitor, golden: Golden) -> None:
     visitor.call("step", n=5)
     taken = visitor.call("snapshot")
     visitor.call("reset", what="all")
     visitor.call("publish", topic=COLOUR, value="red")
     visitor.call("step")
     visitor.call("restore", id=taken["id"])
-    with pytest.raises(RefusedError, match=r"snapshot .*0\.08 s"):
+    with golden.raises(RefusedError):
         visitor.call("step_back")
 
 
@@ -261,13 +262,15 @@ def test_the_pace_is_kept_and_a_slow_one_holds_up_nobody(opened: Cockpit, visito
         visitor.call("pace", factor=0)
 
 
-def test_the_end_of_a_run_is_the_end_until_it_goes_back(opened: Cockpit, visitor: Visitor) -> None:
+def test_the_end_of_a_run_is_the_end_until_it_goes_back(
+    opened: Cockpit, visitor: Visitor, golden: Golden
+) -> None:
     end_ns = opened.run.experiment.duration
     opened.run.experiment.__dict__["duration"] = 200_000_000
     try:
         visitor.call("step", n=10)
         visitor.status(state="finished", t_s=0.2)
-        with pytest.raises(RefusedError, match="the run has ended: step back or reset"):
+        with golden.raises(RefusedError):
             visitor.call("play")
         visitor.call("step_back")
         visitor.status(state="paused", t_s=0.18)

@@ -7,6 +7,7 @@ from typing import Any
 from unittest.mock import Mock
 
 import pytest
+from golden import Golden
 from nrp_cockpit.session import functions
 from nrp_cockpit.session.constants import constants_of
 from visitors import Cockpit, RefusedError, Visitor, cockpit
@@ -107,13 +108,13 @@ def test_a_parameter_acts_and_its_value_is_true_after_going_back(visitor: Visito
     assert spikes == {}
 
 
-def test_one_cell_can_differ_and_impossible_values_are_refused(visitor: Visitor) -> None:
+def test_one_cell_can_differ_and_impossible_values_are_refused(visitor: Visitor, golden: Golden) -> None:
     assert of_cells(visitor, "i_offset")["value"] is None  # they differ
     cell = {"population": "wheels", "index": 3}
     visitor.call("parameters/cells", name="i_offset", value=0.5, **cell)
     assert of_cells(visitor, "i_offset", **cell)["value"] == 0.5
     assert of_cells(visitor, "i_offset", population="wheels", index=4)["value"] != 0.5
-    with pytest.raises(RefusedError, match="more than 0"):
+    with golden.raises(RefusedError):
         visitor.call("parameters/cells", population="wheels", name="tau_m", value=-1.0)
     with pytest.raises(RefusedError, match="'wheels'"):
         visitor.call("parameters/cells", population="wheel", name="tau_m", value=1.0)

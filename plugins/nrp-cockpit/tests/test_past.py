@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from golden import Golden
 from nrp_cockpit.session import past
 from nrp_cockpit.session.past import Past
 from visitors import SMALL
@@ -17,7 +18,7 @@ UNTIL_S = 3.0
 
 @pytest.mark.parametrize(("bytes_a_second", "taken"), [(past.BYTES_A_SECOND, 4), (4_000, 1)])
 def test_large_snapshots_are_taken_more_rarely(
-    bytes_a_second: int, taken: int, monkeypatch: pytest.MonkeyPatch
+    bytes_a_second: int, taken: int, monkeypatch: pytest.MonkeyPatch, golden: Golden
 ) -> None:
     monkeypatch.setattr(past, "BYTES_A_SECOND", bytes_a_second)
     counted = 0
@@ -33,7 +34,7 @@ def test_large_snapshots_are_taken_more_rarely(
         kept = Past(run, can_save=True)
         run.loop.hooks.after_step.append(lambda loop: kept.after_step())
         run.run_until(UNTIL_S)
-        with pytest.raises(CapabilityError, match="there is no snapshot to return from to 1 s"):
+        with golden.raises(CapabilityError):
             Past(run, can_save=False).way_to(NS_PER_S)
     assert counted == taken
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 from nrp_legacy.shims.smach import InvalidStateError, State, StateMachine
 from nrp_legacy.state_machines import check_machine, check_machine_file
 
@@ -19,11 +20,11 @@ def test_a_file_that_is_not_python_is_reported_before_a_run(tmp_path: Path) -> N
     assert (found.code, found.line) == (Code.NRP272, 3)
 
 
-def test_a_state_that_is_added_twice_is_refused() -> None:
+def test_a_state_that_is_added_twice_is_refused(golden: Golden) -> None:
     machine = StateMachine(["END"])
     with machine:
         StateMachine.add("wait", State(["done"]), {"done": "END"})
-        with pytest.raises(InvalidStateError, match="'wait' already exists"):
+        with golden.raises(InvalidStateError, match="'wait'"):
             StateMachine.add("wait", State(["done"]), {"done": "END"})
 
 

@@ -2,4 +2,6 @@
 
 import os
 
+pytest_plugins = ["golden"]  # in tests/shared
+
 os.environ.setdefault("NUMBA_DISABLE_JIT", "1")

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from golden import Golden
 from nrp_conformance.world.kit import BLUE, RED, at, floor, pendulum, prop, robot, screen, states, twist
 from nrp_core import worlds
 from nrp_core.errors import LifecycleError, SimulationError
@@ -217,7 +218,9 @@ def test_a_topic_without_its_last_listener_is_not_sent(world: World, monkeypatch
 
 
 @needs_ros2
-def test_the_death_of_one_body_process_is_one_error_and_spares_the_others(world: World) -> None:
+def test_the_death_of_one_body_process_is_one_error_and_spares_the_others(
+    world: World, golden: Golden
+) -> None:
     with hosted() as other:
         go(world, 3)
         os.kill(process_of(world), signal.SIGKILL)
@@ -225,7 +228,7 @@ def test_the_death_of_one_body_process_is_one_error_and_spares_the_others(world:
             go(world, 100)
         with pytest.raises(LifecycleError):
             go(world, 1)
-        with pytest.raises(SimulationError, match="signal 9"):
+        with golden.raises(SimulationError):
             world.reset()
         world.close()
         go(other, 3)
@@ -277,13 +280,13 @@ def test_a_body_ends_with_the_process_that_needs_it() -> None:
 
 @needs_ros2
 @pytest.mark.skipif(sys.platform == "win32", reason="exit codes of signals differ")
-def test_a_body_that_hangs_is_given_up() -> None:
+def test_a_body_that_hangs_is_given_up(golden: Golden) -> None:
     options = RosOptions(body="mujoco", domain=DOMAIN, patience="2 s")
     with RosBackend().open(SCENE, seed=1, options=options) as world:
         body = process_of(world)
         go(world, 1)
         os.kill(body, signal.SIGSTOP)
-        with pytest.raises(SimulationError, match="hangs: it has not answered for 2 s"):
+        with golden.raises(SimulationError):
             go(world, 1)
     Programs.until(lambda: not _runs(body), timeout_s=60)
 

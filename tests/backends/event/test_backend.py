@@ -78,8 +78,8 @@ def test_a_state_that_was_saved_as_arrays_is_restored(cells: Cells, open_brain: 
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, 1.0])
-def test_an_impossible_tolerance_is_refused(tolerance: float) -> None:
-    with pytest.raises(ValidationError, match="tolerance"):
+def test_an_impossible_tolerance_is_refused(tolerance: float, golden: Golden) -> None:
+    with golden.raises(ValidationError):
         EventOptions(tolerance=tolerance)
 
 
@@ -124,7 +124,7 @@ def test_a_neuron_that_cannot_be_integrated_is_named(cells: Cells, open_brain: O
     brain._do_inject(SynapticEvents(np.array([4]), np.array([7.0]), np.array([1e300])))
     with golden.raises(DivergedError, match="'wild'"):
         brain.run_until(20 * NS_PER_MS)
-    with pytest.raises(LifecycleError, match="failed"):
+    with golden.raises(LifecycleError):
         brain.run_until(30 * NS_PER_MS)
     brain.reset()
     brain.run_until(20 * NS_PER_MS)

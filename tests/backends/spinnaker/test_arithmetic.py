@@ -6,6 +6,7 @@ from math import floor
 
 import numpy as np
 import pytest
+from golden import Golden
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from nrp_brain_spinnaker.machine.fixed_point import (
@@ -113,6 +114,6 @@ def test_reading_back_is_exact(raw: int) -> None:
 
 
 @pytest.mark.parametrize("value", [65536.0, -65536.1, np.inf, np.nan])
-def test_a_number_outside_the_format_is_refused_by_name(value: float) -> None:
-    with pytest.raises(ValueError, match=r"tau_m is .* -65536 \.\. 65535\.99997"):
+def test_a_number_outside_the_format_is_refused_by_name(value: float, golden: Golden) -> None:
+    with golden.raises(ValueError):
         to_accum([1.0, value], "tau_m")

@@ -150,7 +150,7 @@ def broken(*_):
 
 def test_a_world_whose_part_breaks_on_numbers_has_failed(batch, monkeypatch, golden: Golden):
     publication = batch.advertise("/husky/cmd_vel")
-    with pytest.raises(TopicError, match=r"linear\.x is nan"):
+    with golden.raises(TopicError):
         publication.publish(np.full((len(SEEDS), 6), np.nan))
     assert {world.state for world in batch.worlds} == {State.READY}
     monkeypatch.setattr(batch.worlds[0].engine, "set_drive", broken)

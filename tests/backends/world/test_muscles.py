@@ -288,13 +288,13 @@ def test_mistakes_are_one_error_with_their_line(values, part, tmp_path):
     assert caught.value.line is not None
 
 
-def test_groups_take_as_many_finite_numbers_as_they_have_muscles(tmp_path):
+def test_groups_take_as_many_finite_numbers_as_they_have_muscles(tmp_path, golden: Golden):
     with opened(written(tmp_path), "mujoco") as world:
         cmd = world.advertise("/arm/g/cmd")
         for wrong in ([], [0.1, 0.2]):
-            with pytest.raises(TopicError, match="1 muscles"):
+            with golden.raises(TopicError):
                 cmd.publish(Float64MultiArray(data=wrong))
-        with pytest.raises(TopicError, match="finite"):
+        with golden.raises(TopicError):
             cmd.publish(Float64MultiArray(data=[float("nan")]))
         cmd.publish(Float64MultiArray(data=[1.5]))
         assert [each.code for each in world.warnings] == [Code.NRP299]
@@ -339,12 +339,12 @@ def test_muscles_count_in_the_digest_of_a_scene(tmp_path):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_copies_take_the_controls_of_a_group_as_rows_and_move_as_alone(engine, tmp_path):
+def test_copies_take_the_controls_of_a_group_as_rows_and_move_as_alone(engine, tmp_path, golden: Golden):
     scene, backend, topic = arm(tmp_path, text=PAIR), worlds().load(engine), "/base/muscles/cmd"
     rows = np.array([[0.9, 0.0, 0.4, 0.1], [0.0, 0.6, 0.0, 0.3]])
     with backend.open_batch(scene, seeds=[1, 2], options=backend.options(), threads=0) as batch:
         batch.advertise(topic).publish(rows)
-        with pytest.raises(TopicError, match="needs 4 numbers"):
+        with golden.raises(TopicError):
             batch.advertise(topic).publish(rows[:, :3])
         batch.run_until(60_000_000)
         together = batch.joint_states("base").positions

@@ -113,7 +113,7 @@ def test_parameters_that_cannot_be_are_refused(network, values, message, golden:
 def test_weights_and_trains_that_cannot_be_are_refused(network, golden: Golden):
     with golden.raises(NetworkError, match=r"1 \(0 -> 0\).*-1"):
         new_weights(network, "p", [1.0, -1.0])
-    with pytest.raises(NetworkError, match=r"no projection 'q'"):
+    with golden.raises(NetworkError, match="'q'"):
         projection_of(network, "q")
     with golden.raises(NetworkError, match="'n'.*SpikeSourceArray"):
         spike_trains(network, "n", [[1.0]], None)

@@ -77,23 +77,25 @@ def test_the_message_names_owner_counts_need_and_what_is_free(free: Any) -> None
         (lambda sim: sim.FixedTotalNumberConnector(10**12), "1e+12"),
     ],
 )
-def test_a_projection_too_large_is_refused_before_it_is_drawn(connector: Any, number: str, free: Any) -> None:
+def test_a_projection_too_large_is_refused_before_it_is_drawn(
+    connector: Any, number: str, free: Any, golden: Golden
+) -> None:
     sim = builder()
     cells = sim.Population(10_000, sim.SpikeSourcePoisson(), label="cells")
     targets = sim.Population(10_000, sim.IF_curr_delta(), label="targets")
     free(64 * MIB)
-    with pytest.raises(NetworkError, match="projection 'all': ") as caught:
+    with golden.raises(NetworkError, match="'all'") as caught:
         sim.Projection(cells, targets, connector(sim), sim.StaticSynapse(weight=1.0), label="all")
     assert f"from 10000 to 10000 cells makes about {number} synapses" in caught.value.message
 
 
-def test_values_that_differ_between_synapses_count(free: Any) -> None:
+def test_values_that_differ_between_synapses_count(free: Any, golden: Golden) -> None:
     sim = builder()
     cells = sim.Population(100, sim.IF_curr_exp(), label="cells")
     free(100 * 100 * 10)
     sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=1.0))
     weight = sim.RandomDistribution("uniform", low=0.0, high=1.0)
-    with pytest.raises(NetworkError, match="about 1e\\+04 synapses"):
+    with golden.raises(NetworkError):
         sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight))
 
 
@@ -121,11 +123,13 @@ class Near(IndexBasedExpression):
         (lambda sim: sim.OneToOneConnector(), 30_000),
     ],
 )
-def test_synapses_of_near_cells_are_foreseen_from_some_cells(connector: Any, number: int, free: Any) -> None:
+def test_synapses_of_near_cells_are_foreseen_from_some_cells(
+    connector: Any, number: int, free: Any, golden: Golden
+) -> None:
     sim = builder()
     cells = sim.Population(30_000, sim.IF_curr_exp(), structure=sim.Line(), label="cells")
     free(1000)
-    with pytest.raises(NetworkError, match="projection 'all': ") as caught:
+    with golden.raises(NetworkError, match="'all'") as caught:
         sim.Projection(cells, cells, connector(sim), sim.StaticSynapse(weight=1.0), label="all")
     assert f"from 30000 to 30000 cells makes about {number:.3g} synapses" in caught.value.message
 

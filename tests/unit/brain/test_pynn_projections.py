@@ -217,13 +217,13 @@ def test_a_list_that_leaves_delays_to_chance_has_those_of_pynn() -> None:
     np.testing.assert_array_equal(delays_of(builder()), delays_of(pyNN.mock))
 
 
-def test_synapses_can_be_read_and_set_one_by_one(sim: ModuleType) -> None:
+def test_synapses_can_be_read_and_set_one_by_one(sim: ModuleType, golden: Golden) -> None:
     projection = connect(sim, sim.StaticSynapse(weight=0.9))
     projection[1].weight = 0.25
     assert [synapse.weight for synapse in projection] == [0.9, 0.25, 0.9, 0.9, 0.9, 0.9]
     assert (projection[1].presynaptic_index, projection[1].postsynaptic_index) == (1, 0)
     assert projection[1].as_tuple("weight", "delay") == (0.25, 0.5)
-    with pytest.raises(AttributeError, match="no 'wheight'"):
+    with golden.raises(AttributeError, match="'wheight'"):
         _ = projection[1].wheight
 
 
@@ -341,14 +341,14 @@ def test_weights_of_both_signs_are_counted_and_need_two_projections(sim: ModuleT
         connect(sim, sim.StaticSynapse(weight=weights), model="IF_curr_exp")
 
 
-def test_rewards_have_their_own_receptor_and_a_delay_of_a_step(sim: ModuleType) -> None:
+def test_rewards_have_their_own_receptor_and_a_delay_of_a_step(sim: ModuleType, golden: Golden) -> None:
     connect(sim, sim.Neuromodulation(0.05, tau_c=90.0), receptor_type="reward", model="IF_curr_exp")
     reward = only(sim)
     assert reward.receptor == "reward"
     assert reward.neuromodulation == Neuromodulation(tau_c=90.0)
     assert set(reward.weight) == {0.05}
     assert set(reward.delay_ms) == {0.5}
-    with pytest.raises(NetworkError, match="Neuromodulation"):
+    with golden.raises(NetworkError):
         connect(sim, sim.Neuromodulation(), receptor_type="excitatory")
     with pytest.raises(NetworkError, match="tau_x"):
         sim.Neuromodulation(tau_x=1.0)

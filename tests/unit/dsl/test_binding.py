@@ -169,7 +169,7 @@ def test_a_parameter_that_is_not_mapped_is_reported(load: Load, golden: Golden) 
         function.bind(brain(), world())
 
 
-def test_bindings_before_a_failure_are_released(load: Load) -> None:
+def test_bindings_before_a_failure_are_released(load: Load, golden: Golden) -> None:
     (function,) = load(
         """
         @nrp.MapSpikeSource("good", nrp.map_neurons(2, lambda i: nrp.brain.actors[i]), nrp.poisson)
@@ -180,7 +180,7 @@ def test_bindings_before_a_failure_are_released(load: Load) -> None:
         """
     )
     mind = brain()
-    with pytest.raises(TransferFunctionError, match="delay"):
+    with golden.raises(TransferFunctionError):
         function.bind(mind, world())
     assert mind.devices == ()
 
@@ -193,7 +193,7 @@ def test_a_missing_capability_stays_a_capability_error_with_its_line(load: Load,
         function.bind(brain(), world())
 
 
-def test_bound_parameters_are_attributes_and_are_given_back(load: Load) -> None:
+def test_bound_parameters_are_attributes_and_are_given_back(load: Load, golden: Golden) -> None:
     (function,) = load(
         """
         @nrp.MapSpikeSource("eye", nrp.brain.sensors[0, 2], nrp.poisson, weight=0.5)
@@ -210,7 +210,7 @@ def test_bound_parameters_are_attributes_and_are_given_back(load: Load) -> None:
     assert [wheel.port.name for wheel in function.wheels] == ["f/wheels/0", "f/wheels/1"]
     assert function.eye.port.name == "f/eye"
     assert len(mind.devices) == 3
-    with pytest.raises(LifecycleError, match="already bound"):
+    with golden.raises(LifecycleError):
         function.bind(mind, robot)
     function.unbind()
     assert not mind.devices
@@ -235,9 +235,9 @@ def test_settings_may_depend_on_the_brain_and_differ_within_a_group(load: Load) 
     assert function.n.value == 2
 
 
-def test_running_an_unbound_function_is_refused(load: Load) -> None:
+def test_running_an_unbound_function_is_refused(load: Load, golden: Golden) -> None:
     (function,) = load("@nrp.Robot2Neuron()\ndef f(t): pass")
-    with pytest.raises(LifecycleError, match="not bound"):
+    with golden.raises(LifecycleError):
         function.run(0)
 
 

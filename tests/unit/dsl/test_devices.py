@@ -53,15 +53,15 @@ def test_one_value_for_each_neuron_is_taken() -> None:
 
 
 @pytest.mark.parametrize("rate", [-1.0, float("nan"), float("inf"), [1, 2, 3], "fast", None, {}])
-def test_a_rate_that_cannot_be_is_refused_by_the_name_of_the_parameter(rate: object) -> None:
+def test_a_rate_that_cannot_be_is_refused_by_the_name_of_the_parameter(rate: object, golden: Golden) -> None:
     device = opened(kinds.poisson)
-    with pytest.raises(ValueError, match="wheel"):
+    with golden.raises(ValueError):
         device.rate = rate
     assert device.rate == 0.0
 
 
-def test_a_read_only_attribute_cannot_be_set() -> None:
-    with pytest.raises(AttributeError, match=r"wheel\.voltage is read-only"):
+def test_a_read_only_attribute_cannot_be_set(golden: Golden) -> None:
+    with golden.raises(AttributeError):
         opened(kinds.leaky_integrator_alpha).voltage = 1.0
 
 
@@ -225,11 +225,13 @@ def test_a_connector_gives_weight_and_delay_unless_they_are_given_themselves() -
     assert (events.weights.tolist(), events.times_ms.tolist()) == ([3.0, 3.0], [14.0, 14.0])
 
 
-def test_a_fixed_connector_gives_each_neuron_so_many_generators_and_a_sink_so_many_neurons() -> None:
+def test_a_fixed_connector_gives_each_neuron_so_many_generators_and_a_sink_so_many_neurons(
+    golden: Golden,
+) -> None:
     fixed = {"mode": "Fixed", "n": 3}
     assert len(opened(kinds.fixed_frequency, rate=100.0, connector=fixed).port.events(0.0, 10.0)) == 6
     device = opened(kinds.leaky_integrator_alpha, neurons=(0, 1, 2, 3), connector=fixed)
     assert len(set(device.port.neurons.tolist())) == 3
     for wrong in ({"mode": "Some"}, {"mode": "Fixed", "n": 0}):
-        with pytest.raises(ValueError, match="connector is"):
+        with golden.raises(ValueError):
             opened(kinds.poisson, connector=wrong)

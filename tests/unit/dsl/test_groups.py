@@ -75,9 +75,9 @@ def test_a_subgroup_holds_the_same_devices() -> None:
 
 
 @pytest.mark.parametrize("values", [[1, 2], [1, 2, 3, 4], []])
-def test_another_number_of_values_is_refused_and_nothing_is_set(values: list[float]) -> None:
+def test_another_number_of_values_is_refused_and_nothing_is_set(values: list[float], golden: Golden) -> None:
     group = group_of(3)
-    with pytest.raises(ValueError, match="3 devices"):
+    with golden.raises(ValueError):
         group.rate = values
     assert group.rate == [0, 0, 0]
 

@@ -65,8 +65,8 @@ def test_an_error_with_a_place_of_its_own_keeps_it(load: Load) -> None:
     assert caught.value.line == 3
 
 
-def test_an_error_of_ours_without_a_place_gets_one(load: Load) -> None:
-    with pytest.raises(NrpError, match=r"functions.py:2: no topic"):
+def test_an_error_of_ours_without_a_place_gets_one(load: Load, golden: Golden) -> None:
+    with golden.raises(NrpError):
         load("from nrp_core.errors import TopicError\nraise TopicError('no topic')\n")
 
 

@@ -73,9 +73,9 @@ def test_one_statement_maps_a_group():
 def test_mistakes_are_one_error(golden: Golden):
     with golden.raises(TransferFunctionError):
         map_afferents("Ia", "/arm/muscles", {})
-    with pytest.raises(TransferFunctionError, match="rest of '/arm/muscles' lacks 'm'"):
+    with golden.raises(TransferFunctionError, match="'/arm/muscles'.*'m'"):
         map_afferents("Ia", "/arm/muscles", {"m": None}, rest={"n": 0.2})
-    with pytest.raises(TransferFunctionError, match="TendonOrgan"):
+    with golden.raises(TransferFunctionError):
         map_afferents("Ia", "/arm/muscles", {"m": None}, model=TendonOrgan())
-    with pytest.raises(TransferFunctionError, match="saturates"):
+    with golden.raises(TransferFunctionError):
         map_motoneurons("/arm/muscles", {"m": None}, saturation=0.0)

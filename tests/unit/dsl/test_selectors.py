@@ -184,8 +184,8 @@ def test_selectors_are_shown_as_they_are_written() -> None:
     assert repr(chain_neurons(brain.a, brain.b)) == "chain_neurons(brain.a, brain.b)"
 
 
-def test_a_selector_does_not_pretend_to_be_a_sequence() -> None:
-    with pytest.raises(TypeError, match="not iterable"):
+def test_a_selector_does_not_pretend_to_be_a_sequence(golden: Golden) -> None:
+    with golden.raises(TypeError):
         list(brain.sensors)  # type: ignore[call-overload]
     with pytest.raises(TypeError):
         1 in brain.sensors  # type: ignore[misc]  # noqa: B015

@@ -49,9 +49,10 @@ def open_run(drive_to_the_wall: Path) -> Iterator[Open]:
 
 def test_events_for_missing_things_are_reported_and_left_out_unless_the_experiment_is_strict(
     open_run: Open,
+    golden: Golden,
 ) -> None:
     events = "events.nowhere={at: 0 s, publish: {topic: /no/such/color, value: red}}"
-    with pytest.raises(InvalidExperimentError, match="no topic '/no/such/color'"):
+    with golden.raises(InvalidExperimentError, match="'/no/such/color'"):
         open_run(events)
     run = open_run(events, "strict=false", "aliases./lamp=/no/lamp")
     run.run()
@@ -238,10 +239,10 @@ def test_a_time_between_two_steps_is_refused(open_run: Open, golden: Golden) -> 
 
 
 def test_a_transfer_function_that_raises_stops_the_run_which_can_still_be_summed_up(
-    open_run: Open, raising: Raising, drive_to_the_wall: Path
+    open_run: Open, raising: Raising, drive_to_the_wall: Path, golden: Golden
 ) -> None:
     run = open_run(raising("raise ValueError('deep')"))
-    with pytest.raises(TransferFunctionRaisedError, match=r"wrong\.py:4: .* ValueError: deep"):
+    with golden.raises(TransferFunctionRaisedError):
         run.run()
     result = run.result()
     assert result.passed is False

@@ -70,10 +70,10 @@ def test_text_that_is_not_yaml_gets_one_error_at_its_place(text: str, where: str
     assert what in str(error.value)
 
 
-def test_aliases_that_multiply_without_end_are_refused() -> None:
+def test_aliases_that_multiply_without_end_are_refused(golden: Golden) -> None:
     lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
-    with pytest.raises(ExperimentError, match="endless"):
+    with golden.raises(ExperimentError):
         parse_tree("\n".join(lines), FILE)
 
 

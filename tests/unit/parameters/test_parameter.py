@@ -81,8 +81,8 @@ def test_a_value_that_does_not_fit_is_refused(parameter, given, message):
         (("p", 1.0, None, "0 mV"), "low and high must be finite numbers"),
     ],
 )
-def test_a_declaration_that_contradicts_itself_is_refused(arguments, message):
-    with pytest.raises(ExperimentError, match=r"parameter '2?p'") as caught:
+def test_a_declaration_that_contradicts_itself_is_refused(arguments, message, golden: Golden):
+    with golden.raises(ExperimentError, match="'2?p'") as caught:
         Parameter(*arguments)
     assert message in str(caught.value)
 
@@ -166,7 +166,7 @@ def test_two_declarations_of_one_name_must_be_equal(tmp_path, golden: Golden):
     golden(mistake.message)
     sim = GivenParameters()
     sim.parameter("g", 1.0)
-    with pytest.raises(ExperimentError, match="declared twice"):
+    with golden.raises(ExperimentError):
         sim.parameter("g", 2.0)
 
 

@@ -121,14 +121,14 @@ def test_equal_recordings_give_equal_files(recording: Recording, tmp_path: Path,
 
 
 def test_a_figure_in_python_is_that_of_the_command_and_shown_by_notebooks(
-    recording: Recording, tmp_path: Path
+    recording: Recording, tmp_path: Path, golden: Golden
 ) -> None:
     plot(recording, tmp_path / "command.png", options=PlotOptions(begin_s=0.1, panels=(Panel.SPIKES,)))
     figure = recording.plot(path=tmp_path / "python.png", begin_s=0.1, panels=["spikes"])
     assert (tmp_path / "python.png").read_bytes() == (tmp_path / "command.png").read_bytes()
     shown = cv2.imdecode(np.frombuffer(figure._repr_png_(), np.uint8), cv2.IMREAD_COLOR)
     assert shown.shape == cv2.imread(str(tmp_path / "python.png")).shape
-    with pytest.raises(ExperimentError, match="raster"):
+    with golden.raises(ExperimentError):
         recording.plot("rasta")
 
 
@@ -495,8 +495,8 @@ def test_a_figure_shows_a_window_of_time_and_values_from_before_it_hold(
 
 
 @pytest.mark.parametrize("text", ["180", "180x", "x5cm", "180x120", "180x120ly", "0x5cm", "1x1km", "-5x5cm"])
-def test_a_size_that_is_not_one_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match=r"size|inches"):
+def test_a_size_that_is_not_one_is_refused(text: str, golden: Golden) -> None:
+    with golden.raises(ValueError):
         size_inches(text)
 
 

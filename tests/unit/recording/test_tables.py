@@ -97,9 +97,9 @@ def test_a_topic_that_is_not_there_is_refused_with_the_nearest_name(
     assert next(recording.messages({"/husky/cmd_vel"})).topic == "/husky/cmd_vel"
     with golden.raises(ExperimentError, match="'/husky/cmd_val'.*'/husky/cmd_vel'"):
         recording.frame("/husky/cmd_val")
-    with pytest.raises(ExperimentError, match=r"use spikes\(\)"):
+    with golden.raises(ExperimentError):
         recording.frame(spikes_topic("eyes"))
-    with pytest.raises(ExperimentError, match="use messages"):
+    with golden.raises(ExperimentError):
         recording.frame("/husky/camera/compressed")
 
 

@@ -108,6 +108,6 @@ def test_a_class_of_the_same_ros_name_is_the_same_type() -> None:
     check_message(TopicInfo("/v", Vector3, Direction.IN), TheirVector3())
 
 
-def test_a_message_of_another_type_is_named() -> None:
-    with pytest.raises(TopicError, match="carries geometry_msgs/msg/Twist, not Vector3"):
+def test_a_message_of_another_type_is_named(golden: Golden) -> None:
+    with golden.raises(TopicError):
         check_message(COMMAND, Vector3())

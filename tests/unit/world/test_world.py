@@ -75,7 +75,7 @@ def test_a_wrong_message_is_refused_under_its_requested_name_without_side_effect
 ) -> None:
     room.add_alias("/go", "/husky/cmd_vel")
     go = room.advertise("/go")
-    with pytest.raises(TopicError, match="/go carries geometry_msgs/msg/Twist, not Vector3"):
+    with golden.raises(TopicError):
         go.publish(Vector3())
     with golden.raises(TopicError, match=r"/go.*geometry_msgs/msg/Twist, angular\.z"):
         go.publish(Twist(angular=Vector3(z=nan)))
@@ -108,10 +108,10 @@ def test_an_alias_of_an_alias_is_the_same_topic(room: Any) -> None:
 
 
 @pytest.mark.parametrize("name", [GLASS, "/taken", "relative"])
-def test_a_name_is_given_once_and_absolute(room: Any, name: str) -> None:
+def test_a_name_is_given_once_and_absolute(room: Any, name: str, golden: Golden) -> None:
     room.add_alias("/taken", GLASS)
     for take in (lambda: room.add_alias(name, "/husky/camera"), lambda: room.declare(name, Float64)):
-        with pytest.raises(TopicError, match=r"already|absolute"):
+        with golden.raises(TopicError):
             take()
 
 
@@ -279,11 +279,11 @@ def test_an_engine_that_raises_is_one_error_with_its_time(room: Any, golden: Gol
     room.engine.fails = True
     with golden.raises(SimulationError, match=r"PointEngine.*0\.002.*ZeroDivisionError"):
         room.run_until(4 * MS)
-    with pytest.raises(LifecycleError, match="has failed"):
+    with golden.raises(LifecycleError):
         room.advertise("/husky/cmd_vel").publish(FORWARD)
 
 
-def test_a_closed_world_has_no_topics(room: Any) -> None:
+def test_a_closed_world_has_no_topics(room: Any, golden: Golden) -> None:
     color, command = room.subscribe(GLASS), room.advertise("/husky/cmd_vel")
     room.close()
     for use in (
@@ -293,7 +293,7 @@ def test_a_closed_world_has_no_topics(room: Any) -> None:
         lambda: command.publish(FORWARD),
         lambda: room.run_until(2 * MS),
     ):
-        with pytest.raises(LifecycleError, match="PointEngine is closed"):
+        with golden.raises(LifecycleError):
             use()
 
 

@@ -119,7 +119,7 @@ def test_depth_comes_back(depth):
 
 
 def test_an_unknown_encoding_is_refused(golden: Golden):
-    with pytest.raises(CvBridgeError, match="unknown encoding 'rgb9'"):
+    with golden.raises(CvBridgeError, match="'rgb9'"):
         CvBridge().cv2_to_imgmsg(np.zeros((2, 2, 3), np.uint8), "rgb9")
     with golden.raises(CvBridgeError, match="'32FC1'.*'bgr8'"):
         CvBridge().imgmsg_to_cv2(CvBridge().cv2_to_imgmsg(np.zeros((2, 2), np.float32)), "bgr8")

@@ -264,11 +264,11 @@ def test_a_node_of_collada_is_a_submesh(pieces: Pieces) -> None:
     assert volume(read_stl(right.path)) == pytest.approx(8 / 6)
 
 
-def test_collada_with_entities_is_refused_unexpanded(pieces: Pieces) -> None:
+def test_collada_with_entities_is_refused_unexpanded(pieces: Pieces, golden: Golden) -> None:
     bomb = "<!DOCTYPE a [" + "".join(
         f'<!ENTITY e{i} "{f"&e{i - 1};" * 10 if i else "x" * 100}">' for i in range(12)
     )
-    with pytest.raises(SceneError, match="DOCTYPE"):
+    with golden.raises(SceneError):
         pieces("a.dae", dae().replace("<COLLADA", bomb + "]><COLLADA", 1).replace("skin", "&e11;", 1))
 
 

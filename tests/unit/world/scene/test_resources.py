@@ -81,10 +81,10 @@ def test_an_archive_that_would_write_elsewhere_is_refused(
     assert not list(cache.rglob("escape*"))
 
 
-def test_a_symbolic_link_in_an_archive_is_refused(pack: Pack) -> None:
+def test_a_symbolic_link_in_an_archive_is_refused(pack: Pack, golden: Golden) -> None:
     link = zipfile.ZipInfo("meshes")
     link.external_attr = 0o120777 << 16
-    with pytest.raises(SceneError, match="symbolic link"):
+    with golden.raises(SceneError):
         read_model(pack({"model.sdf": SDF.format(""), link: "/etc"}))  # type: ignore[dict-item]
 
 
@@ -94,9 +94,11 @@ def test_a_bomb_is_refused_before_it_is_unpacked(pack: Pack, cache: Path, golden
     assert not list(cache.rglob("zeros"))
 
 
-def test_an_archive_of_too_much_is_refused(pack: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_archive_of_too_much_is_refused(
+    pack: Pack, monkeypatch: pytest.MonkeyPatch, golden: Golden
+) -> None:
     monkeypatch.setattr(archives, "MAX_BYTES", 100)
-    with pytest.raises(SceneError, match="the limit"):
+    with golden.raises(SceneError):
         read_model(pack({"model.sdf": SDF.format("<!-- longer than that -->" * 9)}))
 
 
@@ -243,11 +245,13 @@ def test_xacro_files_may_hold_comments_with_hyphens(tmp_path: Path) -> None:
     assert read_model(robot).links[0].visuals[0].geometry == Box((4, 1, 1))
 
 
-def test_without_xacro_the_remedy_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_xacro_the_remedy_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, golden: Golden
+) -> None:
     monkeypatch.setitem(sys.modules, "xacro", None)
     robot = tmp_path / "cart.xacro"
     robot.write_text('<robot name="cart" xmlns:xacro="x"><xacro:arg name="a" default="1"/></robot>')
-    with pytest.raises(SceneError, match=r"pip install 'nrp-core\[models\]'"):
+    with golden.raises(SceneError, match=r"'nrp-core\[models\]'"):
         read_model(robot)
 
 

@@ -272,7 +272,7 @@ def test_nothing_is_fetched_from_the_network(world: WorldReader, golden: Golden)
 def test_an_include_of_nothing_is_refused(world: WorldReader, golden: Golden) -> None:
     with golden.raises(SceneError, match="<uri>"):
         world("<include><uri/></include>")
-    with pytest.raises(SceneError, match="<include> needs a <uri>"):
+    with golden.raises(SceneError):
         world("<include/>")
 
 
@@ -350,8 +350,8 @@ def test_versions_that_are_not_known_are_read_with_a_warning(
 
 
 @pytest.mark.parametrize("version", ["", "one", "1"])
-def test_a_file_that_does_not_say_its_version_is_refused(write: Writer, version: str) -> None:
-    with pytest.raises(SceneError, match="version"):
+def test_a_file_that_does_not_say_its_version_is_refused(write: Writer, version: str, golden: Golden) -> None:
+    with golden.raises(SceneError):
         read_model(write(f'<model name="a">{LINK}</model>', version=version))
 
 

@@ -108,8 +108,8 @@ def test_comments_end_at_the_first_end_and_hide_nothing_behind_them(comment: str
 @pytest.mark.parametrize(
     "text", ["<a><!-- </a>", "<a/><!--->", "<a><!-- --> --></b>", "<a b='<!-- -- -->'/>"]
 )
-def test_a_comment_forgives_nothing_around_it(text: str) -> None:
-    with pytest.raises(SceneError, match="not well-formed"):
+def test_a_comment_forgives_nothing_around_it(text: str, golden: Golden) -> None:
+    with golden.raises(SceneError):
         parse(text)
 
 
@@ -183,8 +183,8 @@ def test_prefixes_stay_whether_they_are_declared_or_not() -> None:
 
 
 @pytest.mark.parametrize("text", ["<a y:b='1' y:b='2'/>", "<y:a></y:b>", "<a><y:b/>" * 150])
-def test_an_undeclared_prefix_forgives_nothing_else(text: str) -> None:
-    with pytest.raises(SceneError, match="not well-formed"):
+def test_an_undeclared_prefix_forgives_nothing_else(text: str, golden: Golden) -> None:
+    with golden.raises(SceneError):
         parse(text)
 
 
@@ -206,8 +206,8 @@ def test_attributes_are_read_as_by_tinyxml(text: str, attributes: dict[str, str]
 
 
 @pytest.mark.parametrize("text", ["", "<a>", "<a></b>", "<a/><b/>", "<a b=1/>", "no xml"])
-def test_xml_that_is_not_well_formed_is_refused_with_its_line(text: str) -> None:
-    with pytest.raises(SceneError, match="not well-formed") as refusal:
+def test_xml_that_is_not_well_formed_is_refused_with_its_line(text: str, golden: Golden) -> None:
+    with golden.raises(SceneError) as refusal:
         parse(text)
     assert refusal.value.line == 1
 
@@ -220,29 +220,29 @@ def test_xml_that_is_not_well_formed_is_refused_with_its_line(text: str) -> None
         '<!DOCTYPE a SYSTEM "http://example.org/a.dtd"><a/>',
     ],
 )
-def test_document_types_are_refused_before_an_entity_is_expanded(doctype: str) -> None:
-    with pytest.raises(SceneError, match="DOCTYPE"):
+def test_document_types_are_refused_before_an_entity_is_expanded(doctype: str, golden: Golden) -> None:
+    with golden.raises(SceneError):
         parse(doctype)
 
 
 @pytest.mark.parametrize("codec", ["utf-8", "utf-16", "utf-7", "gb18030"])
-def test_document_types_are_refused_in_every_encoding(codec: str) -> None:
+def test_document_types_are_refused_in_every_encoding(codec: str, golden: Golden) -> None:
     text = (
         f"<?xml version='1.0' encoding='{codec}'?>\n<!-- x --->\n<!DOCTYPE a\n [<!ENTITY x 'y'>]><a>&x;</a>"
     )
-    with pytest.raises(SceneError, match="DOCTYPE") as refusal:
+    with golden.raises(SceneError) as refusal:
         parse_xml(text.encode(codec), FILE)
     assert refusal.value.line == 3
 
 
-def test_nothing_is_fetched() -> None:
+def test_nothing_is_fetched(golden: Golden) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         server.settimeout(0.2)
         address = f"http://127.0.0.1:{server.getsockname()[1]}/a"
         include = f"<i:include xmlns:i='http://www.w3.org/2001/XInclude' href='{address}'/>"
         schema = f"xmlns:s='http://www.w3.org/2001/XMLSchema-instance' s:schemaLocation='u {address}'"
         parse(f"<?xml-stylesheet href='{address}'?><a {schema}>{include}</a>")
-        with pytest.raises(SceneError, match="DOCTYPE"):
+        with golden.raises(SceneError):
             parse(f'<!DOCTYPE a SYSTEM "{address}"><a/>')
         with pytest.raises(TimeoutError):
             server.accept()
@@ -285,14 +285,14 @@ def test_anything_but_three_finite_numbers_is_refused_with_the_text_found(text: 
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "0.0"])
-def test_sizes_are_more_than_zero(text: str) -> None:
-    with pytest.raises(SceneError, match="more than 0"):
+def test_sizes_are_more_than_zero(text: str, golden: Golden) -> None:
+    with golden.raises(SceneError):
         parse(f"<a><radius>{text}</radius></a>").positive("radius")
 
 
-def test_a_size_without_a_default_must_be_there() -> None:
+def test_a_size_without_a_default_must_be_there(golden: Golden) -> None:
     assert parse("<a/>").positive("radius", 2.0) == 2
-    with pytest.raises(SceneError, match="<a> needs a <radius>"):
+    with golden.raises(SceneError):
         parse("<a/>").positive("radius")
 
 
@@ -308,9 +308,9 @@ def test_a_flag_that_is_neither_says_what_would_be_valid(golden: Golden) -> None
         parse("<a><static>yes</static></a>").flag("static", False)
 
 
-def test_directions_have_length_one() -> None:
+def test_directions_have_length_one(golden: Golden) -> None:
     assert parse("<a><xyz>0 3 4</xyz></a>").direction("xyz", (0, 0, 1)) == (0, 0.6, 0.8)
-    with pytest.raises(SceneError, match="no direction"):
+    with golden.raises(SceneError):
         parse("<a><xyz>0 0 0</xyz></a>").direction("xyz", (0, 0, 1))
 
 
@@ -328,6 +328,6 @@ def test_a_missing_file_is_named_with_one_that_is_there(tmp_path: Path, golden: 
         read_xml(tmp_path / "nowhere" / "husky.sdf")
 
 
-def test_a_folder_is_refused_as_a_file(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="cannot read"):
+def test_a_folder_is_refused_as_a_file(tmp_path: Path, golden: Golden) -> None:
+    with golden.raises(SceneError):
         read_xml(tmp_path)
