@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { TimeRing } from "../../plots/timeRing";
 import { Fired, NEVER_S } from "./fired";
-import { ballAround, inUnitBall, placesIn } from "./places";
+import { ballAround, inUnitBall, placesIn, spread } from "./places";
 
 test("cells remember their last spike, also when time goes back", () => {
   const ring = new TimeRing(1024);
@@ -29,3 +29,15 @@ test("places come as bytes and fill a ball of radius 1", () => {
   ]);
   expect(ballAround([Float32Array.of(5, 5, 5)]).radius).toBe(1);
 });
+
+test.each([0, 1, 2, 10, 997, 1000])(
+  "of %i cells all are drawn, and the first of them are spread",
+  (count) => {
+    const order = [...spread(count)];
+    expect(order.toSorted((a, b) => a - b)).toEqual([...Array(count).keys()]);
+    const quarters = order.slice(0, count / 4).map((cell) => Math.floor((4 * cell) / count));
+    if (count > 100)
+      for (const one of [0, 1, 2, 3])
+        expect(quarters.filter((each) => each === one).length).toBeGreaterThan(count / 20);
+  },
+);

@@ -15,7 +15,7 @@ import { drawingOn } from "../../scene/context";
 import { eyeOf, FOV_RAD, fitted, nearOf, type Orbit, START } from "../../scene/orbit";
 import { Rarely } from "../../ui/rarely";
 import { Fired } from "./fired";
-import { ballAround, inUnitBall } from "./places";
+import { ballAround, inUnitBall, spread } from "./places";
 
 /** The cells of a population in space. */
 export interface Placed {
@@ -53,6 +53,10 @@ const FRAGMENT = `
 /** Without a graphics card a picture stands at least this long (ms). */
 const SLOW_MS = 60;
 
+/** So many cells are drawn without a graphics card while the picture turns, and all as soon as it stands (ms). */
+const MOST_TURNING = 35_000;
+const STANDS_MS = 300;
+
 /** Draws cells as points that shine when they fire, whenever something changed. */
 export class Cloud {
   private readonly renderer: WebGLRenderer;
@@ -62,7 +66,9 @@ export class Cloud {
   private readonly parts: { placed: Placed; fired: Fired; points: Points<BufferGeometry, ShaderMaterial> }[];
   private readonly resizing: ResizeObserver;
   private readonly rarely: Rarely;
+  private readonly fine: boolean;
   private frame = 0;
+  private turning: ReturnType<typeof setTimeout> | undefined;
   private orbit: Orbit = START;
 
   /** @throws Error if the browser has no WebGL. */
@@ -72,6 +78,7 @@ export class Cloud {
     private readonly now_s: () => number,
   ) {
     const { context, fine } = drawingOn(canvas);
+    this.fine = fine;
     this.renderer = new WebGLRenderer({ canvas, context });
     this.renderer.setPixelRatio(fine ? Math.min(2, window.devicePixelRatio) : 1);
     this.rarely = new Rarely(() => this.invalidate(), fine ? 0 : SLOW_MS);
@@ -86,6 +93,7 @@ export class Cloud {
       const fired = new Fired(spikesOf(placed.label), placed.places.length / 3);
       geometry.setAttribute("position", new BufferAttribute(inUnitBall(placed.places, ball), 3));
       geometry.setAttribute("fired_s", new BufferAttribute(fired.times_s, 1));
+      if (!fine) geometry.setIndex(new BufferAttribute(spread(fired.times_s.length), 1));
       return { placed, fired, points: new Points(geometry, this.material) };
     });
     this.scene.add(...this.parts.map(({ points }) => points));
@@ -103,6 +111,12 @@ export class Cloud {
   set view(view: Orbit) {
     this.orbit = view;
     this.invalidate();
+    if (this.fine) return;
+    clearTimeout(this.turning);
+    this.turning = setTimeout(() => {
+      this.turning = undefined;
+      this.invalidate();
+    }, STANDS_MS);
   }
 
   /** Shows all cells from the direction of now. */
@@ -152,6 +166,7 @@ export class Cloud {
     this.resizing.disconnect();
     this.rarely.stop();
     cancelAnimationFrame(this.frame);
+    clearTimeout(this.turning);
     for (const { points } of this.parts) points.geometry.dispose();
     this.material.dispose();
     this.renderer.dispose();
@@ -177,8 +192,11 @@ export class Cloud {
 
   private draw(): void {
     const { camera, material, canvas } = this;
-    for (const { fired, points } of this.parts)
+    const share = this.turning === undefined ? 1 : Math.min(1, MOST_TURNING / cellsOf(this.parts));
+    for (const { fired, points } of this.parts) {
       if (fired.update()) points.geometry.getAttribute("fired_s").needsUpdate = true;
+      points.geometry.setDrawRange(0, Math.ceil(share * fired.times_s.length));
+    }
     (material.uniforms.now_s as { value: number }).value = this.now_s();
     const ratio = this.renderer.getPixelRatio();
     (material.uniforms.size_px as { value: number }).value = ratio * sizeOf(this.parts, canvas.clientHeight);
@@ -196,7 +214,11 @@ const NEAR_PX = 8;
 const FILLED = 0.75;
 
 /** The size of a silent cell: many are drawn as single pixels. */
-function sizeOf(parts: readonly { placed: Placed }[], height: number): number {
-  const cells = parts.reduce((sum, { placed }) => sum + placed.places.length / 3, 0);
-  return Math.min(8, Math.max(1, height / (4 * Math.cbrt(Math.max(1, cells)))));
-}
+const sizeOf = (parts: readonly { placed: Placed }[], height: number): number =>
+  Math.min(8, Math.max(1, height / (4 * Math.cbrt(cellsOf(parts)))));
+
+const cellsOf = (parts: readonly { placed: Placed }[]): number =>
+  Math.max(
+    1,
+    parts.reduce((sum, { placed }) => sum + placed.places.length / 3, 0),
+  );

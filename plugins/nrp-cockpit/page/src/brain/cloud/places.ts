@@ -29,3 +29,11 @@ export function inUnitBall(
 ): Float32Array<ArrayBuffer> {
   return Float32Array.from(places, (value, at) => (value - (middle[at % 3] as number)) / radius);
 }
+
+/** The numbers below a count in an order of which every beginning is spread over all of them. */
+export function spread(count: number): Uint32Array {
+  const areCoprime = (a: number, b: number): boolean => (b === 0 ? a === 1 : areCoprime(b, a % b));
+  let stride = Math.max(1, Math.round(count * 0.618));
+  while (!areCoprime(count, stride)) stride++;
+  return new Uint32Array(count).map((_, at) => (at * stride) % count);
+}
