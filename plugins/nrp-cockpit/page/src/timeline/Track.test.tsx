@@ -18,6 +18,7 @@ function click(state: Status["state"], t_s: number) {
       disconnect() {}
     },
   );
+  useNotices.setState({ notices: [] }); // other tests may have left some
   useRun.setState({
     link: { state: "open" },
     experiment: { source: "live", may_steer: true, timestep_s: 0.02, capabilities: {} } as Experiment,
