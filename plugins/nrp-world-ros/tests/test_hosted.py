@@ -11,10 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from math import pi
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
-from golden import Golden
 from nrp_conformance.world.kit import BLUE, RED, at, floor, pendulum, prop, robot, screen, states, twist
 from nrp_core import worlds
 from nrp_core.errors import LifecycleError, SimulationError
@@ -30,6 +29,9 @@ from nrp_world_ros import RosBackend, RosOptions
 from nrp_world_ros.joining import join
 from nrp_world_ros.node import DEPTH, Letter
 from nrp_world_ros.options import Ros
+
+if TYPE_CHECKING:  # a process of a test imports this module, too, without pytest's paths
+    from golden import Golden
 
 pytestmark = pytest.mark.usefixtures("no_idle_bodies")
 

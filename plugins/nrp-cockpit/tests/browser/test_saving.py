@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from browsing import Watched
 from PIL import Image
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -20,6 +20,10 @@ SVG = "{http://www.w3.org/2000/svg}"
 def opened(husky: str, watched: Watched) -> Page:
     """A run after a second."""
     page = watched.open(husky)
+    for plot in ("Spikes of circuit", "Curves of linear.x, angular.z"):
+        expect(
+            page.get_by_role("img", name=plot)
+        ).to_be_visible()  # what a panel shows is remembered from now on
     page.get_by_role("slider", name="Simulated time").press("PageUp")
     page.get_by_role("timer").get_by_text("1.00 s").wait_for()
     return page
