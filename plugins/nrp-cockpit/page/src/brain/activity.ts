@@ -68,20 +68,20 @@ export function boxRates(
   return counts.map((count, part) => count / lately.over_s / (sizes[part] ?? 1));
 }
 
-/** How often a cell in ranges of a population fired on average, of so many cells. */
-export function rangesRate(
-  spikes: TimeRing,
-  heard: Spans,
-  ranges: readonly (readonly [from: number, to: number])[],
-  now_s: number,
-): number | null {
+type Ranges = readonly (readonly [from: number, to: number])[];
+
+/** The number of cells in ranges of a population. */
+export const cellsIn = (ranges: Ranges): number => ranges.reduce((sum, [from, to]) => sum + to - from, 0);
+
+/** How often a cell in ranges of a population fired on average. */
+export function rangesRate(spikes: TimeRing, heard: Spans, ranges: Ranges, now_s: number): number | null {
   const lately = heardLately(heard, now_s);
   if (!lately) return null;
   let count = 0;
   spikes.visit(lately.from_s, now_s + 1e-9, (_, neuron) => {
     if (ranges.some(([from, to]) => neuron >= from && neuron < to)) count++;
   });
-  return count / lately.over_s / ranges.reduce((sum, [from, to]) => sum + to - from, 0);
+  return count / lately.over_s / cellsIn(ranges);
 }
 
 const numberText = (rate_hz: number) =>

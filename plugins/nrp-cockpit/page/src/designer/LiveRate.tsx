@@ -1,5 +1,5 @@
 import { useEffect, useMemo, useState } from "react";
-import { rangesRate, rateText } from "../brain/activity";
+import { cellsIn, rangesRate, rateText } from "../brain/activity";
 import { clock } from "../plots/clock";
 import { heardOf, spikesOf, useSpikes } from "../plots/spikeStore";
 import { useRun } from "../state/run";
@@ -39,9 +39,8 @@ function meanRate(cells: Cells, now_s: number): number | null {
   for (const [label, ranges] of Object.entries(cells)) {
     const rate_hz = rangesRate(spikesOf(label), heardOf(label), ranges, now_s);
     if (rate_hz === null) return null;
-    const own = ranges.reduce((total, [from, to]) => total + to - from, 0);
-    sum_hz += rate_hz * own;
-    size += own;
+    sum_hz += rate_hz * cellsIn(ranges);
+    size += cellsIn(ranges);
   }
   return size === 0 ? null : sum_hz / size;
 }
