@@ -21,8 +21,8 @@ from typing import Any
 from conditions import conditions
 from world_step import CAMERA, STEP_NS, SUBSTEPS, shipped_scene
 
+from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.backends import worlds
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.world import World
 
 TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")

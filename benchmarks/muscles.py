@@ -19,10 +19,10 @@ import mujoco
 import numpy as np
 from conditions import print_conditions
 
+from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.scene.model import Scene
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.backends import worlds
-from nrp_core.world.messages.std_msgs import Float64MultiArray
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sdf import read_model
 
 LIMBS, SEGMENTS, PER_SEGMENT = 5, 4, 4
 STEP_NS, PHYSICS_NS, STEPS, REPEATS = 10_000_000, 2_000_000, 100, 3

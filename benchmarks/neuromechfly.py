@@ -29,8 +29,8 @@ import numpy.typing as npt
 from conditions import print_conditions
 
 from nrp_core import World, worlds
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.sdf import read_scene
 
 PEER = Path(__file__).parent / "peers" / "neuromechfly_flygym.py"
 COMMAND_NS, STEP = 1_000_000, "0.1 ms"

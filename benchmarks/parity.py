@@ -27,15 +27,11 @@ import numpy as np
 from conditions import print_conditions
 
 from nrp_core.dsl.tf_lib import detect_red
-from nrp_core.world.backends import worlds
-from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.render.cameras import REALISTIC
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import JointController, Pid
-from nrp_core.world.scene.model import (
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.devices import JointController, Pid
+from nrp_core.scene.model import (
     Box,
     Collision,
     Geometry,
@@ -47,7 +43,11 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model, read_scene
+from nrp_core.world.backends import worlds
+from nrp_core.world.drives.wheels import WheelDrive
+from nrp_core.world.render.cameras import REALISTIC
 from nrp_core.world.world import World
 
 PARTS = ("drives", "wheels", "plugins", "loads", "physics", "cameras")

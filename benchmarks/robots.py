@@ -29,13 +29,13 @@ from conditions import print_conditions
 
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core.errors import NrpError
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.model import Joint, Model, Scene
+from nrp_core.scene.posture import closing, start_positions
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model, read_scene
 from nrp_core.world.backends import worlds
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose
 from nrp_core.world.robot_setup import JointControl, RobotSetup, commandable, set_up_robot
-from nrp_core.world.scene.model import Joint, Model, Scene
-from nrp_core.world.scene.posture import closing, start_positions
-from nrp_core.world.scene.sdf import read_model, read_scene
 
 ENGINES = ("mujoco", "pybullet")
 STEP, SLIDE, WITHIN, SAME = 0.2, 0.05, 1e-3, 1e-6

@@ -28,15 +28,15 @@ import numpy as np
 from conditions import conditions
 from world_step import STEP_NS, SUBSTEP_NS, SUBSTEPS, Step, best, measure
 
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.scene.devices import GroupController
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.posture import start_positions
+from nrp_core.scene.rigid import JointTargets, Pose, ServoTarget
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.backends import worlds
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, firm_joints
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
-from nrp_core.world.rigid import JointTargets, Pose, ServoTarget
 from nrp_core.world.robot_setup import JointControl, RobotSetup, commandable, set_up_robot
-from nrp_core.world.scene.devices import GroupController
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.posture import start_positions
-from nrp_core.world.scene.sdf import read_model
 
 KP, KV = 200.0, 10.0
 SWING = 0.05  # rad

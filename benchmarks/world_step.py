@@ -28,14 +28,14 @@ import numpy as np
 from conditions import print_conditions
 
 from nrp_core.clock import SampleSchedule
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import BodyPath, BodyVelocity, Pose, ReadFrames
+from nrp_core.scene.sdf import read_model, read_scene
 from nrp_core.world.backends import worlds
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.render.cameras import Cameras, optics_of
 from nrp_core.world.render.raster import RasterCameras
 from nrp_core.world.render.realistic import RealisticCameras
-from nrp_core.world.rigid import BodyPath, BodyVelocity, Pose, ReadFrames
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sdf import read_model, read_scene
 
 STEP_NS, SUBSTEP_NS, SUBSTEPS = 20_000_000, 2_000_000, 10
 IMAGES_HZ = 30

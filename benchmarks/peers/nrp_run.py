@@ -14,8 +14,8 @@ from graphs import Graph, Values
 from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.clock import from_milliseconds
+from nrp_core.network.data import Network, Population, Projection
 
 _CELLS = {"cuba": "IF_curr_exp", "coba": "IF_cond_exp", "brunel": "IF_curr_delta"}
 

@@ -50,20 +50,6 @@ if TYPE_CHECKING:
     from nrp_core.brain.devices.sources import PoissonSource as PoissonSource
     from nrp_core.brain.devices.sources import SpikeInjector as SpikeInjector
     from nrp_core.brain.interface import Brain as Brain
-    from nrp_core.brain.network.currents import InjectedCurrent as InjectedCurrent
-    from nrp_core.brain.network.data import RECEPTORS as RECEPTORS
-    from nrp_core.brain.network.data import Network as Network
-    from nrp_core.brain.network.data import Origin as Origin
-    from nrp_core.brain.network.data import Population as Population
-    from nrp_core.brain.network.data import Projection as Projection
-    from nrp_core.brain.network.grid import Grid as Grid
-    from nrp_core.brain.network.grid import same_order as same_order
-    from nrp_core.brain.network.modulations import modulations_of as modulations_of
-    from nrp_core.brain.network.motoneurons import MotoneuronPool as MotoneuronPool
-    from nrp_core.brain.network.rewiring import Neuromodulation as Neuromodulation
-    from nrp_core.brain.network.synapses import STATIC as STATIC
-    from nrp_core.brain.network.synapses import STDP as STDP
-    from nrp_core.brain.network.synapses import TSODYKS_MARKRAM as TSODYKS_MARKRAM
     from nrp_core.brain.pynn import builder as builder
     from nrp_core.brain.pynn.export import network_of as network_of
     from nrp_core.brain.remote import ProcessLock as ProcessLock
@@ -77,5 +63,19 @@ if TYPE_CHECKING:
     from nrp_core.findings import Level as Level
     from nrp_core.findings import Weight as Weight
     from nrp_core.findings.refusals import no_variable as no_variable
+    from nrp_core.network.currents import InjectedCurrent as InjectedCurrent
+    from nrp_core.network.data import RECEPTORS as RECEPTORS
+    from nrp_core.network.data import Network as Network
+    from nrp_core.network.data import Origin as Origin
+    from nrp_core.network.data import Population as Population
+    from nrp_core.network.data import Projection as Projection
+    from nrp_core.network.grid import Grid as Grid
+    from nrp_core.network.grid import same_order as same_order
+    from nrp_core.network.modulations import modulations_of as modulations_of
+    from nrp_core.network.motoneurons import MotoneuronPool as MotoneuronPool
+    from nrp_core.network.rewiring import Neuromodulation as Neuromodulation
+    from nrp_core.network.synapses import STATIC as STATIC
+    from nrp_core.network.synapses import STDP as STDP
+    from nrp_core.network.synapses import TSODYKS_MARKRAM as TSODYKS_MARKRAM
 else:
     __getattr__, __dir__, __all__ = lazily(__name__)

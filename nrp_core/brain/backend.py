@@ -12,8 +12,8 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core._support.plain_numbers import PlainNumbers
 from nrp_core.brain.capabilities import BrainCapabilities, Report
-from nrp_core.brain.network.data import Network
 from nrp_core.findings import Finding
+from nrp_core.network.data import Network
 
 if TYPE_CHECKING:
     from nrp_core.brain.interface import Brain

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
-from nrp_core.brain.network.data import Network
 from nrp_core.findings import Finding
 from nrp_core.findings.refusals import (
     no_cells,
@@ -15,6 +14,7 @@ from nrp_core.findings.refusals import (
     no_synapses,
     no_voltages,
 )
+from nrp_core.network.data import Network
 from nrp_core.simulation import Determinism
 
 Value: TypeAlias = str | int | float | bool | None

@@ -11,16 +11,16 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core._support.checked_arguments import require_kind
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.limits import (
+from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.limits import (
     check_spike_times,
     check_synapses,
     check_values,
     limits_of_cells,
     limits_of_synapses,
 )
-from nrp_core.brain.network.modulations import follows_dopamine
-from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+from nrp_core.network.modulations import follows_dopamine
 
 PARAMETERS: Final = "parameters"
 WEIGHTS: Final = "weights"

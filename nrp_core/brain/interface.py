@@ -40,14 +40,14 @@ from nrp_core.brain.devices.sinks import (
 )
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
-from nrp_core.brain.network.currents import Injections
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import DivergedError, NetworkError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import SNAPSHOTS, no_change, no_rewards, no_variable, not_shown, refusal
+from nrp_core.network.currents import Injections
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.grid import Grid
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
 

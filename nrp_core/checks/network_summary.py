@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.checks.network_units import unlikely_units
 from nrp_core.checks.synaptic_effects import unreached_thresholds
 from nrp_core.findings import Code, Finding, Findings
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.rewiring import Neuromodulation, Rewiring
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,11 +13,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.drawing import extremes
-from nrp_core.brain.network.indices import stored_form
-from nrp_core.brain.network.limits import distinct
 from nrp_core.checks.synaptic_effects import HIGHEST_DEVICE_HZ, NEVER_MV, effect_of_spike
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.drawing import extremes
+from nrp_core.network.indices import stored_form
+from nrp_core.network.limits import distinct
 
 
 class Range(NamedTuple):

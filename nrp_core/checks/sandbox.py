@@ -22,7 +22,7 @@ from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.findings import Code, Findings
 
 if TYPE_CHECKING:
-    from nrp_core.brain.network.data import Network
+    from nrp_core.network.data import Network
 
 _KERNELS = "NUMBA_CACHE_DIR"
 _CONFINED = "a check executes the script without network access, and it can only write temporary files"

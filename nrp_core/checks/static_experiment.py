@@ -12,7 +12,6 @@ from typing import Any, TypeAlias
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
-from nrp_core.brain.network.data import Network
 from nrp_core.checks.code.body import FunctionBody
 from nrp_core.checks.code.declarations import Declarations, Declared
 from nrp_core.checks.code.values import NUMBER, Known, Shape, adapter_of
@@ -38,8 +37,9 @@ from nrp_core.experiment.model.section import Key
 from nrp_core.experiment.running.observation import bodies_fall
 from nrp_core.findings import Code, Finding, Level, has_errors
 from nrp_core.findings.error_codes import code_of
+from nrp_core.network.data import Network
+from nrp_core.scene.model import Model, Scene
 from nrp_core.world.backend import WorldBackend
-from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 

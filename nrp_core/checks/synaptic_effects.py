@@ -7,10 +7,10 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.drawing import extremes
-from nrp_core.brain.network.indices import stored_form
+from nrp_core.network.cells import CELLS
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.drawing import extremes
+from nrp_core.network.indices import stored_form
 
 LEAKY_CELLS: Final = frozenset({
     "IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_exp", "IF_cond_alpha",

@@ -18,7 +18,7 @@ from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS, dev
 from nrp_core.recording.reading.check import IntegrityCheck
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.recording import Recording
-from nrp_core.world.scene.randomization import Draw
+from nrp_core.scene.randomization import Draw
 
 
 def check_recording(path: Path, *, as_json: bool) -> None:

@@ -23,10 +23,10 @@ from nrp_core.dsl import tf_lib
 from nrp_core.dsl.functions import TransferFunction, collecting
 from nrp_core.dsl.messages import message_packages, service_packages
 from nrp_core.errors import TransferFunctionError, did_you_mean
+from nrp_core.messages import cv_bridge, point_cloud2
 from nrp_core.parameters import GivenParameters
 from nrp_core.paths import path_of
 from nrp_core.scripts import Missing, Scope
-from nrp_core.world.messages import cv_bridge, point_cloud2
 
 
 def file_scope(

@@ -8,11 +8,11 @@ from importlib import import_module
 from types import MappingProxyType, ModuleType
 from typing import Any
 
+from nrp_core import messages
 from nrp_core.errors import TopicError, did_you_mean
-from nrp_core.world import messages
-from nrp_core.world.messages.base import type_name, type_of
-from nrp_core.world.messages.generated import PACKAGES, made
-from nrp_core.world.messages.generated import names as made_names
+from nrp_core.messages.base import type_name, type_of
+from nrp_core.messages.generated import PACKAGES, made
+from nrp_core.messages.generated import names as made_names
 
 
 @cache

@@ -17,7 +17,7 @@ from nrp_core.dsl.functions import Neuron2Robot, TransferFunction
 from nrp_core.dsl.mappings import MapSpikeSink
 from nrp_core.dsl.parameters import Adapter, Binding, PublishedTopic, Topic
 from nrp_core.errors import did_you_mean
-from nrp_core.world.messages.cle_ros_msgs import SpikeData, SpikeEvent, SpikeRate
+from nrp_core.messages.cle_ros_msgs import SpikeData, SpikeEvent, SpikeRate
 
 DEVICE = "device"
 _KINDS = {

@@ -23,7 +23,7 @@ from nrp_core.errors import (
     TransferFunctionError,
     did_you_mean,
 )
-from nrp_core.world.messages.base import type_name
+from nrp_core.messages.base import type_name
 from nrp_core.world.topics import Publication, Stamped, TopicInfo
 from nrp_core.world.world import World
 

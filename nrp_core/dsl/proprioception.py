@@ -23,8 +23,8 @@ from nrp_core.dsl.mappings import (
 from nrp_core.dsl.parameters import Topic
 from nrp_core.dsl.selection import map_neurons
 from nrp_core.errors import TransferFunctionError, did_you_mean
-from nrp_core.world.messages.nrp_msgs import MuscleStates
-from nrp_core.world.messages.std_msgs import Float64MultiArray
+from nrp_core.messages.nrp_msgs import MuscleStates
+from nrp_core.messages.std_msgs import Float64MultiArray
 
 Afferent = Literal["Ia", "II", "Ib"]
 

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import projection_of
-from nrp_core.brain.network.data import Network, Projection
 from nrp_core.errors import NeuronSelectionError, NrpError
+from nrp_core.network.data import Network, Projection
 
 
 class Region(ABC):

@@ -14,9 +14,6 @@ from nrp_core.brain.changes import EQUATIONS, PLASTICITY, WEIGHTS
 from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.rewiring import Neuromodulation
-from nrp_core.brain.network.synapses import STATIC, STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, from_seconds, milliseconds
 from nrp_core.dsl.devices import Device, DeviceGroup
@@ -28,10 +25,11 @@ from nrp_core.dsl.rewards import MapReward
 from nrp_core.dsl.selection import GROUP, Groups, Selection, select, select_projection
 from nrp_core.dsl.weights import MapWeights, Weights
 from nrp_core.errors import TransferFunctionError, did_you_mean
-from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine import Engine
-from nrp_core.world.part import Part
-from nrp_core.world.rigid import (
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.rewiring import Neuromodulation
+from nrp_core.network.synapses import STATIC, STDP
+from nrp_core.scene.model import Model, Rgba, Scene
+from nrp_core.scene.rigid import (
     BodyPath,
     BodyVelocity,
     JointStates,
@@ -41,7 +39,9 @@ from nrp_core.world.rigid import (
     Touch,
     Wrench,
 )
-from nrp_core.world.scene.model import Model, Rgba, Scene
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine import Engine
+from nrp_core.world.part import Part
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.dsl.afferents import Spindle, TendonOrgan
-from nrp_core.world.messages.sensor_msgs import Image
+from nrp_core.messages.sensor_msgs import Image
 
 __all__ = [
     "ColorValues",

@@ -11,7 +11,7 @@ It implements PyNN's simulator interface and runs the network in any installed b
     spiketrains = cells.get_data().segments[0].spiketrains
 
 Beyond PyNN, ``setup`` takes ``backend`` (its name), ``options`` (of the backend) and ``seed``, and
-``network()`` returns the network as a :class:`~nrp_core.brain.network.data.Network`. In a brain script
+``network()`` returns the network as a :class:`~nrp_core.network.data.Network`. In a brain script
 of an experiment the same import gives a simulator that only builds: there the experiment runs the network.
 """
 

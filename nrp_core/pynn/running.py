@@ -16,14 +16,14 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
 from nrp_core.brain.changes import Rewirings, Synapses
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.synapses import PLASTIC
 from nrp_core.brain.pynn.export import network_of, unique
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, ids_of, parts_of
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError, did_you_mean
 from nrp_core.findings import Findings
+from nrp_core.network.data import Network
+from nrp_core.network.synapses import PLASTIC
 from nrp_core.pynn.currents import Current, Currents, Waveform
 from nrp_core.seeds import Seeds
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.errors import ExperimentError
-from nrp_core.world.messages.cv_bridge import CvBridge, CvBridgeError
-from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.messages.cv_bridge import CvBridge, CvBridgeError
+from nrp_core.messages.sensor_msgs import CompressedImage, Image
 
 Pixels = npt.NDArray[np.uint8]
 

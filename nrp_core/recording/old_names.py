@@ -6,14 +6,16 @@ import pickle
 from io import BytesIO
 from typing import Any, Final
 
+from nrp_core._support.moved import current_name
+
 MOVED: Final[dict[str, str]] = {
     "nrp_core.world.drives.actuator": "nrp_core.world.drives.drive",
     "nrp_core.world.drives.planar_move": "nrp_core.world.drives.mecanum",
-    "nrp_core.world.rigid.motion": "nrp_core.world.rigid",
-    "nrp_core.world.rigid.pose": "nrp_core.world.rigid",
-    "nrp_core.world.scene.acting": "nrp_core.world.scene.devices",
-    "nrp_core.world.scene.finish": "nrp_core.world.scene.model",
-    "nrp_core.world.scene.sensing": "nrp_core.world.scene.devices",
+    "nrp_core.world.rigid.motion": "nrp_core.scene.rigid",
+    "nrp_core.world.rigid.pose": "nrp_core.scene.rigid",
+    "nrp_core.world.scene.acting": "nrp_core.scene.devices",
+    "nrp_core.world.scene.finish": "nrp_core.scene.model",
+    "nrp_core.world.scene.sensing": "nrp_core.scene.devices",
     "nrp_core.world.sensors.air_pressure": "nrp_core.world.sensors.navigation",
     "nrp_core.world.sensors.altimeter": "nrp_core.world.sensors.navigation",
     "nrp_core.world.sensors.force_torque": "nrp_core.world.sensors.contact",
@@ -58,4 +60,4 @@ class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         full_name = f"{MOVED.get(module, module)}.{name}"
         module, _, name = MOVED.get(f"{module}.{name}", full_name).rpartition(".")
-        return super().find_class(module, name)
+        return super().find_class(current_name(module), name)

@@ -18,6 +18,54 @@ if TYPE_CHECKING:
     from nrp_core.findings import Level as Level
     from nrp_core.findings import Weight as Weight
     from nrp_core.findings.refusals import JOINT_CONTROL as JOINT_CONTROL
+    from nrp_core.scene.devices import JointController as JointController
+    from nrp_core.scene.devices import Noise as Noise
+    from nrp_core.scene.devices import PairController as PairController
+    from nrp_core.scene.devices import Pid as Pid
+    from nrp_core.scene.devices import TrajectoryController as TrajectoryController
+    from nrp_core.scene.model import Box as Box
+    from nrp_core.scene.model import Capsule as Capsule
+    from nrp_core.scene.model import Collision as Collision
+    from nrp_core.scene.model import Cylinder as Cylinder
+    from nrp_core.scene.model import Finish as Finish
+    from nrp_core.scene.model import Geometry as Geometry
+    from nrp_core.scene.model import Heightmap as Heightmap
+    from nrp_core.scene.model import Inertial as Inertial
+    from nrp_core.scene.model import Joint as Joint
+    from nrp_core.scene.model import Light as Light
+    from nrp_core.scene.model import Link as Link
+    from nrp_core.scene.model import Mesh as Mesh
+    from nrp_core.scene.model import Mimic as Mimic
+    from nrp_core.scene.model import Model as Model
+    from nrp_core.scene.model import Plane as Plane
+    from nrp_core.scene.model import Rgba as Rgba
+    from nrp_core.scene.model import Scene as Scene
+    from nrp_core.scene.model import Sphere as Sphere
+    from nrp_core.scene.model import Visual as Visual
+    from nrp_core.scene.randomization import Randomization as Randomization
+    from nrp_core.scene.reading.context import Element as Element
+    from nrp_core.scene.reading.context import Reading as Reading
+    from nrp_core.scene.reading.plugins import Actuators as Actuators
+    from nrp_core.scene.reading.plugins import ModelParts as ModelParts
+    from nrp_core.scene.reading.sensors import Mount as Mount
+    from nrp_core.scene.reading.sensors import noise_of as noise_of
+    from nrp_core.scene.reading.sensors import rate_of as rate_of
+    from nrp_core.scene.reading.sensors import topic_of as topic_of
+    from nrp_core.scene.rigid import BodyPath as BodyPath
+    from nrp_core.scene.rigid import BodyVelocity as BodyVelocity
+    from nrp_core.scene.rigid import JointStates as JointStates
+    from nrp_core.scene.rigid import ModelMotion as ModelMotion
+    from nrp_core.scene.rigid import Pose as Pose
+    from nrp_core.scene.rigid import Quaternion as Quaternion
+    from nrp_core.scene.rigid import ServoTarget as ServoTarget
+    from nrp_core.scene.rigid import Touch as Touch
+    from nrp_core.scene.rigid import Vector as Vector
+    from nrp_core.scene.rigid import Wrench as Wrench
+    from nrp_core.scene.rigid import matrix_of as matrix_of
+    from nrp_core.scene.sdf import read_model as read_model
+    from nrp_core.scene.sdf import read_scene as read_scene
+    from nrp_core.scene.surroundings import Surroundings as Surroundings
+    from nrp_core.scene.tessellation import triangles_of as triangles_of
     from nrp_core.world.backend import WORLD_INTERFACE_VERSION as WORLD_INTERFACE_VERSION
     from nrp_core.world.backend import WorldBackend as WorldBackend
     from nrp_core.world.backend import WorldOptions as WorldOptions
@@ -41,54 +89,6 @@ if TYPE_CHECKING:
     from nrp_core.world.render.cameras import DepthArray as DepthArray
     from nrp_core.world.render.cameras import ImageArray as ImageArray
     from nrp_core.world.render.cameras import drawn as drawn
-    from nrp_core.world.rigid import BodyPath as BodyPath
-    from nrp_core.world.rigid import BodyVelocity as BodyVelocity
-    from nrp_core.world.rigid import JointStates as JointStates
-    from nrp_core.world.rigid import ModelMotion as ModelMotion
-    from nrp_core.world.rigid import Pose as Pose
-    from nrp_core.world.rigid import Quaternion as Quaternion
-    from nrp_core.world.rigid import ServoTarget as ServoTarget
-    from nrp_core.world.rigid import Touch as Touch
-    from nrp_core.world.rigid import Vector as Vector
-    from nrp_core.world.rigid import Wrench as Wrench
-    from nrp_core.world.rigid import matrix_of as matrix_of
-    from nrp_core.world.scene.devices import JointController as JointController
-    from nrp_core.world.scene.devices import Noise as Noise
-    from nrp_core.world.scene.devices import PairController as PairController
-    from nrp_core.world.scene.devices import Pid as Pid
-    from nrp_core.world.scene.devices import TrajectoryController as TrajectoryController
-    from nrp_core.world.scene.model import Box as Box
-    from nrp_core.world.scene.model import Capsule as Capsule
-    from nrp_core.world.scene.model import Collision as Collision
-    from nrp_core.world.scene.model import Cylinder as Cylinder
-    from nrp_core.world.scene.model import Finish as Finish
-    from nrp_core.world.scene.model import Geometry as Geometry
-    from nrp_core.world.scene.model import Heightmap as Heightmap
-    from nrp_core.world.scene.model import Inertial as Inertial
-    from nrp_core.world.scene.model import Joint as Joint
-    from nrp_core.world.scene.model import Light as Light
-    from nrp_core.world.scene.model import Link as Link
-    from nrp_core.world.scene.model import Mesh as Mesh
-    from nrp_core.world.scene.model import Mimic as Mimic
-    from nrp_core.world.scene.model import Model as Model
-    from nrp_core.world.scene.model import Plane as Plane
-    from nrp_core.world.scene.model import Rgba as Rgba
-    from nrp_core.world.scene.model import Scene as Scene
-    from nrp_core.world.scene.model import Sphere as Sphere
-    from nrp_core.world.scene.model import Visual as Visual
-    from nrp_core.world.scene.randomization import Randomization as Randomization
-    from nrp_core.world.scene.reading.context import Element as Element
-    from nrp_core.world.scene.reading.context import Reading as Reading
-    from nrp_core.world.scene.reading.plugins import Actuators as Actuators
-    from nrp_core.world.scene.reading.plugins import ModelParts as ModelParts
-    from nrp_core.world.scene.reading.sensors import Mount as Mount
-    from nrp_core.world.scene.reading.sensors import noise_of as noise_of
-    from nrp_core.world.scene.reading.sensors import rate_of as rate_of
-    from nrp_core.world.scene.reading.sensors import topic_of as topic_of
-    from nrp_core.world.scene.sdf import read_model as read_model
-    from nrp_core.world.scene.sdf import read_scene as read_scene
-    from nrp_core.world.scene.surroundings import Surroundings as Surroundings
-    from nrp_core.world.scene.tessellation import triangles_of as triangles_of
     from nrp_core.world.sensors.camera import Camera as Camera
     from nrp_core.world.sensors.contact import ContactSensor as ContactSensor
     from nrp_core.world.sensors.contact import ForceTorque as ForceTorque

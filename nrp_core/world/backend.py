@@ -16,11 +16,11 @@ from pydantic import ConfigDict
 from nrp_core._support.checked_arguments import checks_arguments, require_kind
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core._support.plain_numbers import PlainNumbers
+from nrp_core.scene.model import Scene
 from nrp_core.world.batch import WorldBatch
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.domain_randomization import draw_scene
 from nrp_core.world.engine import Engine
-from nrp_core.world.scene.model import Scene
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 

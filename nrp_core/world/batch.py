@@ -17,11 +17,11 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
+from nrp_core.messages.base import find_layout, type_name
+from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.scene.rigid import JointStates
 from nrp_core.simulation import State
-from nrp_core.world.messages.base import find_layout, type_name
-from nrp_core.world.messages.std_msgs import Float64MultiArray
 from nrp_core.world.render.cameras import SHARED
-from nrp_core.world.rigid import JointStates
 from nrp_core.world.topics import Publication, Subscription, TopicInfo
 from nrp_core.world.world import World
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from nrp_core.findings import Code, Findings
 from nrp_core.findings.refusals import immovable, no_drive, no_joint, refusal
+from nrp_core.scene.model import Joint, Model, Scene
 from nrp_core.simulation import Determinism
-from nrp_core.world.scene.model import Joint, Model, Scene
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,12 +13,12 @@ from math import inf
 from typing import Any, Final, TypeAlias
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.scene.devices import Noise, Pid
+from nrp_core.scene.model import Link, Model, Scene
+from nrp_core.scene.origin import Native
+from nrp_core.scene.randomization import OPERATIONS, Draw, Randomization
+from nrp_core.scene.rigid import Pose
 from nrp_core.seeds import Seeds
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import Noise, Pid
-from nrp_core.world.scene.model import Link, Model, Scene
-from nrp_core.world.scene.origin import Native
-from nrp_core.world.scene.randomization import OPERATIONS, Draw, Randomization
 
 Numbers: TypeAlias = tuple[float, ...]
 Change: TypeAlias = Callable[[str, Numbers], Numbers]

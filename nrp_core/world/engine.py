@@ -14,6 +14,22 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
+from nrp_core.scene.merged_bodies import Body, bodies_of, body_of, lever_of
+from nrp_core.scene.model import Light, Model, Rgba, Scene
+from nrp_core.scene.rigid import (
+    BodyPath,
+    BodyVelocity,
+    JointStates,
+    JointTargets,
+    ModelMotion,
+    Pose,
+    Quaternion,
+    ReadFrames,
+    ServoTarget,
+    Touch,
+    Wrench,
+    rotation_matrix,
+)
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
 from nrp_core.world.part import Part
 from nrp_core.world.raycast.beams import Beams
@@ -28,22 +44,6 @@ from nrp_core.world.render.cameras import (
     optics_of,
 )
 from nrp_core.world.render.renderers import SceneRenderers, open_shared
-from nrp_core.world.rigid import (
-    BodyPath,
-    BodyVelocity,
-    JointStates,
-    JointTargets,
-    ModelMotion,
-    Pose,
-    Quaternion,
-    ReadFrames,
-    ServoTarget,
-    Touch,
-    Wrench,
-    rotation_matrix,
-)
-from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of, lever_of
-from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 
 if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace

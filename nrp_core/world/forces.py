@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from nrp_core.scene.rigid import Wrench
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import Wrench
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,17 +14,17 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import SCENE_CHANGES
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.model import Light, Model, Rgba, Scene
+from nrp_core.scene.posture import start_positions
+from nrp_core.scene.randomization import Draw
+from nrp_core.scene.rigid import ModelMotion, Vector
 from nrp_core.simulation import Simulation
 from nrp_core.world.domain_randomization import draw_scene
 from nrp_core.world.engine import Engine
 from nrp_core.world.forces import ForcesPart
-from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.model_states import ColorPart
 from nrp_core.world.parts import Parts, parts_of
-from nrp_core.world.rigid import ModelMotion, Vector
-from nrp_core.world.scene.model import Light, Model, Rgba, Scene
-from nrp_core.world.scene.posture import start_positions
-from nrp_core.world.scene.randomization import Draw
 from nrp_core.world.switchboard import Switchboard
 
 P = ParamSpec("P")

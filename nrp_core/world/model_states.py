@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from nrp_core.messages.gazebo_msgs import LinkStates, ModelStates
+from nrp_core.messages.geometry_msgs import Point, Quaternion, Twist, Vector3
+from nrp_core.messages.geometry_msgs import Pose as PoseMessage
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.model import Rgba, Scene
+from nrp_core.scene.rigid import ModelMotion, Pose, Vector, multiply
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
-from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Twist, Vector3
-from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
-from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import ModelMotion, Pose, Vector, multiply
-from nrp_core.world.scene.model import Rgba, Scene
 from nrp_core.world.topics import Direction, TopicInfo
 
 

@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 
 from nrp_core.clock import from_seconds
 from nrp_core.errors import SceneError
+from nrp_core.scene.merged_bodies import bodies_of, joint_inertias
+from nrp_core.scene.model import Model
 from nrp_core.world.controllers.joint import ControllerPart, GroupPart, OrientationPart, PairPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine
 from nrp_core.world.model_states import ColorPart
 from nrp_core.world.part import Part, PartProxy
-from nrp_core.world.scene.merged_bodies import bodies_of, joint_inertias
-from nrp_core.world.scene.model import Model
 from nrp_core.world.sensors.ground_truth import JointStatesPart
 from nrp_core.world.sensors.sensor import Sensor
 from nrp_core.world.switchboard import Switchboard

@@ -14,15 +14,14 @@ from typing import Any, Final, Literal
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code, Finding
-from nrp_core.world.controllers.plugins import TOPICS
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.bodies import free_name
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.devices import GroupController, JointController, Pid, TrajectoryController
-from nrp_core.world.scene.model import Joint, Link, Model
-from nrp_core.world.scene.posture import at_start
-from nrp_core.world.scene.reading.context import Element, Notes, Reading, Resources
-from nrp_core.world.scene.reading.sensors import (
+from nrp_core.messages.base import resolve_name
+from nrp_core.scene.bodies import free_name
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.devices import GroupController, JointController, Pid, TrajectoryController
+from nrp_core.scene.model import Joint, Link, Model
+from nrp_core.scene.posture import at_start
+from nrp_core.scene.reading.context import Element, Notes, Reading, Resources
+from nrp_core.scene.reading.sensors import (
     SENSORS,
     Mount,
     joint_sensors,
@@ -30,9 +29,10 @@ from nrp_core.world.scene.reading.sensors import (
     with_frames,
     with_sensors,
 )
-from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
-from nrp_core.world.scene.tessellation import box_around
-from nrp_core.world.topics import resolve_name
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf.vocabulary import check_vocabulary
+from nrp_core.scene.tessellation import box_around
+from nrp_core.world.controllers.plugins import TOPICS
 
 _WITH_LENSES = ("depth", "dvs", "retina", "rgbd", "segmentation")
 """Sensors that need a ``<camera>``, besides cameras; without one it has the default optics."""

@@ -14,10 +14,10 @@ from typing import Any
 
 from nrp_core.clock import SampleSchedule, from_seconds
 from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.messages.base import NumberLayout, layout_of, type_name
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import NumberLayout, layout_of, type_name
 from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, Publication, Stamped, Subscription, TopicInfo
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import builtins
 import dataclasses
-import posixpath
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from math import isfinite
 from typing import Any, Protocol
 
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.base import holds_finite_floats, invalid_field, layout_of, type_name
+from nrp_core.messages.base import holds_finite_floats, invalid_field, layout_of, type_name
 
 
 class Direction(Flag):
@@ -166,11 +165,6 @@ def require_finite(topic: str, numbers: Sequence[float]) -> None:
     """
     if not isfinite(sum(numbers)) and not all(map(isfinite, numbers)):  # of a sum first: it is faster
         raise TopicError(f"{topic}: every number must be finite, not {list(numbers)}")
-
-
-def resolve_name(name: str, namespace: str) -> str:
-    """Return the absolute name of a topic: a relative one is below the namespace, as in ROS."""
-    return posixpath.normpath(posixpath.join("/", namespace, name.removeprefix("~/")))
 
 
 def check_message(topic: TopicInfo, message: Any) -> None:

@@ -9,14 +9,14 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.overview import Overview, Row, counted
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.errors import TimestepError
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import JointStates, ModelMotion
 from nrp_core.simulation import guarded
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
 from nrp_core.world.live import LiveScene
 from nrp_core.world.model_states import StatesPart
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import JointStates, ModelMotion
-from nrp_core.world.scene.model import Scene
 from nrp_core.world.sensors.contact import ContactsPart
 from nrp_core.world.services.part import Services
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message

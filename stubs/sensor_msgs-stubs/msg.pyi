@@ -2,21 +2,21 @@
 from dataclasses import dataclass
 from geometry_msgs.msg import Point32
 from geometry_msgs.msg import Transform
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.messages.geometry_msgs import Wrench
-from nrp_core.world.messages.sensor_msgs import CameraInfo as CameraInfo
-from nrp_core.world.messages.sensor_msgs import CompressedImage as CompressedImage
-from nrp_core.world.messages.sensor_msgs import Image as Image
-from nrp_core.world.messages.sensor_msgs import Imu as Imu
-from nrp_core.world.messages.sensor_msgs import JointState as JointState
-from nrp_core.world.messages.sensor_msgs import LaserScan as LaserScan
-from nrp_core.world.messages.sensor_msgs import PointCloud2 as PointCloud2
-from nrp_core.world.messages.sensor_msgs import PointField as PointField
-from nrp_core.world.messages.sensor_msgs import Range as Range
-from nrp_core.world.messages.sensor_msgs import RegionOfInterest as RegionOfInterest
-from nrp_core.world.messages.std_msgs import Header
+from nrp_core.messages.base import Time
+from nrp_core.messages.geometry_msgs import Twist
+from nrp_core.messages.geometry_msgs import Vector3
+from nrp_core.messages.geometry_msgs import Wrench
+from nrp_core.messages.sensor_msgs import CameraInfo as CameraInfo
+from nrp_core.messages.sensor_msgs import CompressedImage as CompressedImage
+from nrp_core.messages.sensor_msgs import Image as Image
+from nrp_core.messages.sensor_msgs import Imu as Imu
+from nrp_core.messages.sensor_msgs import JointState as JointState
+from nrp_core.messages.sensor_msgs import LaserScan as LaserScan
+from nrp_core.messages.sensor_msgs import PointCloud2 as PointCloud2
+from nrp_core.messages.sensor_msgs import PointField as PointField
+from nrp_core.messages.sensor_msgs import Range as Range
+from nrp_core.messages.sensor_msgs import RegionOfInterest as RegionOfInterest
+from nrp_core.messages.std_msgs import Header
 from typing import Any
 from typing import ClassVar
 import numpy.typing as npt

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import STATIC
+from nrp_core.network.cells import CELLS
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import STATIC
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.data import Network, Population
 
 BACKENDS = [("event", {}), ("event", {"resolution": "0.1 ms"}), ("spinnaker", {})]
 Open = Callable[..., Brain]

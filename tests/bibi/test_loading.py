@@ -14,8 +14,8 @@ from nrp_core.cle.loop import Failure
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.testing import Rig
 from nrp_core.errors import ExperimentError
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import Float64
 
 FOLDER = Path(experiment.__file__).parent
 HEAD = '<bibi xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">\n'

@@ -26,8 +26,8 @@ from nrp_core.checks.network_units import unlikely_units
 from nrp_core.checks.validate import validate_file
 from nrp_core.errors import NrpError
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.scene.sdf import read_model
-from nrp_core.world.scene.tessellation import box_around
+from nrp_core.scene.sdf import read_model
+from nrp_core.scene.tessellation import box_around
 
 PACKAGES = ("dm-control", "example-robot-data", "gymnasium", "gymnasium-robotics", "pybullet")
 LISTED: dict[str, dict[str, object]] = yaml.safe_load(

@@ -13,9 +13,9 @@ from nrp_core.checks.subjects.sensor_visibility import own_robot_views
 from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.findings import Code
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Collision, Link, Model, Scene, Visual
-from nrp_core.world.scene.sdf import read_model
+from nrp_core.scene.model import Box, Collision, Link, Model, Scene, Visual
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model
 
 BOX = "<box><size>0.4 0.4 0.2</size></box>"
 MESH = "<mesh><uri>shell.obj</uri></mesh>"

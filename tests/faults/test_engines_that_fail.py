@@ -22,16 +22,16 @@ from nrp_brain_event import EventBackend
 from nrp_core.brain.devices.sources import ACSource, DCSource, NoisyCurrentSource
 from nrp_core.brain.devices.trains import FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
 from nrp_core.brain.remote import RemoteBrain
 from nrp_core.errors import SimulationError, TopicError, TransferFunctionRaisedError
 from nrp_core.experiment.making.prepare import Plan, Side
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.network.data import Network
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.recording import Recording
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.topics import Direction
 
 SMALL = ("world.options.image_scale=0.1", "duration=2 s", "criteria=null")

@@ -18,13 +18,13 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.commands import commands_of
 from nrp_core.experiment.running.control import ControlServer
 from nrp_core.experiment.running.run import Run
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.messages.geometry_msgs import Pose, Twist, Vector3
-from nrp_core.world.messages.nrp_msgs import Spikes
-from nrp_core.world.messages.sensor_msgs import Image, JointState
-from nrp_core.world.messages.std_msgs import Header, String
+from nrp_core.messages.base import Time
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.gazebo_msgs import ModelStates
+from nrp_core.messages.geometry_msgs import Pose, Twist, Vector3
+from nrp_core.messages.nrp_msgs import Spikes
+from nrp_core.messages.sensor_msgs import Image, JointState
+from nrp_core.messages.std_msgs import Header, String
 
 MESSAGES = (
     Twist(Vector3(0.5, 0.0, 1.0), Vector3(0.0, 0.0, -2.0)),

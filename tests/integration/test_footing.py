@@ -20,7 +20,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment, shipped
 from nrp_core.findings import Code
 from nrp_core.running import open_run
-from nrp_core.world.scene.model import Scene
+from nrp_core.scene.model import Scene
 
 SHIPPED = Path(nrp_experiments.__file__).parent / "braitenberg_husky"
 CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"

@@ -11,7 +11,7 @@ from nrp_core.recording import old_names
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
-from nrp_core.world.rigid import ModelMotion
+from nrp_core.scene.rigid import ModelMotion
 
 FOLDER = Path(__file__).parents[1] / "recordings" / "changed_from_outside_0.2.0"
 STEPS = 60
@@ -73,8 +73,8 @@ def test_a_replay_of_version_0_2_0_is_bit_for_bit() -> None:
 @pytest.mark.parametrize(
     "moved",
     [
-        {"an_old.place": "nrp_core.world.rigid"},
-        {"an_old.place.ModelMotion": "nrp_core.world.rigid.ModelMotion"},
+        {"an_old.place": "nrp_core.scene.rigid"},
+        {"an_old.place.ModelMotion": "nrp_core.scene.rigid.ModelMotion"},
     ],
 )
 def test_a_class_is_found_where_the_table_of_moved_names_has_it(

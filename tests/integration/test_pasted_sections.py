@@ -9,8 +9,8 @@ import pytest
 
 from nrp_core import Run, load_experiment
 from nrp_core.cli import app
-from nrp_core.world.messages.geometry_msgs import Quaternion
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.geometry_msgs import Quaternion
+from nrp_core.messages.std_msgs import Float64
 
 LINK = '<link name="{}"><inertial><mass value="{}"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>'
 ENDS = '<parent link="{}"/><child link="{}"/>'

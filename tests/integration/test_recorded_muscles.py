@@ -22,8 +22,8 @@ from nrp_core.recording.layout import MUSCLES
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayVerdict
 from nrp_core.recording.video.views import RecordedMuscles, Stage
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.render.portrait import portrait
-from nrp_core.world.scene.sdf import read_scene
 
 NAMES = "shoulder_flexor", "shoulder_extensor", "elbow_flexor", "elbow_extensor"
 

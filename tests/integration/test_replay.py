@@ -23,6 +23,7 @@ from nrp_core.dsl import Neuron2Robot, Topic
 from nrp_core.errors import ExperimentError, SnapshotError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.messages.geometry_msgs import Twist
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
@@ -31,9 +32,8 @@ from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult, ReplayVerdict
 from nrp_core.recording.sealing import seal
-from nrp_core.world.messages.geometry_msgs import Twist
+from nrp_core.scene.rigid import ModelMotion, Pose
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.rigid import ModelMotion, Pose
 
 S = 10**9
 FIRST, OTHER = ("event", "mujoco"), ("spinnaker", "pybullet")

@@ -16,7 +16,7 @@ from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
-from nrp_core.world.rigid import Vector
+from nrp_core.scene.rigid import Vector
 
 PAIRS = [("event", "mujoco"), ("spinnaker", "pybullet")]
 SCREEN = "/left_vr_screen/body/screen_glass/color"

@@ -8,9 +8,9 @@ from golden import Golden
 from nrp_core import Experiment, load_experiment, open_world, running
 from nrp_core.errors import ExperimentError, LifecycleError, TopicError
 from nrp_core.experiment.model.collector import Collector
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.world import World
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA
 
 
 def test_the_world_of_an_experiment_opens_without_a_brain_and_has_its_aliases() -> None:

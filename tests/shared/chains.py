@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import inf
 
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import JointController
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.devices import JointController
+from nrp_core.scene.model import Inertial, Joint, Link, Model
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.world import World
 
 GRAVITY, MASS, LENGTH, LINKS = 9.8, 2.0, 0.2, 6

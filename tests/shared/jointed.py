@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.geometry_msgs import Point, Vector3, Wrench
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Vector
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sdf import read_model
+from nrp_core.messages.base import Duration
+from nrp_core.messages.geometry_msgs import Point, Vector3, Wrench
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.rigid import Vector
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.world import World
 
 GRAVITY, MASS, ARM, MOMENT = 9.8, 2.0, 0.5, 0.02

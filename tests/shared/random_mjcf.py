@@ -13,7 +13,7 @@ from random import Random
 
 import numpy as np
 
-from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.scene.meshes.stl import write_stl
 
 WEDGE = 0.1 * np.array([
     [[0, 0, 0], [0, 1, 0], [2, 0, 0]], [[0, 0, 0], [0, 0, 1], [0, 1, 0]],

@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.scene.model import Box, Capsule, Cylinder, Geometry, Mesh, Model, Plane, Sphere
+from nrp_core.scene.rigid import Pose, rotation_matrix
 from nrp_core.world.render.cameras import SKY, bytes_of, flat
-from nrp_core.world.rigid import Pose, rotation_matrix
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Mesh, Model, Plane, Sphere
 
 
 def ray_image(

@@ -9,8 +9,8 @@ import pytest
 from pydantic import BaseModel
 
 from nrp_core._support.json_values import to_jsonable
+from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.simulation import Determinism
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 
 
 class Model(BaseModel):

@@ -9,9 +9,9 @@ import numpy as np
 from lxml import html
 
 from nrp_core._support.overview import Overview
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.network.data import Network, Population
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.recording import Recording
 

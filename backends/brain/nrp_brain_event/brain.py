@@ -40,9 +40,9 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import DOPAMINE, ParameterChange
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.network.data import Network, Projection
 
 _PATIENCE_NS: Final = 20_000_000
 _PATIENCE_MS: Final = milliseconds(_PATIENCE_NS)

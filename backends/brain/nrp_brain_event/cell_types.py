@@ -17,9 +17,9 @@ from nrp_brain_event.records import (
     LINEAR,
 )
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import DivergedError
 from nrp_core.findings.refusals import no_variable
+from nrp_core.network.data import Network
 
 TIME_CONSTANTS: Final = {"tau_syn_E": 0, "tau_syn_I": 1}
 """PyNN's names, and the synapse that they belong to."""

@@ -22,9 +22,9 @@ from nrp_brain_event.records import (
 )
 from nrp_brain_event.runge_kutta import gate_rates
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Population
-from nrp_core.brain.network.equations.model import INPUT
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Network, Population
+from nrp_core.network.equations.model import INPUT
 
 NANO: Final = 1e-9
 _IZHIKEVICH_PEAK_MV: Final = 30.0

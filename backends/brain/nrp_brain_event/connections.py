@@ -16,13 +16,13 @@ from nrp_brain_event.records import JUMP, Array, Plastic, Rule, ShortTerm, Slow
 from nrp_brain_event.synapse_laws import RULES, SHARES
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.drawing import extremes, sorted_by
-from nrp_core.brain.network.indices import stored_form
-from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.synapses import LAWS, SynapseLaw
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Network, Projection
+from nrp_core.network.drawing import extremes, sorted_by
+from nrp_core.network.indices import stored_form
+from nrp_core.network.limits import distinct
+from nrp_core.network.synapses import LAWS, SynapseLaw
 from nrp_core.seeds import Seeds
 
 _LIMITS: Final = ("w_min", "w_max")

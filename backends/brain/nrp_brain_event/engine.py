@@ -16,8 +16,8 @@ from nrp_brain_event.linear import modes_of
 from nrp_brain_event.records import CONSTANT, Array, Clock, EngineArrays, Event, Link, Spike, Work
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import NO_SPIKES, Spikes
+from nrp_core.network.data import Network
 
 _MOST_SORTED: Final = 256
 """Spikes for which a plain sort is fast enough; more are sorted by NumPy."""

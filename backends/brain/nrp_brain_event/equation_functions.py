@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.jit import inlined, jit
-from nrp_core.brain.network import filters
+from nrp_core.network import filters
 
 _PER_OCTAVE: Final = 1.4426950408889634
 _OCTAVE: Final = 0.693145751953125, 1.42860682030941723212e-6

@@ -20,9 +20,9 @@ from typing import Final
 from nrp_brain_event.handles import address_of
 from nrp_core._support.cache import mark_used
 from nrp_core._support.jit import COMPILED, cache_folder
-from nrp_core.brain.network.equations.expressions import RANDOM, STEP, TIME, WEIGHT, names_in
-from nrp_core.brain.network.equations.model import Model
-from nrp_core.brain.network.equations.synapse import SHARE, SynapseModel
+from nrp_core.network.equations.expressions import RANDOM, STEP, TIME, WEIGHT, names_in
+from nrp_core.network.equations.model import Model
+from nrp_core.network.equations.synapse import SHARE, SynapseModel
 
 Arguments = tuple[tuple[str, str], ...]
 """Names of arguments, and their types for :func:`nrp_core._support.jit.c_function`."""

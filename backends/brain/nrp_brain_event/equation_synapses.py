@@ -25,13 +25,13 @@ from nrp_brain_event.handles import call
 from nrp_brain_event.records import Array, Plastic, Rule, ShortTerm, Slow
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.equations.declarations import Assignments
-from nrp_core.brain.network.equations.expressions import WEIGHT
-from nrp_core.brain.network.equations.model import value_of
-from nrp_core.brain.network.equations.synapse import SHARE, SYNAPSE_TYPE, ZERO, SynapseEquations, SynapseModel
 from nrp_core.clock import MS_PER_S
 from nrp_core.errors import CapabilityError
+from nrp_core.network.data import Projection
+from nrp_core.network.equations.declarations import Assignments
+from nrp_core.network.equations.expressions import WEIGHT
+from nrp_core.network.equations.model import value_of
+from nrp_core.network.equations.synapse import SHARE, SYNAPSE_TYPE, ZERO, SynapseEquations, SynapseModel
 from nrp_core.units import Unit
 
 _SHORT_TERM: Final = ShortTerm.dtype().names or ()

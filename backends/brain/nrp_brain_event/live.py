@@ -22,9 +22,9 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.sinks import Trace
-from nrp_core.brain.network.data import Network, Projection
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import SnapshotError
+from nrp_core.network.data import Network, Projection
 
 
 class Plan(NamedTuple):

@@ -14,10 +14,10 @@ from pydantic import Field, model_validator
 from nrp_brain_event.grid.equations import settling
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.backend import BrainOptions
-from nrp_core.brain.network.data import Network, Population
-from nrp_core.brain.network.equations.model import INPUT
-from nrp_core.brain.network.limits import distinct
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.data import Network, Population
+from nrp_core.network.equations.model import INPUT
+from nrp_core.network.limits import distinct
 from nrp_core.quantities import DurationNs
 
 _TOLERANCE_MV: Final = 1e-9

@@ -16,12 +16,12 @@ from nrp_brain_event.handles import Shelf
 from nrp_brain_event.records import Array, Slow
 from nrp_brain_event.synapse_laws import NEUROMODULATED, RULES
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.modulations import follows_dopamine, modulations_of
-from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Network, Projection
+from nrp_core.network.grid import Grid
+from nrp_core.network.modulations import follows_dopamine, modulations_of
+from nrp_core.network.rewiring import Neuromodulation
 
 Places = Callable[[], Mapping[str, Array]]
 _UNREACHED: Final = 2.0**80

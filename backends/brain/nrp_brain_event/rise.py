@@ -25,7 +25,7 @@ from typing import Final
 
 from nrp_brain_event.records import ALPHA, EXPONENTIAL, Cell, Work, constant
 from nrp_core._support.jit import inlined, jit
-from nrp_core.brain.network import filters
+from nrp_core.network import filters
 
 _NEGLIGIBLE: Final = 1e-20
 """Conductance (uS) or current (nA) below which a synapse counts as silent."""

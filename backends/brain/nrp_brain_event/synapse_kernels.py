@@ -31,14 +31,14 @@ from nrp_brain_event.synapse_laws import NEUROMODULATED, RULES, SHARES
 from nrp_core._support.jit import inlined, jit
 from nrp_core.brain.devices import short_term
 from nrp_core.brain.devices.short_term import utilization
-from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE
-from nrp_core.brain.network.synapses import (
+from nrp_core.clock import MS_PER_S
+from nrp_core.network.equations.synapse import SYNAPSE_TYPE
+from nrp_core.network.synapses import (
     MULTIQUANTAL,
     SIMPLE_STOCHASTIC,
     STOCHASTIC_TSODYKS_MARKRAM,
     TSODYKS_MARKRAM,
 )
-from nrp_core.clock import MS_PER_S
 
 Kernel = Callable[..., Any]
 Share = Callable[[Any, float], float]

@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE
-from nrp_core.brain.network.synapses import (
+from nrp_core.network.equations.synapse import SYNAPSE_TYPE
+from nrp_core.network.synapses import (
     LAWS,
     MULTIQUANTAL,
     PLASTIC,

@@ -10,8 +10,8 @@ from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.capabilities import Report
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network
 from nrp_core.findings import Findings
+from nrp_core.network.data import Network
 from nrp_core.simulation import Determinism
 
 APPROXIMATE = frozenset({"Izhikevich", "IZK_curr_exp", "IZK_cond_exp"})

@@ -23,8 +23,8 @@ from nrp_brain_spinnaker.synapses.laws import load_stores
 from nrp_brain_spinnaker.synapses.rewired import load_rewired
 from nrp_brain_spinnaker.synapses.sites import Site, sites_of
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.findings import Code, Findings
+from nrp_core.network.data import Network, Population
 
 _SHORTEST_STEP_US = 100
 """Below it sPyNNaker warns that a machine does not keep up, unless it is slowed down."""

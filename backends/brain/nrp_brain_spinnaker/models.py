@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from nrp_brain_spinnaker.machine import kinds
-from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 Semantics = Literal["pynn", "released"]
 

@@ -13,8 +13,8 @@ from pydantic import AfterValidator, Field, ValidationError
 from nrp_brain_spinnaker.hardware import NEURONS_PER_CORE, POISSON_SOURCES_PER_CORE
 from nrp_brain_spinnaker.models import Semantics
 from nrp_core.brain.backend import BrainOptions
-from nrp_core.brain.network.data import Population
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Population
 from nrp_core.quantities import DurationNs, RateHz
 
 NS_PER_US = 1000

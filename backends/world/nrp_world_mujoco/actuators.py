@@ -13,8 +13,8 @@ from math import inf, isfinite
 from typing import Any, Literal
 
 from nrp_core.findings import Code, Findings
+from nrp_core.scene.reading.context import Element
 from nrp_core.world.controllers.plugins import RANGE
-from nrp_core.world.scene.reading.context import Element
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.schema import stated
 

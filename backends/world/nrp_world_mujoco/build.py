@@ -12,14 +12,14 @@ from typing import Any
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Findings
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.model import Inertial, Joint, Link, Model, Scene
+from nrp_core.scene.rigid import BodyPath, Pose
 from nrp_core.world.engine_kit.firm_joints import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
-from nrp_core.world.rigid import BodyPath, Pose
 from nrp_core.world.robot_setup import HELD
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
 from nrp_world_mujoco.library import compile_spec, mujoco, pos_quat, scalar_first
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.muscles import add_muscles

@@ -17,8 +17,8 @@ from scipy.spatial.distance import cdist
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.cache import cached_folder
 from nrp_core._support.jit import jit
-from nrp_core.world.scene.meshes.convex import simple_hull
-from nrp_core.world.scene.meshes.triangles import Points, Triangles, weld_vertices
+from nrp_core.scene.meshes.convex import simple_hull
+from nrp_core.scene.meshes.triangles import Points, Triangles, weld_vertices
 
 MAX_ERROR = 2e-3
 """Maximum distance of a cell from the surface, m; less for thin solids and small meshes."""

@@ -9,10 +9,10 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import COMPILED
+from nrp_core.scene.merged_bodies import STIFF_TIME_CONSTANT_S, Body
+from nrp_core.scene.rigid import BodyPath, Quaternion, ServoTarget, Touch, Wrench
 from nrp_core.world.engine_kit.firm_joints import RETURN_S, FirmJoints
 from nrp_core.world.engine_kit.firm_kinds import FREE
-from nrp_core.world.rigid import BodyPath, Quaternion, ServoTarget, Touch, Wrench
-from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S, Body
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.library import halves_of_step, mujoco
 from nrp_world_mujoco.shapes import FAR_AWAY, SMALLEST

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.scene.rigid import BodyVelocity, Pose
 from nrp_core.world.engine_kit.planar_servo import PlanarServo
 from nrp_core.world.engine_kit.simulated import Decay
-from nrp_core.world.rigid import BodyVelocity, Pose
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.motion import Floating

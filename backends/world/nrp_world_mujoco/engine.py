@@ -14,11 +14,11 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.findings import Code
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Wrench
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf, PhysicsOptions
-from nrp_core.world.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Wrench
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Decays, Drive

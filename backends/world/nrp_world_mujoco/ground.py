@@ -8,7 +8,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import jit
-from nrp_core.world.scene.meshes.triangles import Faces, Points
+from nrp_core.scene.meshes.triangles import Faces, Points
 
 MIN_TRIANGLES = 512
 """Smaller surfaces stay triangles."""

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from ctypes.util import find_library
 from typing import Any
 
-from nrp_core.world.rigid import Pose, Quaternion
+from nrp_core.scene.rigid import Pose, Quaternion
 
 COLLISIONS = 3
 """The geom group of collisions."""

@@ -16,9 +16,9 @@ from xml.etree import ElementTree as ET
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.origin import Native
+from nrp_core.scene.model import Model
+from nrp_core.scene.origin import Native
+from nrp_core.scene.rigid import Pose
 from nrp_world_mujoco.library import mujoco, pos_quat
 
 SECTIONS = ("site", "wrap", "tendon", "equality", "contact", "actuator", "sensor")

@@ -20,17 +20,17 @@ import numpy as np
 from nrp_core._support.cache import cached_folder
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
+from nrp_core.scene.bodies import TINTS
+from nrp_core.scene.inertia import LEAST_MOMENT
+from nrp_core.scene.meshes.shapes import terrain
+from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.model import Inertial
+from nrp_core.scene.reading.context import Element, read_xml
+from nrp_core.scene.reading.repairs import LEAST_MASS
+from nrp_core.scene.rigid import Pose, Quaternion, Vector
+from nrp_core.scene.sdf.model import KEYFRAME
 from nrp_core.world.drives.muscles import ALL
 from nrp_core.world.render.cameras import looking
-from nrp_core.world.rigid import Pose, Quaternion, Vector
-from nrp_core.world.scene.bodies import TINTS
-from nrp_core.world.scene.inertia import LEAST_MOMENT
-from nrp_core.world.scene.meshes.shapes import terrain
-from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.model import Inertial
-from nrp_core.world.scene.reading.context import Element, read_xml
-from nrp_core.world.scene.reading.repairs import LEAST_MASS
-from nrp_core.world.scene.sdf.model import KEYFRAME
 from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing

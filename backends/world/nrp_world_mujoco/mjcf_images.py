@@ -21,11 +21,11 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.cache import cached_folder
 from nrp_core.findings import Code, Findings
-from nrp_core.world.scene.meshes import LFS
-from nrp_core.world.scene.meshes.gltf import glb
-from nrp_core.world.scene.meshes.triangles import Triangles, mapped_triangles
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Plane, Sphere
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.scene.meshes import LFS
+from nrp_core.scene.meshes.gltf import glb
+from nrp_core.scene.meshes.triangles import Triangles, mapped_triangles
+from nrp_core.scene.model import Box, Capsule, Cylinder, Geometry, Plane, Sphere
+from nrp_core.scene.tessellation import triangles_of
 from nrp_world_mujoco.library import mujoco
 
 _HALF_M: Final = 0.025

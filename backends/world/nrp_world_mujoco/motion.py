@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.rigid import JointStates, ModelMotion, Pose, Vector, rotate_vector, rotation_vector
 from nrp_core.world.engine_kit.jointed import MotionOf
-from nrp_core.world.rigid import JointStates, ModelMotion, Pose, Vector, rotate_vector, rotation_vector
-from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.library import mujoco
 
 

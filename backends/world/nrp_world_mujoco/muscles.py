@@ -9,10 +9,10 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.drives.muscles import MUJOCO_RANGE, Muscle, muscles_of
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Model, Scene
 from nrp_world_mujoco.library import mujoco
 
 _LEAST_CONTROL = 0.01

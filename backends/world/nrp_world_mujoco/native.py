@@ -15,10 +15,10 @@ import numpy as np
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
-from nrp_core.world.scene.inertia import LEAST_MOMENT
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.origin import Native
-from nrp_core.world.scene.reading.repairs import LEAST_MASS
+from nrp_core.scene.inertia import LEAST_MOMENT
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.origin import Native
+from nrp_core.scene.reading.repairs import LEAST_MASS
 from nrp_world_mujoco.library import mujoco, pos_quat
 from nrp_world_mujoco.mechanisms import (
     PLACE,

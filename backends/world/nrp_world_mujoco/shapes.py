@@ -7,10 +7,9 @@ from math import isfinite
 from typing import Any, Final
 
 from nrp_core.findings import Findings
-from nrp_core.world.rigid import Pose, Vector
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.loops import Freedom, Tie
-from nrp_core.world.scene.model import (
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.loops import Freedom, Tie
+from nrp_core.scene.model import (
     Box,
     Capsule,
     Collision,
@@ -25,7 +24,8 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.scene.rigid import Pose, Vector
+from nrp_core.scene.tessellation import triangles_of
 from nrp_world_mujoco.library import COLLISIONS, mujoco, pos_quat
 from nrp_world_mujoco.surfaces import Surfaces
 

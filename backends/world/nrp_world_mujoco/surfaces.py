@@ -12,10 +12,10 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.findings import Code, Findings
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.meshes.shapes import heights_of
-from nrp_core.world.scene.model import ConcaveMesh, Geometry, Heightmap, Mesh, Scene
-from nrp_core.world.scene.tessellation import box_around, triangles_of
+from nrp_core.scene.meshes.shapes import heights_of
+from nrp_core.scene.model import ConcaveMesh, Geometry, Heightmap, Mesh, Scene
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.tessellation import box_around, triangles_of
 from nrp_world_mujoco.library import mujoco, pos_quat
 
 MAX_CELLS = 50_000

@@ -11,11 +11,11 @@ from nrp_core._support.quiet import quiet
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Findings
+from nrp_core.scene.merged_bodies import Body, tree_of
+from nrp_core.scene.model import Collision, Inertial, Joint, Model, Scene
+from nrp_core.scene.rigid import BodyPath, Pose
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
-from nrp_core.world.rigid import BodyPath, Pose
-from nrp_core.world.scene.merged_bodies import Body, tree_of
-from nrp_core.world.scene.model import Collision, Inertial, Joint, Model, Scene
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.mechanisms import report_mechanisms
 from nrp_world_pybullet.shapes import (

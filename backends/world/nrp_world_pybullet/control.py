@@ -10,10 +10,9 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.engine_kit.firm_joints import JointPath, firm_joints
-from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
-from nrp_core.world.engine_kit.simulated import Decay
-from nrp_core.world.rigid import (
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.model import Joint, Model, Scene
+from nrp_core.scene.rigid import (
     BodyPath,
     JointStates,
     JointTargets,
@@ -24,8 +23,9 @@ from nrp_core.world.rigid import (
     Vector,
     Wrench,
 )
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Joint, Model, Scene
+from nrp_core.world.engine_kit.firm_joints import JointPath, firm_joints
+from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
+from nrp_core.world.engine_kit.simulated import Decay
 from nrp_world_pybullet.build import BodyHandle, Built
 from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.library import bullet

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.rigid import BodyVelocity, Pose, Vector
 from nrp_core.world.engine_kit.planar_servo import PlanarServo
-from nrp_core.world.rigid import BodyVelocity, Pose, Vector
-from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_pybullet.build import BASE, BodyHandle
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Moving

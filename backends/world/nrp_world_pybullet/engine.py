@@ -13,12 +13,12 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Vector
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf, PhysicsOptions
-from nrp_core.world.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Vector
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Model, Scene
 from nrp_world_pybullet.build import BodyHandle, Built, build
 from nrp_world_pybullet.control import Control
 from nrp_world_pybullet.drive import Drive

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.scene.merged_bodies import STIFF_TIME_CONSTANT_S
+from nrp_core.scene.rigid import multiply, rotation_by
 from nrp_core.world.engine_kit.firm_joints import RETURN_S, FirmJoint, FirmJoints, JointPath, span
 from nrp_core.world.engine_kit.firm_kinds import FREE
-from nrp_core.world.rigid import multiply, rotation_by
-from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S
 from nrp_world_pybullet.build import UNLIMITED_FORCE, BodyHandle
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import JointReader

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 
 from nrp_core.findings import Code, Findings
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.origin import Native
+from nrp_core.scene.model import Model
+from nrp_core.scene.origin import Native
 
 _MECHANISMS = ("contact", "equality", "tendon")
 """Sections with mechanisms; actuators report themselves, and settings of solvers are meant for one engine."""

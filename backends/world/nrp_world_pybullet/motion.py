@@ -9,7 +9,9 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.quiet import quiet
-from nrp_core.world.rigid import (
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.model import Inertial
+from nrp_core.scene.rigid import (
     JointStates,
     ModelMotion,
     Pose,
@@ -18,8 +20,6 @@ from nrp_core.world.rigid import (
     rotation_matrix,
     rotation_vector,
 )
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Inertial
 from nrp_world_pybullet.build import BASE, BodyHandle
 from nrp_world_pybullet.library import bullet
 

@@ -10,6 +10,10 @@ import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.merged_bodies import Body, body_of, tree_of
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.rigid import BodyPath, JointStates, Pose
 from nrp_core.world.drives.muscles import muscles_of
 from nrp_core.world.engine_kit.muscles import (
     activation_rate,
@@ -18,10 +22,6 @@ from nrp_core.world.engine_kit.muscles import (
     force_velocity_slope,
     passive_force,
 )
-from nrp_core.world.rigid import BodyPath, JointStates, Pose
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.merged_bodies import Body, body_of, tree_of
-from nrp_core.world.scene.model import Model, Scene
 from nrp_world_pybullet.build import BASE, Built
 from nrp_world_pybullet.library import bullet
 

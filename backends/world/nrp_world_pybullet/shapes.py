@@ -11,11 +11,10 @@ from typing import Any
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
-from nrp_core.world.rigid import Pose, Vector
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.loops import Tie
-from nrp_core.world.scene.merged_bodies import Body, body_of
-from nrp_core.world.scene.model import (
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.loops import Tie
+from nrp_core.scene.merged_bodies import Body, body_of
+from nrp_core.scene.model import (
     Box,
     Capsule,
     Collision,
@@ -29,7 +28,8 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.world.scene.origin import Native
+from nrp_core.scene.origin import Native
+from nrp_core.scene.rigid import Pose, Vector
 from nrp_world_pybullet.library import bullet
 
 Place = tuple[int, int]

@@ -12,7 +12,7 @@ from nrp_bibi.model.functions import PythonTransferFunction
 from nrp_core.checks.code.declarations import Declarations, Declared
 from nrp_core.dsl import Listing, MapSpikeSink, MapSpikeSource, MonitoringFunction, PythonSource
 from nrp_core.errors import TransferFunctionError
-from nrp_core.world.messages.base import type_name
+from nrp_core.messages.base import type_name
 
 _CODE_LINES = 12
 _POPULATION = re.compile(r"""\bbrain\.(?:group\[['"](.+?)['"]\]|(\w+))""")

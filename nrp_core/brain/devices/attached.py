@@ -13,9 +13,9 @@ from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import CurrentPort, SourcePort
-from nrp_core.brain.network.currents import Injections
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import LifecycleError, NeuronSelectionError, SnapshotError
+from nrp_core.network.currents import Injections
+from nrp_core.network.data import Network
 from nrp_core.seeds import Seeds
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.filters import MembraneKernel, driven
+from nrp_core.network.filters import MembraneKernel, driven
 
 _MANY: Final = 6
 """Spikes that compiled code passes faster, with the same result."""

@@ -6,7 +6,7 @@ from math import e, exp
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import inlined, jit
-from nrp_core.brain.network import filters
+from nrp_core.network import filters
 
 _driven = inlined(filters.driven)
 

@@ -11,8 +11,8 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import RECEPTORS, Network
 from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.network.data import RECEPTORS, Network
 from nrp_core.seeds import Seeds
 
 Value = float | Sequence[float] | FloatArray

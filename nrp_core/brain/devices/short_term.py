@@ -10,10 +10,10 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network import filters
-from nrp_core.brain.network.limits import OF_SYNAPSES, check_values
-from nrp_core.brain.network.synapses import TSODYKS_MARKRAM_LAW
 from nrp_core.errors import did_you_mean
+from nrp_core.network import filters
+from nrp_core.network.limits import OF_SYNAPSES, check_values
+from nrp_core.network.synapses import TSODYKS_MARKRAM_LAW
 
 CONSTANTS: Final = tuple(TSODYKS_MARKRAM_LAW.parameters)
 

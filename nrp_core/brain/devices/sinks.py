@@ -15,10 +15,10 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.membrane import LeakyMembrane
-from nrp_core.brain.network.filters import MembraneKernel
 from nrp_core.brain.spikes import NO_SPIKES, Spikes
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError
+from nrp_core.network.filters import MembraneKernel
 
 if TYPE_CHECKING:
     from nrp_core.brain.devices.short_term import ShortTermSynapses

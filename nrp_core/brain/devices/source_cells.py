@@ -17,11 +17,11 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.ports import NO_EVENTS
 from nrp_core.brain.devices.trains import PoissonPort, PoissonSource
-from nrp_core.brain.network.data import Population
-from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import MS_PER_S
 from nrp_core.errors import CapabilityError
+from nrp_core.network.data import Population
+from nrp_core.network.grid import Grid
 from nrp_core.seeds import Seeds
 
 Parameters = Mapping[str, FloatArray]

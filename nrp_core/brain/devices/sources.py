@@ -32,9 +32,9 @@ from nrp_core.brain.devices.trains import (
     SpikeSourceSpec,
     TrainPort,
 )
-from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import NeuronSelectionError
+from nrp_core.network.data import Network
 from nrp_core.seeds import Seeds
 
 

@@ -27,9 +27,9 @@ from nrp_core.brain.devices.ports import (
     check_sign,
     check_synapse,
 )
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.parameters import MAX_RATE_HZ
 from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.network.data import Network
+from nrp_core.network.parameters import MAX_RATE_HZ
 from nrp_core.seeds import Seeds
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nrp_core.brain.network.memory import require_memory
 from nrp_core.errors import ExperimentError, NetworkError, NrpError, did_you_mean
+from nrp_core.network.memory import require_memory
 
 if TYPE_CHECKING:
     import h5py

@@ -36,14 +36,14 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.files.hdf5 import array, attribute, group, reading
-from nrp_core.brain.network.currents import InjectedCurrent
-from nrp_core.brain.network.data import Network, Origin, Population, Projection
-from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.equations.synapse import SynapseEquations
-from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.picking import Selection, with_views
-from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.errors import NetworkError
+from nrp_core.network.currents import InjectedCurrent
+from nrp_core.network.data import Network, Origin, Population, Projection
+from nrp_core.network.equations.cell import CellEquations
+from nrp_core.network.equations.synapse import SynapseEquations
+from nrp_core.network.limits import distinct
+from nrp_core.network.picking import Selection, with_views
+from nrp_core.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.paths import path_of
 
 SUFFIX = ".nrpnet"

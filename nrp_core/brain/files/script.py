@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from nrp_core._support.checked_arguments import checks_arguments
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
+from nrp_core.network.data import Network
+from nrp_core.network.picking import Selection, with_views
 from nrp_core.paths import MissingFileError, existing_file
 from nrp_core.scripts import Missing, Scope
 from nrp_core.seeds import Seeds, require_seed

@@ -1,7 +1,7 @@
 """A PyNN implementation that builds networks as data from scripts written for any PyNN simulator.
 
 Nothing is simulated here. :func:`builder` returns the simulator module of a script; it fills a
-:class:`~nrp_core.brain.network.data.Network` with PyNN's own units and meanings.
+:class:`~nrp_core.network.data.Network` with PyNN's own units and meanings.
 """
 
 from __future__ import annotations

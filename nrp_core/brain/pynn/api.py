@@ -16,8 +16,6 @@ from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
 
 from nrp_core._support.checked_arguments import is_number
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.synapses import LAWS
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.arguments import InvalidValueError, PastTimeError, WrongKindError, refuse_misspelt
 from nrp_core.brain.pynn.composed_cells import composed_cells
@@ -31,6 +29,8 @@ from nrp_core.brain.pynn.equation_models import (
 from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.simulator import Recorder, Simulator
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.cells import CELLS
+from nrp_core.network.synapses import LAWS
 from nrp_core.parameters import GivenParameters
 
 _ROUNDING_MS: Final = 1e-9
@@ -111,7 +111,7 @@ def programming_interface(
 ) -> ModuleType:
     """Return a module with every name of a PyNN simulator.
 
-    Not part of PyNN: ``network()`` returns a :class:`~nrp_core.brain.network.data.Network`, ``parameter``
+    Not part of PyNN: ``network()`` returns a :class:`~nrp_core.network.data.Network`, ``parameter``
     declares a :class:`~nrp_core.parameters.Parameter`, ``EquationCell`` and ``EquationSynapse`` make types of
     equations, ``nestml_cell`` one of a file of NESTML.
 

@@ -11,13 +11,13 @@ from typing import Any, ClassVar, Final
 
 from pyNN.standardmodels import cells, receptors
 
-from nrp_core.brain.network.cells import CellType
-from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_values
 from nrp_core.brain.pynn.equation_models import bound
 from nrp_core.brain.pynn.models import own_name
 from nrp_core.errors import NetworkError
+from nrp_core.network.cells import CellType
+from nrp_core.network.equations.cell import CellEquations
+from nrp_core.network.parameters import Parameter
 
 _NAME: Final = "PointNeuron"
 

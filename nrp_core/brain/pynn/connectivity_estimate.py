@@ -12,8 +12,8 @@ import numpy as np
 from pyNN import connectors
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network.indices import index_type
-from nrp_core.brain.network.memory import free_bytes, require_memory
+from nrp_core.network.indices import index_type
+from nrp_core.network.memory import free_bytes, require_memory
 
 _COLUMNS: Final = 20
 """The number of sampled postsynaptic cells, where the probability differs between pairs."""

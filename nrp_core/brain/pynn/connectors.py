@@ -20,7 +20,6 @@ import numpy.typing as npt
 from pyNN import connectors
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network.drawing import sorted_by
 from nrp_core.brain.pynn.arguments import (
     InvalidSynapseError,
     WrongKindError,
@@ -32,6 +31,7 @@ from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.rng import name_streams, named, random_pairs
 from nrp_core.brain.pynn.synapse_columns import drawn_at_once
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.drawing import sorted_by
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator

@@ -11,9 +11,9 @@ from typing import Any, Final
 from pyNN.parameters import ArrayParameter
 from pyNN.standardmodels import cells
 
-from nrp_core.brain.network.cells import CellType
-from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.pynn.equation_models import bound, equation_cell
+from nrp_core.network.cells import CellType
+from nrp_core.network.equations.cell import CellEquations
 
 _PARTS: Final = range(3)
 """The exponentials of a filter of the cell with a random threshold, as many as PyNN has by default."""

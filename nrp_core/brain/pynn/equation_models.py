@@ -16,15 +16,15 @@ from typing import Any, Final
 import numpy as np
 from pyNN.standardmodels import StandardSynapseType
 
-from nrp_core.brain.network.cells import CellType
-from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.equations.expressions import TextOrigin
-from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT
-from nrp_core.brain.network.equations.synapse import SYNAPSE_TYPE, SynapseEquations
-from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.pynn.models import beyond_pynn, checked, untranslated
 from nrp_core.brain.pynn.synapses import SynapseType
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.cells import CellType
+from nrp_core.network.equations.cell import CellEquations
+from nrp_core.network.equations.expressions import TextOrigin
+from nrp_core.network.equations.model import CELL_TYPE, INPUT
+from nrp_core.network.equations.synapse import SYNAPSE_TYPE, SynapseEquations
+from nrp_core.network.parameters import Parameter
 from nrp_core.paths import existing_file
 from nrp_core.units import Unit, quantity
 

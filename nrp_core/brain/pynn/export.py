@@ -14,19 +14,19 @@ from pyNN.common import Assembly, BasePopulation
 from pyNN.random import RandomDistribution
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
-from nrp_core.brain.network import data as data
-from nrp_core.brain.network.currents import InjectedCurrent
-from nrp_core.brain.network.data import Network, Origin
-from nrp_core.brain.network.equations.model import INPUT, known_value
-from nrp_core.brain.network.indices import indices_of
-from nrp_core.brain.network.picking import CIRCUIT, Selection, find_shadowed, select_neurons
-from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.pynn.arguments import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of, require_existing
 from nrp_core.brain.pynn.projections import Projection
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.brain.pynn.synapse_columns import constant, taken
 from nrp_core.errors import NetworkError
+from nrp_core.network import data as data
+from nrp_core.network.currents import InjectedCurrent
+from nrp_core.network.data import Network, Origin
+from nrp_core.network.equations.model import INPUT, known_value
+from nrp_core.network.indices import indices_of
+from nrp_core.network.picking import CIRCUIT, Selection, find_shadowed, select_neurons
+from nrp_core.network.rewiring import Rewiring
 
 
 def rewirings_of(projections: Iterable[Any], labels: Mapping[Any, str]) -> dict[int, Rewiring]:

@@ -21,10 +21,10 @@ from pyNN.standardmodels import (
     synapses,
 )
 
-from nrp_core.brain.network.cells import CELLS, CellType
-from nrp_core.brain.network.synapses import LAWS, RulePart, SynapseLaw
 from nrp_core.brain.pynn.arguments import in_units, require_by_name, require_names, require_values
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.cells import CELLS, CellType
+from nrp_core.network.synapses import LAWS, RulePart, SynapseLaw
 
 
 def own_name(name: str) -> str:

@@ -19,8 +19,6 @@ from pyNN import common, errors, standardmodels
 from pyNN.parameters import ArrayParameter, LazyArray, ParameterSpace, simplify
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.limits import check_cells, check_spike_times, check_values, limits_of_cells
-from nrp_core.brain.network.memory import require_memory
 from nrp_core.brain.pynn.arguments import (
     InvalidValueError,
     UnknownCellError,
@@ -40,6 +38,8 @@ from nrp_core.brain.pynn.models import columns_of, own_name, values_of
 from nrp_core.brain.pynn.rng import are_at_one_place, name_streams, named
 from nrp_core.brain.pynn.simulator import Simulator, State
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.limits import check_cells, check_spike_times, check_values, limits_of_cells
+from nrp_core.network.memory import require_memory
 
 
 class ID(int, common.IDMixin):
@@ -218,7 +218,7 @@ class Population(_Cells, common.Population):
         parameter_arrays: every parameter, PyNN's units, shape ``(size,)``.
         initial_arrays: every state variable at time 0, PyNN's units, shape ``(size,)``.
         has_space: whether the script set or used the positions of the cells.
-        hints: how a machine is to hold the population, see :class:`~nrp_core.brain.network.data.Population`.
+        hints: how a machine is to hold the population, see :class:`~nrp_core.network.data.Population`.
     """
 
     hints: Mapping[str, float] = MappingProxyType({})

@@ -18,11 +18,6 @@ from pyNN.space import Space
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray
 from nrp_core.brain.changes import DOPAMINE, SYNAPSE_STATE
-from nrp_core.brain.network.drawing import Columns
-from nrp_core.brain.network.indices import ends_of, folded, indices_of
-from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
-from nrp_core.brain.network.parameters import Limit
-from nrp_core.brain.network.synapses import ELECTRICAL, LAWS, STDP
 from nrp_core.brain.pynn.arguments import (
     InvalidSynapseError,
     UnknownSynapseError,
@@ -36,6 +31,11 @@ from nrp_core.brain.pynn.populations import parts_of, require_existing
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.brain.pynn.synapse_columns import SynapseColumns, drawn_row_by_row, evaluated
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+from nrp_core.network.drawing import Columns
+from nrp_core.network.indices import ends_of, folded, indices_of
+from nrp_core.network.limits import check_synapses, limits_of_synapses
+from nrp_core.network.parameters import Limit
+from nrp_core.network.synapses import ELECTRICAL, LAWS, STDP
 
 _CELLS = (common.BasePopulation, common.Assembly)
 _NONE = type(None)

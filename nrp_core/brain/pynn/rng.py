@@ -19,10 +19,10 @@ from pyNN import random
 from pyNN.parameters import LazyArray
 
 from nrp_core._support.checked_arguments import is_number
-from nrp_core.brain.network.drawing import compile_loop, pairs_among
 from nrp_core.brain.pynn.arguments import require_kind, require_names
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.drawing import compile_loop, pairs_among
 
 Indices = npt.NDArray[np.int32]
 

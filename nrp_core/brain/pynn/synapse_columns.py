@@ -14,8 +14,8 @@ from pyNN.parameters import LazyArray
 from pyNN.random import NumpyRNG, RandomDistribution
 
 from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.brain.network.drawing import Drawn, are_drawn_again, whole
-from nrp_core.brain.network.indices import Indices, index_type
+from nrp_core.network.drawing import Drawn, are_drawn_again, whole
+from nrp_core.network.indices import Indices, index_type
 
 _DRAWN_AT_ONCE = 2**22
 """Random numbers: 32 MiB."""

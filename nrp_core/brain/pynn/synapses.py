@@ -11,8 +11,6 @@ from typing import Any, ClassVar, Final
 from pyNN.parameters import LazyArray
 from pyNN.standardmodels import StandardSynapseType, synapses
 
-from nrp_core.brain.network.rewiring import MODULATORY, Neuromodulation
-from nrp_core.brain.network.synapses import LAWS, STDP, SynapseLaw
 from nrp_core.brain.pynn.arguments import (
     InvalidValueError,
     raising,
@@ -25,6 +23,8 @@ from nrp_core.brain.pynn.arguments import (
 from nrp_core.brain.pynn.models import RULE_PARTS, untranslated
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.rewiring import MODULATORY, Neuromodulation
+from nrp_core.network.synapses import LAWS, STDP, SynapseLaw
 
 _FUNCTIONS: Final = "; a function of Python, such as lambda d: numpy.exp(-d), may use any name"
 _MODULATION: Final = ("weight", *(one.name for one in fields(Neuromodulation)))
@@ -136,7 +136,7 @@ def neuromodulation(simulator: Simulator) -> type:
 
     A projection of them onto the receptor ``reward`` or ``punishment`` decides how much STDP changes the
     weights onto the same cells. Arguments are ``weight``, the change of dopamine by a spike, and those of
-    :class:`~nrp_core.brain.network.rewiring.Neuromodulation`.
+    :class:`~nrp_core.network.rewiring.Neuromodulation`.
     """
     static = simulator.types["StaticSynapse"]
 

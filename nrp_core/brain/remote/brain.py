@@ -11,11 +11,11 @@ from pydantic import Field
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.remote.messages import Inputs, Label, read_spikes
 from nrp_core.brain.remote.process import borrow, give_back, is_locked
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds
+from nrp_core.network.data import Network, Population, Projection
 from nrp_core.quantities import DurationNs
 
 if TYPE_CHECKING:

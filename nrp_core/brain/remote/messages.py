@@ -19,8 +19,8 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.network.data import RECEPTORS
 
 _BYTES: Final = 8
 """Size of each number, an integer or a float."""

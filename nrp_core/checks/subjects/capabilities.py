@@ -9,8 +9,8 @@ from nrp_core.checks.subjects.time_conditions import topic_conditions
 from nrp_core.dsl.parameters import SubscribedTopic
 from nrp_core.findings import Code, Finding
 from nrp_core.findings.refusals import world_lacks
+from nrp_core.scene.model import Scene
 from nrp_core.world.capabilities import needs_of
-from nrp_core.world.scene.model import Scene
 from nrp_core.world.sensors.contact import CONTACTS
 from nrp_core.world.services.part import PREFIX
 

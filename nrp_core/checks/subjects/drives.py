@@ -11,11 +11,11 @@ from typing import Final, Protocol, runtime_checkable
 from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding
-from nrp_core.world.rigid import matrix_of
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Box, Collision, Model
-from nrp_core.world.scene.posture import at_start
-from nrp_core.world.scene.tessellation import box_around
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Box, Collision, Model
+from nrp_core.scene.posture import at_start
+from nrp_core.scene.rigid import matrix_of
+from nrp_core.scene.tessellation import box_around
 
 UPRIGHT: Final = 0.7
 """Cosine of 45 degrees."""

@@ -15,10 +15,10 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import SceneError
 from nrp_core.experiment.making.prepare import place_of_step
 from nrp_core.findings import Code, Finding
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Collision, Link, Model, Visual
-from nrp_core.world.scene.tessellation import box_around, shapes_of
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.model import Collision, Link, Model, Visual
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.tessellation import box_around, shapes_of
 
 LEAST_DENSITY: Final = 1e-3
 """Density of a robot, kg/m^3, below which its lengths are in mm; those of flies and toys are above 0.008."""

@@ -18,8 +18,8 @@ from nrp_core.checks.static_experiment import (
 from nrp_core.dsl.monitors import MonitoringFunction
 from nrp_core.dsl.parameters import PublishedTopic
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.messages.base import type_name
 from nrp_core.scripts import last_name
-from nrp_core.world.messages.base import type_name
 
 _WHOLE_STATE: Final = ("std_msgs/", "geometry_msgs/")
 """Packages whose messages hold the whole state of what they command."""

@@ -38,7 +38,7 @@ from nrp_core.dsl.parameters import PublishedTopic, SubscribedTopic
 from nrp_core.dsl.weights import Weights
 from nrp_core.errors import Instead, TopicError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.messages.base import type_name
+from nrp_core.messages.base import type_name
 from nrp_core.world.topics import TopicInfo, check_message
 
 _FUNCTIONS: Final = (FunctionType, MethodType, BuiltinFunctionType, Written, np.ufunc)

@@ -15,15 +15,15 @@ from nrp_core.checks.static_experiment import StaticExperiment, checks_experimen
 from nrp_core.checks.subjects.time_conditions import read_topics
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding
+from nrp_core.scene.devices import MountedSensor, View
+from nrp_core.scene.merged_bodies import Body, bodies_of
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.posture import body_poses
+from nrp_core.scene.rigid import BodyPath, ReadFrames, matrix_of
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.raycast.collisions import CollisionSpace
 from nrp_core.world.render.cameras import CameraPath, Optics
 from nrp_core.world.render.raster import RasterCameras
-from nrp_core.world.rigid import BodyPath, ReadFrames, matrix_of
-from nrp_core.world.scene.devices import MountedSensor, View
-from nrp_core.world.scene.merged_bodies import Body, bodies_of
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.posture import body_poses
 
 COVERED: Final = 0.9
 """Share of rays on the own robot of a sensor that sees only that; cameras above a gripper reach a half."""

@@ -16,11 +16,11 @@ import numpy as np
 
 from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
 from nrp_core.findings import Code, Finding
+from nrp_core.scene.model import Heightmap, Model, Plane, Scene
+from nrp_core.scene.posture import at_start, moved_into_limits, start_positions
+from nrp_core.scene.tessellation import box_around, shapes_of
 from nrp_core.world.drives.flight import Flight
 from nrp_core.world.raycast.solids import Solid, can_fall, room_of, solids_of
-from nrp_core.world.scene.model import Heightmap, Model, Plane, Scene
-from nrp_core.world.scene.posture import at_start, moved_into_limits, start_positions
-from nrp_core.world.scene.tessellation import box_around, shapes_of
 
 HIGHEST_START_M: Final = 3.0
 """Height of a start above the ground, m; a fall from there ends at 7.7 m/s."""

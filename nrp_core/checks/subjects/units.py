@@ -11,7 +11,6 @@ import numpy as np
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.checks.code.values import adapter_of, is_message, value_of
 from nrp_core.checks.network_units import DELAY, TIME, Range, outside, too_strong
 from nrp_core.checks.static_experiment import (
@@ -29,7 +28,8 @@ from nrp_core.dsl.selection import Selection
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.rigid import ROUNDED_TURN_RAD
+from nrp_core.network.data import Network, Population
+from nrp_core.scene.rigid import ROUNDED_TURN_RAD
 
 _TWO_TURNS_RAD: Final = 4 * pi
 """Joints of robots with limits turn less, and wheels are commanded by speeds."""

@@ -23,7 +23,7 @@ from nrp_core.cli.options import (
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
-    from nrp_core.world.scene.model import Model, Scene
+    from nrp_core.scene.model import Model, Scene
 
 IMAGES = (".png", ".jpg")
 _BEGINNING = 4096  # number of bytes that are searched for the first element of an XML file
@@ -117,7 +117,7 @@ def _is_scene(file: Path) -> bool:
     """Return whether a file is an archive, or XML of a robot or a room; plugins may add formats."""
     from zipfile import is_zipfile
 
-    from nrp_core.world.scene.reading.context import added_formats
+    from nrp_core.scene.reading.context import added_formats
 
     if file.is_dir():
         return False
@@ -150,8 +150,8 @@ def _read(file: Path, models: list[Path], args: dict[str, str], ignored: list[st
     from functools import partial
 
     from nrp_core.findings.problems import without as not_of
-    from nrp_core.world.scene.reading.context import read_without
-    from nrp_core.world.scene.sdf import read_scene
+    from nrp_core.scene.reading.context import read_without
+    from nrp_core.scene.sdf import read_scene
 
     read = partial(read_scene, file, search_path=models, lenient=True, args=args)
     scene, left_out = read_without(lambda without: read(without=without))
@@ -169,7 +169,7 @@ def _print_scene(
     scene: Scene, file: Path, models: list[Path], args: dict[str, str], *, details: bool
 ) -> None:
     from nrp_core.cli.summary import print_findings
-    from nrp_core.world.scene.outline import outline
+    from nrp_core.scene.outline import outline
 
     for line in outline(scene, file.name).lines():
         typer.echo(line)
@@ -216,7 +216,7 @@ def _names(model: Model) -> list[str]:
 
 
 def _topics(model: Model) -> list[dict[str, str]]:
-    from nrp_core.world.scene.outline import topics_of
+    from nrp_core.scene.outline import topics_of
 
     return [
         {"topic": topic.name, "direction": "listens" if topic.commands else "serves", "of": topic.of}

@@ -21,7 +21,7 @@ from nrp_core.experiment.model.event_schema import (
     WithinOf,
 )
 from nrp_core.quantities import length_text
-from nrp_core.world.scene.model import Scene
+from nrp_core.scene.model import Scene
 from nrp_core.world.world import World
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity, require_poses
 from nrp_core.experiment.model.event_schema import Event, Publish, TopicIs, When
-from nrp_core.world.messages.base import type_name
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.scene.materials import color_of
+from nrp_core.messages.base import type_name
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.materials import color_of
 from nrp_core.world.topics import TopicInfo, check_message
 from nrp_core.world.world import World
 

@@ -9,8 +9,8 @@ from math import cos, hypot, pi, sin
 
 from nrp_core.errors import CapabilityError, SceneError
 from nrp_core.experiment.model.event_schema import Near
-from nrp_core.world.rigid import Pose, Vector
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Link, Model, Plane, Scene, Sphere
+from nrp_core.scene.model import Box, Capsule, Cylinder, Geometry, Link, Model, Plane, Scene, Sphere
+from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.world.world import World
 
 GroundPoint = tuple[float, float]

@@ -13,8 +13,6 @@ import numpy as np
 from nrp_core.brain.changes import WEIGHTS
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.interventions import Intervention, Synapses
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
 from nrp_core.experiment.events.events import Action, Events, Times
@@ -22,6 +20,8 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.variant_schema import ActivateSection
 from nrp_core.findings import Code, Level
+from nrp_core.network.data import Network
+from nrp_core.network.interventions import Intervention, Synapses
 from nrp_core.seeds import Seeds
 
 _KEYS: Final = ("brain", "interventions")

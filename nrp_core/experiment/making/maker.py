@@ -3,7 +3,7 @@
 A reader of another format has its own :class:`Maker` if a part is not simply a file in our format.
 
 An entry point in ``nrp_core.networks``, named by a suffix, is a function
-``read(path, populations=..., seed=...)`` that returns a :class:`~nrp_core.brain.network.data.Network`.
+``read(path, populations=..., seed=...)`` that returns a :class:`~nrp_core.network.data.Network`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.picking import Selection
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.loading import Listing
 from nrp_core.errors import ExperimentError, NetworkError, UnknownBackendError, did_you_mean
@@ -24,12 +22,14 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
 from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.network.data import Network
+from nrp_core.network.picking import Selection
 from nrp_core.parameters import FUNCTIONS, Declared, Parameter, Value, fitting, read_parameters
 from nrp_core.registry import Registry
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.reading.context import FindElsewhere, read_without
+from nrp_core.scene.sdf import read_model, read_scene
 from nrp_core.world.robot_setup import set_up_robot
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.reading.context import FindElsewhere, read_without
-from nrp_core.world.scene.sdf import read_model, read_scene
 
 READERS: Registry[Callable[..., Network]] = Registry("nrp_core.networks", "reader of networks")
 

@@ -14,7 +14,6 @@ from typing import Any, Generic, TypeVar
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
-from nrp_core.brain.network.data import Network
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, seconds
@@ -30,17 +29,18 @@ from nrp_core.experiment.model.event_schema import END, START
 from nrp_core.experiment.model.experiment import BackendSection, Build, Experiment
 from nrp_core.experiment.model.section import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
+from nrp_core.network.data import Network
 from nrp_core.quantities import unit_of
 from nrp_core.registry import Registry
+from nrp_core.scene.clearance import with_clearance
+from nrp_core.scene.devices import Noise
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Model, Scene
 from nrp_core.world.backend import WorldBackend
 from nrp_core.world.backends import worlds
 from nrp_core.world.domain_randomization import check_randomization
 from nrp_core.world.engine_kit.jointed import PhysicsBackend
 from nrp_core.world.engine_kit.planar_servo import planar_drives, servo_of
-from nrp_core.world.scene.clearance import with_clearance
-from nrp_core.world.scene.devices import Noise
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.sensors.sensor import with_imperfection
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World

@@ -14,7 +14,7 @@ from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Level, has_errors
-from nrp_core.world.messages.base import type_name
+from nrp_core.messages.base import type_name
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 

@@ -27,7 +27,6 @@ from pydantic import (
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.overview import Overview, Row
-from nrp_core.brain.network.data import Network
 from nrp_core.cle.pacing import SLOWEST
 from nrp_core.clock import NS_PER_MS, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction
@@ -41,14 +40,15 @@ from nrp_core.experiment.model.section import Key, Name, Place, PoseList, Range,
 from nrp_core.experiment.model.variant_schema import InterventionSection, WiringControl
 from nrp_core.findings import Code
 from nrp_core.findings.codes.removed import removed_in
+from nrp_core.network.data import Network
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, RateHz, time_ns
+from nrp_core.scene.devices import Pid
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.rigid import Pose
 from nrp_core.seeds import require_seed
-from nrp_core.world.rigid import Pose
 from nrp_core.world.robot_setup import AddedSensor, JointControl, RobotSetup
-from nrp_core.world.scene.devices import Pid
-from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.world import World
 
 

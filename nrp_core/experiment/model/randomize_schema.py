@@ -9,8 +9,8 @@ from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
 from nrp_core.errors import SceneError
 from nrp_core.experiment.model.section import Range, Section
+from nrp_core.scene.randomization import OPERATIONS, UNITS, Operation, Randomization
 from nrp_core.units import factor
-from nrp_core.world.scene.randomization import OPERATIONS, UNITS, Operation, Randomization
 
 DrawnRange = Annotated[
     Range, PlainValidator(Range.parse), WithJsonSchema({"type": "string", "examples": ["0.8..1.2"]})

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from nrp_core.brain.network.controls import CONTROLS, Control
-from nrp_core.brain.network.interventions import Intervention
 from nrp_core.clock import seconds
 from nrp_core.experiment.model.section import Section
+from nrp_core.network.controls import CONTROLS, Control
+from nrp_core.network.interventions import Intervention
 from nrp_core.quantities import DurationNs, RateHz, TimeNs
 
 

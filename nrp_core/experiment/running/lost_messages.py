@@ -15,7 +15,7 @@ from nrp_core.experiment.making.watch import declare_missing_topics, silent_topi
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.observers import RunObserver
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.messages.base import type_name
+from nrp_core.messages.base import type_name
 from nrp_core.world.topics import Direction
 from nrp_core.world.world import World
 

@@ -15,8 +15,6 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.indices import indices_of
 from nrp_core.brain.spikes import Spikes
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import seconds
@@ -24,10 +22,12 @@ from nrp_core.experiment.making.watch import Watch
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.network.data import Network
+from nrp_core.network.indices import indices_of
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.raycast.solids import can_fall, room_of
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Scene
 from nrp_core.world.world import World
 
 DEPTH_M = 2.0

@@ -50,7 +50,7 @@ from nrp_core.experiment.running.result import (
 )
 from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete, without
-from nrp_core.world.messages.base import type_name
+from nrp_core.messages.base import type_name
 from nrp_core.world.world import World
 
 

@@ -16,9 +16,9 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.files import writing
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.paths import path_of
-from nrp_core.world.rigid import BodyPath, matrix_of
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.posture import body_poses
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.posture import body_poses
+from nrp_core.scene.rigid import BodyPath, matrix_of
 from nrp_core.world.world import World
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from nrp_core.brain.network.data import Network
 from nrp_core.cle.loop import Failure
 from nrp_core.clock import seconds
 from nrp_core.dsl.devices import DeviceGroup, SpikeGenerator
@@ -19,6 +18,7 @@ from nrp_core.experiment.model.section import Place, Tree
 from nrp_core.experiment.running.result import INTERRUPTED, interruption, state_of
 from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.findings.problems import ordered
+from nrp_core.network.data import Network
 
 _HIGHEST_HZ: Final = 1e4
 """The largest rate into a cell; sources of transfer functions seldom stand for all of its synapses."""

@@ -19,7 +19,7 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.findings import Code, Finding, Level, Weight
 from nrp_core.findings.problems import ProblemGroup, grouped, is_complete, lines_of, ordered
-from nrp_core.world.rigid import Pose
+from nrp_core.scene.rigid import Pose
 
 FINISHED, FAILED, INTERRUPTED, RUNNING = "finished", "failed", "interrupted", "running"
 """The states of a run; a recording that still says ``running`` was killed."""

@@ -21,8 +21,8 @@ from nrp_core.recording.figures.story import Coloured, Rgb, Story, Track
 from nrp_core.recording.figures.style import FAINT, INK, PAPER, points, time_colours
 from nrp_core.recording.layout import WORLD_FRAME
 from nrp_core.recording.reading.shapes import RecordedShape, ShapeKind
-from nrp_core.world.rigid import Pose, rotation_matrix
-from nrp_core.world.scene.meshes.stl import parse_stl
+from nrp_core.scene.meshes.stl import parse_stl
+from nrp_core.scene.rigid import Pose, rotation_matrix
 
 _OVERHEAD_M = 2.2
 """Shapes that start above this height (m) hide the scene and are left out."""

@@ -13,14 +13,14 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
+from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recorded, RecordingReader
 from nrp_core.recording.reading.shapes import RecordedScene
 from nrp_core.recording.reading.tables import number_values
-from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.model_states import pose_of, transform_pose
-from nrp_core.world.rigid import Pose
 
 Rgb = tuple[float, float, float]
 

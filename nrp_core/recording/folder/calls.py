@@ -17,8 +17,8 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.observers import RunObserver
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, Level
+from nrp_core.messages.nrp_msgs import Called
 from nrp_core.recording import old_names
-from nrp_core.world.messages.nrp_msgs import Called
 
 CHANGE, ACTIVATE, RESET, PARAMETERS, LOST = "change", "activate", "reset", "set_parameters", "lost"
 """Calls to the run itself, and those that cannot be repeated; all others are calls to its world."""

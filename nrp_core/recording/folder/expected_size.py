@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from nrp_core.brain.network.data import Population
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.run import Run
+from nrp_core.network.data import Population
 
 LARGE_BYTES = 300_000_000
 """From this size on a user is told before the run."""

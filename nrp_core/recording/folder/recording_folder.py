@@ -19,7 +19,6 @@ from ruamel.yaml import YAML
 from nrp_core._support import machine
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.json_values import to_jsonable
-from nrp_core.brain.network.data import Network, Projection
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.mappings import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
@@ -30,6 +29,8 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.observers import RunObserver
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Findings
+from nrp_core.messages.nrp_msgs import Called
+from nrp_core.network.data import Network, Projection
 from nrp_core.recording.folder.calls import CallNoter
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import (
@@ -47,9 +48,8 @@ from nrp_core.recording.sealing import file_digest, seal
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.hashes import Chain
 from nrp_core.recording.writing.recorder import McapRecorder
-from nrp_core.world.messages.nrp_msgs import Called
-from nrp_core.world.scene.devices import View
-from nrp_core.world.scene.model import Mesh, Scene
+from nrp_core.scene.devices import View
+from nrp_core.scene.model import Mesh, Scene
 from nrp_core.world.sensors.laser import Laser
 from nrp_core.world.world import World
 

@@ -13,6 +13,8 @@ from mcap.records import Message
 
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.nrp_msgs import StepHash
 from nrp_core.recording.layout import (
     CSV_FOLDER,
     EXPERIMENT_NAME,
@@ -28,8 +30,6 @@ from nrp_core.recording.reading.tables import unread_chunk
 from nrp_core.recording.sealing import DAMAGED, file_digest, read_sealed
 from nrp_core.recording.writing.encoding import PACKED_BYTES
 from nrp_core.recording.writing.hashes import BRAIN, GROUP_OF, GROUPS, VOLTAGES_EVERY, Chain, hash_of
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.nrp_msgs import StepHash
 
 _IMAGE = "sensor_msgs/msg/Image"
 

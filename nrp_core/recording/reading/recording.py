@@ -16,13 +16,13 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.overview import Overview, Row
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import ExperimentError, did_you_mean, hint_if_close
+from nrp_core.messages.cdr import Codec
 from nrp_core.paths import path_of
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role, device_group
 from nrp_core.recording.reading.check import IntegrityCheck, check_folder_of, check_messages
 from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic, is_mcap
 from nrp_core.recording.reading.tables import events_of, frame_of, joined_frames, segment_of
 from nrp_core.recording.sealing import read_sealed
-from nrp_core.world.messages.cdr import Codec
 
 MCAP_SUFFIX = ".mcap"
 """The intact part of a file with this name is read, even if it is empty."""

@@ -8,9 +8,9 @@ from pathlib import Path
 from nrp_core._support.files import writing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
+from nrp_core.messages.cdr import Codec
 from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.writing.writer import McapFile
-from nrp_core.world.messages.cdr import Codec
 
 DAMAGED = "damaged"
 

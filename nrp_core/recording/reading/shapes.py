@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.messages.base import type_name
+from nrp_core.messages.foxglove_msgs import ModelPrimitive, SceneEntity
 from nrp_core.recording.layout import TEXTURED_TYPE
-from nrp_core.world.messages.base import type_name
-from nrp_core.world.messages.foxglove_msgs import ModelPrimitive, SceneEntity
+from nrp_core.scene.meshes.gltf import contents_of
+from nrp_core.scene.meshes.stl import stl_bytes
+from nrp_core.scene.meshes.triangles import Coordinates
+from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.world.model_states import pose_of, vector_of
-from nrp_core.world.rigid import Pose, Vector
-from nrp_core.world.scene.meshes.gltf import contents_of
-from nrp_core.world.scene.meshes.stl import stl_bytes
-from nrp_core.world.scene.meshes.triangles import Coordinates
 
 
 class ShapeKind(Enum):

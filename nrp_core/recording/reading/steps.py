@@ -12,13 +12,13 @@ import numpy as np
 
 from nrp_core._support.text import join_with_limit
 from nrp_core.clock import seconds
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.nrp_msgs import Called, Published, Spikes, StepHash
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.writing.encoding import join_parts
 from nrp_core.recording.writing.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, WORLD, Step
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.nrp_msgs import Called, Published, Spikes, StepHash
 
 _MOST_VALUES = 3
 _MOST_ITEMS = 1000

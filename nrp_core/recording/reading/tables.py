@@ -16,9 +16,9 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.errors import CapabilityError
+from nrp_core.messages.base import type_name
 from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic
 from nrp_core.recording.writing.encoding import FRAME_HEADER
-from nrp_core.world.messages.base import type_name
 
 _UNITS = {
     "geometry_msgs/msg/Point": {"x": "m", "y": "m", "z": "m"},

@@ -12,25 +12,25 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import from_seconds
 from nrp_core.errors import CapabilityError, ExperimentError, TopicError
 from nrp_core.experiment.making.prepare import Plan, Side
+from nrp_core.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.network.cells import CELLS
+from nrp_core.network.data import Network, Population, Projection
 from nrp_core.recording.images import as_it_was, pixels_of
 from nrp_core.recording.layout import Role, spikes_topic
 from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.recording import Recording
+from nrp_core.scene.model import Model, Rgba, Scene
+from nrp_core.scene.rigid import BodyPath, BodyVelocity, JointStates, ModelMotion, Pose, ServoTarget, Wrench
 from nrp_core.simulation import Determinism
 from nrp_core.world.backend import WorldBackend, WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.part import Part, PartProxy
-from nrp_core.world.rigid import BodyPath, BodyVelocity, JointStates, ModelMotion, Pose, ServoTarget, Wrench
-from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.topics import TopicInfo
 
 

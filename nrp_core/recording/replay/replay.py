@@ -20,6 +20,7 @@ from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progre
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, InvalidExperimentError, Level
+from nrp_core.messages.nrp_msgs import Called
 from nrp_core.recording.folder.calls import LOST, changes_functions, lost_call, repeat
 from nrp_core.recording.folder.recording_folder import (
     FORMAT,
@@ -40,7 +41,6 @@ from nrp_core.recording.replay.recorded_world import (
 )
 from nrp_core.recording.writing.hashes import GROUPS, Hasher
 from nrp_core.recording.writing.recorder import StepCollector
-from nrp_core.world.messages.nrp_msgs import Called
 
 _MOST_NAMED = 5
 _MACHINE = ("python", "architecture", "cpu_features")

@@ -15,6 +15,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.messages.foxglove_msgs import SceneUpdate
 from nrp_core.recording.figures.room import Bounds, RoomView, footprint
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.images import Pixels, pixels_of
@@ -23,16 +24,9 @@ from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.reading.shapes import RecordedScene, RecordedShape, ShapeKind
 from nrp_core.recording.video import Renderer, Vector, VideoOptions, ViewKind
-from nrp_core.world.messages.foxglove_msgs import SceneUpdate
-from nrp_core.world.model_states import pose_of, transform_pose
-from nrp_core.world.render.portrait import ShadedView
-from nrp_core.world.render.realistic import LitView
-from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
-from nrp_core.world.render.tubes import Tubes
-from nrp_core.world.rigid import Pose, matrix_of
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.meshes.stl import write_coordinates
-from nrp_core.world.scene.model import (
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.meshes.stl import write_coordinates
+from nrp_core.scene.model import (
     Box,
     Cylinder,
     Geometry,
@@ -46,6 +40,12 @@ from nrp_core.world.scene.model import (
     Texture,
     Visual,
 )
+from nrp_core.scene.rigid import Pose, matrix_of
+from nrp_core.world.model_states import pose_of, transform_pose
+from nrp_core.world.render.portrait import ShadedView
+from nrp_core.world.render.realistic import LitView
+from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.render.tubes import Tubes
 
 
 def camera_frames(recording: RecordingReader, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:

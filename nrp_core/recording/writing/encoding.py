@@ -17,8 +17,8 @@ import xxhash
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import NS_PER_S
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.rigid import ModelMotion
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.scene.rigid import ModelMotion
 
 BLOCK_BYTES: Final = 1 << 22
 """The largest block of the format."""

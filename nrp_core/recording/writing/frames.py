@@ -12,10 +12,10 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core.errors import CapabilityError, SceneError
 from nrp_core.recording.layout import WORLD_FRAME
+from nrp_core.scene.merged_bodies import Body, bodies_of, body_of, place_in_frame
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import Pose, matrix_of
 from nrp_core.world.render.scene_mesh import frames_of
-from nrp_core.world.rigid import Pose, matrix_of
-from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of, place_in_frame
-from nrp_core.world.scene.model import Scene
 from nrp_core.world.world import World
 
 

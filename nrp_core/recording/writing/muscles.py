@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from nrp_core.messages.base import Time
+from nrp_core.messages.foxglove_msgs import Color, LinePrimitive, SceneEntity, SceneUpdate
+from nrp_core.messages.geometry_msgs import Point
 from nrp_core.recording.layout import MUSCLES, WORLD_FRAME, Role
 from nrp_core.recording.writing.signals import PERIOD_NS, Add, RecordEntry, Signal, about_role
+from nrp_core.scene.model import Scene
 from nrp_core.world.drives.muscles import drawn_muscles, drawn_paths
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.foxglove_msgs import Color, LinePrimitive, SceneEntity, SceneUpdate
-from nrp_core.world.messages.geometry_msgs import Point
 from nrp_core.world.render.tubes import activation_rgba
-from nrp_core.world.scene.model import Scene
 from nrp_core.world.world import World
 
 

@@ -17,6 +17,11 @@ from nrp_core.brain.interface import Brain
 from nrp_core.errors import RecordingError, TopicError
 from nrp_core.experiment.model.experiment import RecordingSection
 from nrp_core.findings import Code, Findings
+from nrp_core.messages import nrp_msgs
+from nrp_core.messages.base import Time
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import Header
 from nrp_core.recording.layout import CALLED, MCAP_NAME, PUBLISHED, SNAPSHOTS, STEPS, Images, Role
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.frames import SceneFrames
@@ -38,11 +43,6 @@ from nrp_core.recording.writing.signals import (
     about_topic,
 )
 from nrp_core.recording.writing.writer import McapFile
-from nrp_core.world.messages import nrp_msgs
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
 from nrp_core.world.world import World

@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrp_core.errors import SceneError
-from nrp_core.recording.layout import MESH_TYPE, TEXTURED_TYPE
-from nrp_core.recording.writing.frames import Frames
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.foxglove_msgs import (
+from nrp_core.messages.base import Time
+from nrp_core.messages.foxglove_msgs import (
     Color,
     CubePrimitive,
     CylinderPrimitive,
@@ -21,13 +19,13 @@ from nrp_core.world.messages.foxglove_msgs import (
     SceneUpdate,
     SpherePrimitive,
 )
-from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.model_states import pose_message
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.meshes.gltf import glb
-from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
-from nrp_core.world.scene.meshes.triangles import mapped_triangles
-from nrp_core.world.scene.model import (
+from nrp_core.messages.geometry_msgs import Vector3
+from nrp_core.recording.layout import MESH_TYPE, TEXTURED_TYPE
+from nrp_core.recording.writing.frames import Frames
+from nrp_core.scene.meshes.gltf import glb
+from nrp_core.scene.meshes.stl import read_coordinates, read_stl
+from nrp_core.scene.meshes.triangles import mapped_triangles
+from nrp_core.scene.model import (
     Box,
     Capsule,
     Cylinder,
@@ -39,6 +37,8 @@ from nrp_core.world.scene.model import (
     Sphere,
     Texture,
 )
+from nrp_core.scene.rigid import Pose
+from nrp_core.world.model_states import pose_message
 
 _PLANE_THICKNESS_M = 0.002
 

@@ -18,6 +18,12 @@ from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import seconds
+from nrp_core.messages import nrp_msgs
+from nrp_core.messages.foxglove_msgs import SceneUpdate
+from nrp_core.messages.gazebo_msgs import ModelStates
+from nrp_core.messages.generated import made
+from nrp_core.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray, String
 from nrp_core.recording.images import compress, compressible
 from nrp_core.recording.layout import (
     SCENE,
@@ -34,14 +40,8 @@ from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.encoding import Parts, TransformsEncoder
 from nrp_core.recording.writing.frames import Frames, SceneFrames
 from nrp_core.recording.writing.scenery import PlacedVisual, scene_update, shown_visuals
-from nrp_core.world.messages import nrp_msgs
-from nrp_core.world.messages.foxglove_msgs import SceneUpdate
-from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.messages.generated import made
-from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray, String
+from nrp_core.scene.model import Rgba, Scene
 from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.scene.model import Rgba, Scene
 from nrp_core.world.topics import Stamped, TopicInfo
 from nrp_core.world.world import World
 

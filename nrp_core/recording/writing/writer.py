@@ -27,8 +27,8 @@ from mcap.records import Channel, DataEnd, Footer, Header, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
 from nrp_core._support.closing import Closing
+from nrp_core.messages.cdr import Codec
 from nrp_core.recording.writing.encoding import Packed, Parts, frame, pack
-from nrp_core.world.messages.cdr import Codec
 
 RESERVE_BYTES = 1 << 20
 """Disk space that is reserved for the end of a file, bytes."""

@@ -12,20 +12,20 @@ import numpy as np
 from nrp_core.clock import seconds
 from nrp_core.errors import TopicError
 from nrp_core.findings import Code
-from nrp_core.world.engine import Engine
-from nrp_core.world.messages.geometry_msgs import Quaternion
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
-from nrp_core.world.part import Part
-from nrp_core.world.rigid import JointTargets, ServoTarget, rotation_by
-from nrp_core.world.rigid import Quaternion as Orientation
-from nrp_core.world.scene.devices import (
+from nrp_core.messages.geometry_msgs import Quaternion
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.scene.devices import (
     GroupController,
     JointController,
     PairController,
     TrajectoryController,
 )
-from nrp_core.world.scene.merged_bodies import stiff_gains
-from nrp_core.world.scene.model import Model
+from nrp_core.scene.merged_bodies import stiff_gains
+from nrp_core.scene.model import Model
+from nrp_core.scene.rigid import JointTargets, ServoTarget, rotation_by
+from nrp_core.scene.rigid import Quaternion as Orientation
+from nrp_core.world.engine import Engine
+from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, TopicInfo, require_finite
 
 _TOLERANCE = 0.01
@@ -121,7 +121,7 @@ def unit_of(model: Model, joint: str, kind: str) -> str:
 
 
 class ControllerPart(Part):
-    """Serves the commands of the :class:`~nrp_core.world.scene.devices.JointController` of one joint.
+    """Serves the commands of the :class:`~nrp_core.scene.devices.JointController` of one joint.
 
     A command holds until the next one to any of the controllers. The engine's servo computes the proportional
     and the derivative part in each physics step; the integral part is computed here.
@@ -423,7 +423,7 @@ class JointsPart(Part, Generic[C]):
 
 
 class GroupPart(JointsPart[GroupController]):
-    """Leads the joints of one :class:`~nrp_core.world.scene.devices.GroupController`."""
+    """Leads the joints of one :class:`~nrp_core.scene.devices.GroupController`."""
 
     def _open(self) -> None:
         controller, model = self._controller, self._model.name
@@ -444,7 +444,7 @@ class GroupPart(JointsPart[GroupController]):
 
 
 class PairPart(JointsPart[PairController]):
-    """Leads the joints of one :class:`~nrp_core.world.scene.devices.PairController`."""
+    """Leads the joints of one :class:`~nrp_core.scene.devices.PairController`."""
 
     def _open(self) -> None:
         controller, model = self._controller, self._model

@@ -6,11 +6,12 @@ from collections.abc import Iterable, Sequence
 from math import inf
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.checks import SECOND_AXIS
-from nrp_core.world.scene.devices import ControllerKind, JointController, Pid, TrajectoryController
-from nrp_core.world.scene.model import Joint
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import (
+from nrp_core.messages.base import resolve_name
+from nrp_core.scene.checks import SECOND_AXIS
+from nrp_core.scene.devices import ControllerKind, JointController, Pid, TrajectoryController
+from nrp_core.scene.model import Joint
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import (
     Actuators,
     ModelParts,
     name_of_file,
@@ -18,7 +19,6 @@ from nrp_core.world.scene.reading.plugins import (
     plugin_name,
     ros_topic,
 )
-from nrp_core.world.topics import resolve_name
 
 
 def read_joint_pose_trajectory(plugin: Element, model: ModelParts, reading: Reading) -> Actuators:

@@ -15,20 +15,20 @@ from typing import Any, get_args
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.controllers.plugins import led_joints
-from nrp_core.world.drives.mecanum import MecanumDrive
-from nrp_core.world.drives.wheels import SpeedLimits, WheelDrive
-from nrp_core.world.scene.devices import (
+from nrp_core.messages.base import resolve_name
+from nrp_core.scene.devices import (
     ControllerKind,
     GroupController,
     JointController,
     Pid,
     TrajectoryController,
 )
-from nrp_core.world.scene.model import Joint
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import Actuators, ModelParts, remapped_topic, ros_namespace
-from nrp_core.world.topics import resolve_name
+from nrp_core.scene.model import Joint
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import Actuators, ModelParts, remapped_topic, ros_namespace
+from nrp_core.world.controllers.plugins import led_joints
+from nrp_core.world.drives.mecanum import MecanumDrive
+from nrp_core.world.drives.wheels import SpeedLimits, WheelDrive
 
 _LEVELS = ("ros__parameters", "controller_manager", "/**")
 """Levels of a file that do not belong to a controller's name."""

@@ -12,13 +12,13 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.messages.base import Time, invalid_field, ns_of, type_name
+from nrp_core.messages.control_msgs import JointTrajectoryControllerState
+from nrp_core.messages.std_msgs import Header
+from nrp_core.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from nrp_core.scene.devices import TrajectoryController
+from nrp_core.scene.rigid import JointTargets
 from nrp_core.world.controllers.joint import JointGroup, JointsPart
-from nrp_core.world.messages.base import Time, invalid_field, ns_of, type_name
-from nrp_core.world.messages.control_msgs import JointTrajectoryControllerState
-from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
-from nrp_core.world.rigid import JointTargets
-from nrp_core.world.scene.devices import TrajectoryController
 from nrp_core.world.topics import Direction, TopicInfo
 
 
@@ -112,7 +112,7 @@ _LATEST_NS = 2**62
 
 
 class TrajectoryPart(JointsPart[TrajectoryController]):
-    """Moves the joints of one :class:`~nrp_core.world.scene.devices.TrajectoryController`.
+    """Moves the joints of one :class:`~nrp_core.scene.devices.TrajectoryController`.
 
     A trajectory replaces the previous one from its start on, for the joints that it names; one without points
     stops them at their present targets. A joint that gets another command leaves the trajectory.

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from math import atan, copysign, dist, inf, tan
 from typing import ClassVar
 
+from nrp_core.messages.base import resolve_name
+from nrp_core.scene.merged_bodies import bodies_of, joint_inertias, stiff_gains
+from nrp_core.scene.model import Cylinder, Model, Sphere
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts, plugin_name, ros_topic
+from nrp_core.scene.rigid import BodyVelocity, ServoTarget, Vector
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.wheels import WheelDrivePart, wheels_in
 from nrp_core.world.engine import Engine
-from nrp_core.world.rigid import BodyVelocity, ServoTarget, Vector
-from nrp_core.world.scene.merged_bodies import bodies_of, joint_inertias, stiff_gains
-from nrp_core.world.scene.model import Cylinder, Model, Sphere
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts, plugin_name, ros_topic
-from nrp_core.world.topics import resolve_name
 
 
 @dataclass(frozen=True, slots=True)

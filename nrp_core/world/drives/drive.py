@@ -14,21 +14,21 @@ from typing import Any, ClassVar, Final, Protocol
 from nrp_core.clock import from_seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
+from nrp_core.messages.base import Time, resolve_name
+from nrp_core.messages.gazebo_msgs import WheelSpeeds
+from nrp_core.messages.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance
+from nrp_core.messages.nav_msgs import Odometry
+from nrp_core.messages.std_msgs import Float64, Header
+from nrp_core.scene.devices import MountedDrive
+from nrp_core.scene.merged_bodies import Body, body_of, tree_of
+from nrp_core.scene.model import Inertial, Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts
+from nrp_core.scene.rigid import BodyVelocity
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
-from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance
-from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.std_msgs import Float64, Header
 from nrp_core.world.model_states import pose_message, twist_message
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import BodyVelocity
-from nrp_core.world.scene.devices import MountedDrive
-from nrp_core.world.scene.merged_bodies import Body, body_of, tree_of
-from nrp_core.world.scene.model import Inertial, Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts
-from nrp_core.world.topics import Direction, TopicInfo, resolve_name
+from nrp_core.world.topics import Direction, TopicInfo
 
 _FAST_M_S: Final = 100.0
 _FAST_RAD_S: Final = 50.0

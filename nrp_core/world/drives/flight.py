@@ -11,18 +11,19 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.findings import Code
+from nrp_core.messages.base import resolve_name
+from nrp_core.messages.geometry_msgs import Twist
+from nrp_core.scene.inertia import inertia_tensor, sum_inertials
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts, plugin_name, vector_in
+from nrp_core.scene.rigid import Vector, Wrench, rotation_matrix
 from nrp_core.world.drives.drive import Drive, driven_root, masses_in
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.model_states import vector_of
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import Vector, Wrench, rotation_matrix
-from nrp_core.world.scene.inertia import inertia_tensor, sum_inertials
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts, plugin_name, vector_in
-from nrp_core.world.topics import Direction, TopicInfo, resolve_name
+from nrp_core.world.topics import Direction, TopicInfo
 
 MAX_ACCELERATION = 20.0
 """Maximum acceleration, m/s^2, in addition to the compensation of gravity."""

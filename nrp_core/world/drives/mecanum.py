@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from math import inf
 from typing import ClassVar
 
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts, ros_topic
+from nrp_core.scene.rigid import BodyVelocity
 from nrp_core.world.drives.drive import Drive, DrivePart
 from nrp_core.world.drives.wheels import wheels_in
 from nrp_core.world.engine import Engine
-from nrp_core.world.rigid import BodyVelocity
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts, ros_topic
 
 
 @dataclass(frozen=True, slots=True)

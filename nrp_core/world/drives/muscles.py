@@ -22,20 +22,20 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import TopicError
 from nrp_core.findings import Code
+from nrp_core.messages.base import Time, resolve_name
+from nrp_core.messages.nrp_msgs import MuscleState, MuscleStates
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray, Header
+from nrp_core.scene.checks import WORLD, require
+from nrp_core.scene.devices import Rename
+from nrp_core.scene.model import Joint, Model, Scene
+from nrp_core.scene.posture import Posture, start_positions
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts
+from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.nrp_msgs import MuscleState, MuscleStates
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray, Header
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import Pose, Vector
-from nrp_core.world.scene.checks import WORLD, require
-from nrp_core.world.scene.devices import Rename
-from nrp_core.world.scene.model import Joint, Model, Scene
-from nrp_core.world.scene.posture import Posture, start_positions
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts
-from nrp_core.world.topics import Direction, TopicInfo, require_finite, resolve_name
+from nrp_core.world.topics import Direction, TopicInfo, require_finite
 
 ALL = "muscles"
 """The group of all muscles of a model in MJCF."""

@@ -11,14 +11,14 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.findings import Code
+from nrp_core.messages.gazebo_msgs import WheelSpeeds
+from nrp_core.messages.nav_msgs import Odometry
+from nrp_core.scene.model import Cylinder, Model, Sphere
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts, plugin_name, ros_topic
+from nrp_core.scene.rigid import BodyVelocity
 from nrp_core.world.drives.drive import Drive, DrivePart, GroundDrive
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
-from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.rigid import BodyVelocity
-from nrp_core.world.scene.model import Cylinder, Model, Sphere
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts, plugin_name, ros_topic
 
 Sides: TypeAlias = tuple[str, ...]
 """Names of the wheel joints on one side, back to front."""

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.scene.merged_bodies import STIFF_TIME_CONSTANT_S, Body, joint_inertias
+from nrp_core.scene.model import Joint, Model
+from nrp_core.scene.rigid import JointStates, JointTargets, Quaternion, ServoTarget
 from nrp_core.world.engine_kit.firm_kinds import FREE, PATHS, POSITION, VELOCITY
-from nrp_core.world.rigid import JointStates, JointTargets, Quaternion, ServoTarget
-from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S, Body, joint_inertias
-from nrp_core.world.scene.model import Joint, Model
 
 RETURN_S = 0.005
 """Time constant with which a joint that was pushed off its path returns to it, s."""

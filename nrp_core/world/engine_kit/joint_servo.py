@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.scene.model import Model
+from nrp_core.scene.rigid import ServoTarget
 from nrp_core.world.drives.ackermann import Ackermann
-from nrp_core.world.rigid import ServoTarget
-from nrp_core.world.scene.model import Model
 
 
 def servoed_joints(model: Model) -> tuple[str, ...]:

@@ -12,12 +12,10 @@ from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError
 from nrp_core.quantities import DurationNs
-from nrp_core.simulation import Determinism
-from nrp_core.world.backend import WorldBackend, WorldOptions
-from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine import Engine
-from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED
-from nrp_core.world.rigid import (
+from nrp_core.scene.merged_bodies import Body, body_of
+from nrp_core.scene.model import Link, Model, Scene
+from nrp_core.scene.posture import start_positions
+from nrp_core.scene.rigid import (
     BodyPath,
     BodyVelocity,
     JointStates,
@@ -29,9 +27,11 @@ from nrp_core.world.rigid import (
     Wrench,
     rotation_by,
 )
-from nrp_core.world.scene.merged_bodies import Body, body_of
-from nrp_core.world.scene.model import Link, Model, Scene
-from nrp_core.world.scene.posture import start_positions
+from nrp_core.simulation import Determinism
+from nrp_core.world.backend import WorldBackend, WorldOptions
+from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine import Engine
+from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED
 
 
 class PhysicsOptions(WorldOptions):

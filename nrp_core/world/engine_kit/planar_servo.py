@@ -28,14 +28,14 @@ from math import copysign, hypot, sqrt
 import numpy as np
 
 from nrp_core.errors import SceneError
+from nrp_core.scene.inertia import inertia_tensor, sum_inertials
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.model import Model
+from nrp_core.scene.rigid import BodyVelocity, ModelMotion, Pose, Vector
 from nrp_core.world.drives.ackermann import Ackermann
 from nrp_core.world.drives.drive import driven_root, masses_in
 from nrp_core.world.drives.mecanum import MecanumDrive, PlanarMove
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose, Vector
-from nrp_core.world.scene.inertia import inertia_tensor, sum_inertials
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Model
 
 ROLLING_TIME_CONSTANT_S = 0.05
 """Time constant of a wheel that carries no load; slow enough not to rock the body by its reaction."""

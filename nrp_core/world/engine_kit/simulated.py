@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import expm1
 
+from nrp_core.scene.merged_bodies import Body, bodies_of, joint_inertias
+from nrp_core.scene.model import Model
+from nrp_core.scene.rigid import Pose, Vector, Wrench
 from nrp_core.world.engine_kit.planar_servo import without_wheel_friction
-from nrp_core.world.rigid import Pose, Vector, Wrench
-from nrp_core.world.scene.merged_bodies import Body, bodies_of, joint_inertias
-from nrp_core.world.scene.model import Model
 
 STIFF = 0.5
 """``stiffness * step^2 / (inertia + damping * step)`` above which a spring is stiff; engines take dampers at

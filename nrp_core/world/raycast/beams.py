@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.rigid import Pose
+from nrp_core.scene.rigid import Pose
 
 Span = tuple[float, float]
 

@@ -16,10 +16,8 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.world.raycast.beams import Beams, directions
-from nrp_core.world.rigid import BodyPath, Pose, ReadFrames, Touch, Vector, matrix_of
-from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, body_of, place_in_frame
-from nrp_core.world.scene.model import (
+from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, body_of, place_in_frame
+from nrp_core.scene.model import (
     Box,
     Capsule,
     Collision,
@@ -31,7 +29,9 @@ from nrp_core.world.scene.model import (
     Plane,
     Sphere,
 )
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.scene.rigid import BodyPath, Pose, ReadFrames, Touch, Vector, matrix_of
+from nrp_core.scene.tessellation import triangles_of
+from nrp_core.world.raycast.beams import Beams, directions
 
 LEAF = 4
 """Maximum number of triangles in a leaf."""

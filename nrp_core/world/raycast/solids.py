@@ -13,9 +13,8 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid import Pose, matrix_of
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import (
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.model import (
     Box,
     Capsule,
     Cylinder,
@@ -27,7 +26,8 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.scene.rigid import Pose, matrix_of
+from nrp_core.scene.tessellation import triangles_of
 
 _LATTICE = np.array(list(product(np.linspace(-0.5, 0.5, 5), repeat=3)))
 _MAX_POINTS = 300

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import inlined, jit
-from nrp_core.world.scene.model import Finish
+from nrp_core.scene.model import Finish
 
 SMOOTHEST = 0.07
 """Minimum roughness: it shows the sun half a degree wide, its real size."""

@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Rgba, Scene
+from nrp_core.scene.posture import body_poses
+from nrp_core.scene.rigid import BodyPath, Pose, matrix_of
 from nrp_core.world.render.cameras import Optics, looking
 from nrp_core.world.render.raster import FaceView
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.render.tubes import Tubes, activation_rgba
-from nrp_core.world.rigid import BodyPath, Pose, matrix_of
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Rgba, Scene
-from nrp_core.world.scene.posture import body_poses
 
 _LIGHT = np.array([0.45, -0.1, 0.9])  # towards it
 _DARKEST = 0.45

@@ -13,6 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
+from nrp_core.scene.model import Rgba
+from nrp_core.scene.rigid import BodyPath, ReadFrames, matrix_of
 from nrp_core.world.render.cameras import (
     CameraPath,
     Cameras,
@@ -25,9 +28,6 @@ from nrp_core.world.render.cameras import (
 )
 from nrp_core.world.render.pixels import NOTHING, NearnessArray, draw, paint, point_array, to_camera
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
-from nrp_core.world.rigid import BodyPath, ReadFrames, matrix_of
-from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
-from nrp_core.world.scene.model import Rgba
 
 _WORLD_POSES = np.eye(3, 4)[np.newaxis]
 

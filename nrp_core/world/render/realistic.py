@@ -21,13 +21,13 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
+from nrp_core.scene.merged_bodies import WORLD_FRAME, Body
+from nrp_core.scene.model import Light
+from nrp_core.scene.rigid import BodyPath, ReadFrames
 from nrp_core.world.render.cameras import CameraPath, ImageArray, Optics
 from nrp_core.world.render.gloss import MATT, Gloss, add_gloss, begin_gloss, tint_gloss
 from nrp_core.world.render.pixels import NOTHING, NearnessArray
 from nrp_core.world.render.raster import RasterCameras
-from nrp_core.world.rigid import BodyPath, ReadFrames
-from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body
-from nrp_core.world.scene.model import Light
 
 BIAS = 1.5
 """Offset of a point from its surface for the look-up in a shadow map, in texels."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.model import Light, Rgba
+from nrp_core.scene.rigid import BodyPath, ReadFrames
 from nrp_core.world.render.cameras import RASTER, REALISTIC, CameraPath, Cameras, Optics
-from nrp_core.world.rigid import BodyPath, ReadFrames
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.model import Light, Rgba
 
 
 class SceneRenderers:

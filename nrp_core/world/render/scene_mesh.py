@@ -13,14 +13,14 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
+from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
+from nrp_core.scene.meshes.triangles import Coordinates
+from nrp_core.scene.model import Rgba, Texture, Visual
+from nrp_core.scene.rigid import BodyPath as BodyPath
+from nrp_core.scene.rigid import Pose, matrix_of
+from nrp_core.scene.tessellation import mapped_shape, triangles_of
 from nrp_core.world.render.cameras import SKY, bytes_of, drawn, flat
 from nrp_core.world.render.pixels import NOTHING, NearnessArray
-from nrp_core.world.rigid import BodyPath as BodyPath
-from nrp_core.world.rigid import Pose, matrix_of
-from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
-from nrp_core.world.scene.meshes.triangles import Coordinates
-from nrp_core.world.scene.model import Rgba, Texture, Visual
-from nrp_core.world.scene.tessellation import mapped_shape, triangles_of
 
 _Shape: TypeAlias = tuple[FloatArray, npt.NDArray[np.int32], Coordinates | None]
 """Vertices, faces, and the places of their corners in an image, None for a shape without any."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.scene.model import (
+from nrp_core.scene.model import (
     Cylinder,
     Geometry,
     Inertial,

@@ -14,19 +14,19 @@ import numpy.typing as npt
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
+from nrp_core.messages.base import resolve_name
+from nrp_core.messages.point_cloud2 import create_cloud
+from nrp_core.messages.sensor_msgs import CameraInfo, Image, PointCloud2
+from nrp_core.messages.std_msgs import Header
+from nrp_core.scene.devices import LATER, View
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
+from nrp_core.scene.reading.sensors import Mount, field_of_view, noise_of, rate_of
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.point_cloud2 import create_cloud
-from nrp_core.world.messages.sensor_msgs import CameraInfo, Image, PointCloud2
-from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.render.cameras import DepthArray, ImageArray, SegmentArray
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import LATER, View
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
-from nrp_core.world.scene.reading.sensors import Mount, field_of_view, noise_of, rate_of
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
-from nrp_core.world.topics import resolve_name
 
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4")])
 """A point in the frame of the images, and its colour, whose bytes are those of the number 0xRRGGBB."""

@@ -8,18 +8,18 @@ from typing import ClassVar
 
 import numpy as np
 
+from nrp_core.messages.base import Time
+from nrp_core.messages.gazebo_msgs import ContactsState, ContactState
+from nrp_core.messages.geometry_msgs import Vector3, Wrench, WrenchStamped
+from nrp_core.messages.geometry_msgs import Wrench as WrenchMessage
+from nrp_core.messages.std_msgs import Header
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts
+from nrp_core.scene.reading.sensors import Mount, plugin_sensor, rate_of, topic_of
+from nrp_core.scene.rigid import Pose, Touch, Vector
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.gazebo_msgs import ContactsState, ContactState
-from nrp_core.world.messages.geometry_msgs import Vector3, Wrench, WrenchStamped
-from nrp_core.world.messages.geometry_msgs import Wrench as WrenchMessage
-from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import Pose, Touch, Vector
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts
-from nrp_core.world.scene.reading.sensors import Mount, plugin_sensor, rate_of, topic_of
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 from nrp_core.world.topics import Direction, TopicInfo
 

@@ -9,14 +9,14 @@ from typing import Any, ClassVar
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.findings import Code
+from nrp_core.messages.base import resolve_name
+from nrp_core.messages.generated import required
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.generated import required
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
-from nrp_core.world.topics import resolve_name
 
 USUAL_RATE_HZ = 100.0
 """Of sensors whose file does not say how often they measure."""

@@ -15,16 +15,16 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.messages.base import Time
+from nrp_core.messages.dvs_msgs import Event, EventArray
+from nrp_core.messages.event_camera_msgs import EventPacket
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.sensors import Mount
 from nrp_core.seeds import Seeds
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.dvs_msgs import Event, EventArray
-from nrp_core.world.messages.event_camera_msgs import EventPacket
-from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.sensors.camera import Camera, ImageSensor, topic_of
 from nrp_core.world.sensors.sensor import SensorPart
 

@@ -11,26 +11,22 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.findings import Code
-from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, TwistWithCovariance
-from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.sensor_msgs import JointState
-from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.messages.vision_msgs import (
+from nrp_core.messages.base import Time, resolve_name
+from nrp_core.messages.geometry_msgs import PoseWithCovariance, TwistWithCovariance
+from nrp_core.messages.nav_msgs import Odometry
+from nrp_core.messages.sensor_msgs import JointState
+from nrp_core.messages.std_msgs import Header
+from nrp_core.messages.vision_msgs import (
     BoundingBox3D,
     Detection3D,
     Detection3DArray,
     ObjectHypothesis,
     ObjectHypothesisWithPose,
 )
-from nrp_core.world.model_states import pose_message, relative_motion, twist_message
-from nrp_core.world.part import Part
-from nrp_core.world.rigid import ModelMotion, Pose, Vector
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts, plugin_name
-from nrp_core.world.scene.reading.sensors import (
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts, plugin_name
+from nrp_core.scene.reading.sensors import (
     Mount,
     field_of_view,
     offset_of,
@@ -38,8 +34,12 @@ from nrp_core.world.scene.reading.sensors import (
     rate_of,
     topic_of,
 )
+from nrp_core.scene.rigid import ModelMotion, Pose, Vector
+from nrp_core.world.engine import Engine
+from nrp_core.world.model_states import pose_message, relative_motion, twist_message
+from nrp_core.world.part import Part
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
-from nrp_core.world.topics import Direction, TopicInfo, resolve_name
+from nrp_core.world.topics import Direction, TopicInfo
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,18 +12,18 @@ import numpy.typing as npt
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
+from nrp_core.messages.base import resolve_name
+from nrp_core.messages.point_cloud2 import create_cloud
+from nrp_core.messages.sensor_msgs import LaserScan, PointCloud2, Range
+from nrp_core.scene.devices import LATER, Noise
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import plugin_name, warn_of_plugin
+from nrp_core.scene.reading.sensors import Mount, noise_of, plugin_topic, rate_of, topic_of
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.point_cloud2 import create_cloud
-from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2, Range
 from nrp_core.world.raycast.beams import Beams, directions
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import LATER, Noise
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
-from nrp_core.world.scene.reading.sensors import Mount, noise_of, plugin_topic, rate_of, topic_of
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
-from nrp_core.world.topics import resolve_name
 
 RANGE: Final = "sensor_msgs/Range"
 RANGE_PLUGIN: Final = "gazebo_ros_range"

@@ -8,20 +8,18 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nrp_core.findings import Code
-from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.generated import required
-from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
-from nrp_core.world.messages.ros_gz_interfaces import Altimeter as Altitude
-from nrp_core.world.messages.sensor_msgs import Imu as ImuMessage
-from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.rigid import ModelMotion, Pose, Vector
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.devices import LATER, Noise
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts, plugin_name
-from nrp_core.world.scene.reading.sensors import (
+from nrp_core.messages.base import Time
+from nrp_core.messages.generated import required
+from nrp_core.messages.geometry_msgs import Quaternion, Vector3
+from nrp_core.messages.ros_gz_interfaces import Altimeter as Altitude
+from nrp_core.messages.sensor_msgs import Imu as ImuMessage
+from nrp_core.messages.std_msgs import Header
+from nrp_core.scene.checks import WORLD
+from nrp_core.scene.devices import LATER, Noise
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts, plugin_name
+from nrp_core.scene.reading.sensors import (
     Mount,
     noise_of,
     offset_of,
@@ -30,6 +28,8 @@ from nrp_core.world.scene.reading.sensors import (
     topic_in_namespace,
     topic_of,
 )
+from nrp_core.scene.rigid import ModelMotion, Pose, Vector
+from nrp_core.world.engine import Engine
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 
 

@@ -16,17 +16,17 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.messages.base import Time
+from nrp_core.messages.std_msgs import Header
+from nrp_core.scene.devices import MountedSensor, Noise
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.plugins import ModelParts
+from nrp_core.scene.reading.sensors import Mount
+from nrp_core.scene.rigid import Vector
 from nrp_core.seeds import Seeds
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.part import Part
-from nrp_core.world.rigid import Vector
-from nrp_core.world.scene.devices import MountedSensor, Noise
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.plugins import ModelParts
-from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.topics import Direction, TopicInfo
 
 

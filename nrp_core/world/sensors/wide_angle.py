@@ -12,15 +12,15 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import did_you_mean
+from nrp_core.messages.sensor_msgs import CameraInfo
+from nrp_core.messages.std_msgs import Header
+from nrp_core.scene.devices import View
+from nrp_core.scene.model import Model
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.sensors import Mount, field_of_view
+from nrp_core.scene.rigid import Pose, rotation_matrix
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.sensor_msgs import CameraInfo
-from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.rigid import Pose, rotation_matrix
-from nrp_core.world.scene.devices import View
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.scene.reading.sensors import Mount, field_of_view
 from nrp_core.world.sensors.camera import Camera, CameraPart, ImageSensor
 
 _FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {"sin": sin, "tan": tan, "id": float}

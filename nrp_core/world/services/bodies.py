@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.messages import gazebo_srvs as srv
+from nrp_core.messages.base import Time, ns_of
+from nrp_core.messages.gazebo_msgs import LinkState
+from nrp_core.messages.std_msgs import Header
+from nrp_core.scene.model import Model
+from nrp_core.scene.rigid import ModelMotion, Pose, Wrench
 from nrp_core.world.forces import Push
 from nrp_core.world.live import LiveScene
-from nrp_core.world.messages import gazebo_srvs as srv
-from nrp_core.world.messages.base import Time, ns_of
-from nrp_core.world.messages.gazebo_msgs import LinkState
-from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.model_states import pose_of, relative_motion, state_messages, vector_of, world_motion
-from nrp_core.world.rigid import ModelMotion, Pose, Wrench
-from nrp_core.world.scene.model import Model
 from nrp_core.world.services.part import PREFIX, Service
 
 _WORLD = ("", "world", "map", "/world", "/map")

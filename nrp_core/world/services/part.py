@@ -12,10 +12,10 @@ from typing import Any, TypeAlias
 
 from nrp_core.errors import NrpError, TopicError, did_you_mean
 from nrp_core.findings import Code
+from nrp_core.messages import base
+from nrp_core.messages.base import type_name
 from nrp_core.registry import Registry
 from nrp_core.world.live import LiveScene
-from nrp_core.world.messages import base
-from nrp_core.world.messages.base import type_name
 from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, TopicInfo
 

@@ -9,15 +9,15 @@ from tempfile import TemporaryDirectory
 
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError, TimestepError, did_you_mean
+from nrp_core.messages import gazebo_srvs as srv
+from nrp_core.messages.geometry_msgs import Vector3
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.messages.std_srvs import EmptyRequest, EmptyResponse
+from nrp_core.scene.materials import color_of, glows
+from nrp_core.scene.model import Light, Model, Rgba
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.live import LiveScene
-from nrp_core.world.messages import gazebo_srvs as srv
-from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.messages.std_srvs import EmptyRequest, EmptyResponse
 from nrp_core.world.model_states import pose_of, vector_of
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.materials import color_of, glows
-from nrp_core.world.scene.model import Light, Model, Rgba
 from nrp_core.world.services.part import PREFIX, Service
 
 
@@ -186,7 +186,7 @@ class SceneRequests:
 
 def _read(name: str, text: str, pose: Pose) -> Model | Light:
     """Return the model or light in the text of a file, with a name and at a pose."""
-    from nrp_core.world.scene.sdf import read_model, read_scene  # few runs need readers of files
+    from nrp_core.scene.sdf import read_model, read_scene  # few runs need readers of files
 
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.sdf"

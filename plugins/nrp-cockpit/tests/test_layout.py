@@ -18,7 +18,7 @@ from visitors import SMALL, cockpit
 
 from nrp_core import geometry_msgs, sensor_msgs
 from nrp_core.errors import ExperimentError
-from nrp_core.world.messages.cdr import Codec
+from nrp_core.messages.cdr import Codec
 
 TREE = {
     "direction": "row", "sizes": [2, 1, 1],

@@ -9,7 +9,7 @@ import pytest
 from nrp_brain_spinnaker.backend import SpinnakerBackend
 from nrp_cockpit.session.looks import Looks
 
-from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.network.rewiring import Rewiring
 from nrp_core.pynn import new_simulator
 
 

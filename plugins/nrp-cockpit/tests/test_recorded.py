@@ -32,11 +32,11 @@ from visitors import portions
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.messages.cdr import Codec
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, RUNNING, SCENE
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import read_sealed, seal
-from nrp_core.world.messages.cdr import Codec
 
 RED_S, LENGTH_S, STEP_S = 0.5, 2.0, 0.02
 CAMERA, COMMANDS, SPIKES = "/husky/camera", "/husky/cmd_vel", "/brain/circuit/spikes"

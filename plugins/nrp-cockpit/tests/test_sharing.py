@@ -20,10 +20,10 @@ from nrp_cockpit.sharing.tracks import Track, fitted
 from visitors import RefusedError, cockpit
 
 from nrp_core.errors import ExperimentError
+from nrp_core.messages.cdr import Codec
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.recording import Recording
-from nrp_core.world.messages.cdr import Codec
 
 CAMERA = "/husky/camera"
 SPIKES = "/brain/circuit/spikes"

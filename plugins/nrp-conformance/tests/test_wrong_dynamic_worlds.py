@@ -14,11 +14,11 @@ from nrp_conformance.run import run_tests
 from nrp_world_mujoco.backend import MujocoBackend
 from nrp_world_mujoco.engine import MujocoEngine as E
 
+from nrp_core.scene.model import Box, Collision, Inertial, Link, Scene
+from nrp_core.scene.rigid import BodyVelocity, JointStates, ModelMotion, Pose, ServoTarget, Touch
 from nrp_core.world.backend import WorldOptions
 from nrp_core.world.engine import Engine
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.rigid import BodyVelocity, JointStates, ModelMotion, Pose, ServoTarget, Touch
-from nrp_core.world.scene.model import Box, Collision, Inertial, Link, Scene
 from nrp_core.world.sensors.camera import Camera
 
 WRONG: dict[str, tuple[str, type[MujocoBackend]]] = {}

@@ -11,8 +11,8 @@ from recorded import rows
 
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
-from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S
-from nrp_core.world.scene.model import Box
+from nrp_core.scene.merged_bodies import STIFF_TIME_CONSTANT_S
+from nrp_core.scene.model import Box
 
 Opened = Callable[..., Run]
 

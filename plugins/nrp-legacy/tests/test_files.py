@@ -15,7 +15,7 @@ from nrp_legacy.reader import read_exc
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
-from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.scene.meshes.stl import write_stl
 from nrp_core.xml import parse_xml
 
 EXPERIMENT = '<ExD><environmentModel src="room"/><bibiConf src="x.bibi"/></ExD>'

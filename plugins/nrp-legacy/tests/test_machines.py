@@ -11,7 +11,7 @@ from recorded import rows
 from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
-from nrp_core.world.scene.model import Box
+from nrp_core.scene.model import Box
 
 Played = Callable[..., Run]
 

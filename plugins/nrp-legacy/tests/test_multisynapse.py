@@ -9,8 +9,8 @@ import pytest
 from golden import Golden
 from nrp_legacy.brains import load_script
 
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Network
 
 SEVERAL = """
 import nest

@@ -14,8 +14,8 @@ from nrp_legacy.brains import NotedNetwork, inject_currents, load_brain
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Network
 
 SENSOR = {"E_L": -60.5, "V_th": -60.0, "V_reset": -60.5, "t_ref": 10.0, "g_L": 2.5, "C_m": 25.0,
           "E_in": -75.0, "tau_syn_ex": 2.5, "tau_syn_in": 2.5}  # fmt: skip

@@ -10,7 +10,7 @@ from recorded import rows
 
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
-from nrp_core.world.scene.model import Box
+from nrp_core.scene.model import Box
 
 Played = Callable[..., Run]
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.reading.context import read_without
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.scene.model import Scene
+from nrp_core.scene.reading.context import read_without
+from nrp_core.scene.sdf import read_scene
 
 ROOM = """<sdf version="1.6"><world name="w">
   <include><uri>model://not_there</uri></include>

@@ -18,7 +18,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.scene.model import Joint, Model
+from nrp_core.scene.model import Joint, Model
 
 Made = Callable[..., Experiment]
 Opened = Callable[[Experiment], Run]

@@ -27,10 +27,10 @@ from nrp_legacy.shims.times import Duration, Time
 from nrp_core.dsl.loading import load_transfer_functions
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Findings
-from nrp_core.world.messages.base import Duration as BareDuration
-from nrp_core.world.messages.base import Time as BareTime
-from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Vector3
-from nrp_core.world.messages.std_msgs import Header
+from nrp_core.messages.base import Duration as BareDuration
+from nrp_core.messages.base import Time as BareTime
+from nrp_core.messages.geometry_msgs import Point, Quaternion, Vector3
+from nrp_core.messages.std_msgs import Header
 from nrp_core.world.model_states import pose_of
 from tests.shared.profiled import is_profilable
 

@@ -16,8 +16,8 @@ from nrp_core.checks.validate import validate_file
 from nrp_core.dsl.testing import MockWorld
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.sensor_msgs import Image, LaserScan
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.sensor_msgs import Image, LaserScan
 
 Opened = Callable[..., Run]
 

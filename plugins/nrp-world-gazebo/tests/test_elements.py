@@ -9,6 +9,9 @@ from lxml import etree
 from nrp_conformance.world.kit import pendulum, robot
 from nrp_world_gazebo.elements import FIXED, element, model_element
 
+from nrp_core.scene.inertia import inertia_tensor
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.rigid import matrix_of
 from nrp_core.world import (
     Box,
     Capsule,
@@ -22,9 +25,6 @@ from nrp_core.world import (
     Sphere,
     read_model,
 )
-from nrp_core.world.rigid import matrix_of
-from nrp_core.world.scene.inertia import inertia_tensor
-from nrp_core.world.scene.merged_bodies import bodies_of
 
 LENGTHS = st.floats(0.01, 3.0)
 ANGLES = st.floats(-3.1, 3.1)

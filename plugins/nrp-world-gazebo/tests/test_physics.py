@@ -7,8 +7,8 @@ import pytest
 from nrp_conformance.world.capability import arm
 from nrp_world_gazebo import GazeboBackend
 
+from nrp_core.messages.std_msgs import Float64
 from nrp_core.world import Scene, read_model
-from nrp_core.world.messages.std_msgs import Float64
 
 pytestmark = [pytest.mark.heavy, pytest.mark.usefixtures("gazebo")]
 WEIGHTLESS = (0.0, 0.0, 0.0)

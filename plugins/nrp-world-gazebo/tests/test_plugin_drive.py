@@ -9,9 +9,9 @@ from nrp_world_gazebo.own_files import own_sdf
 from nrp_world_gazebo.plugin_drives import leave_out, turns_of
 
 from nrp_core.errors import SceneError
+from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world import Code, Level, Scene, read_model
 from nrp_core.world.engine_kit.simulated import simulated_bodies
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 
 GROUND = """<sdf version="1.6"><model name="ground"><static>1</static><link name="link">
   <collision name="c"><geometry><plane><normal>0 0 1</normal><size>90 90</size></plane></geometry>

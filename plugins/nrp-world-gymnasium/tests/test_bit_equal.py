@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from nrp_world_gymnasium.episodes import Episodes
 
-from nrp_core.world.messages.std_msgs import Float64, Int32
+from nrp_core.messages.std_msgs import Float64, Int32
 
 ENVIRONMENTS = {
     "CartPole-v1": ("20 ms", lambda n: Int32(int(n * 0.37) % 2), lambda m: np.int64(m.data)),

@@ -6,8 +6,8 @@ from golden import Golden
 
 from nrp_core.errors import CapabilityError, DivergedError, ExperimentError, SnapshotError, TopicError
 from nrp_core.findings import Code
+from nrp_core.messages.std_msgs import Bool, Float64MultiArray, Int32
 from nrp_core.world import Link, Model, Scene
-from nrp_core.world.messages.std_msgs import Bool, Float64MultiArray, Int32
 
 CORRIDOR = "tests/Corridor-v0"
 STEP_NS = 20_000_000

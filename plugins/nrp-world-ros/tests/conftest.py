@@ -164,8 +164,8 @@ CALLS = """
 import sys
 
 from nrp_core import load_experiment, Run
-from nrp_core.world.messages.gazebo_msgs import ModelState
-from nrp_core.world.messages.geometry_msgs import Point, Pose
+from nrp_core.messages.gazebo_msgs import ModelState
+from nrp_core.messages.geometry_msgs import Point, Pose
 
 settings = ["world.backend=ros", f"world.options={{ros: {sys.argv[1]}, time: lockstep}}"]
 with Run(load_experiment("braitenberg_husky", settings)) as run:

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from nrp_core import load_experiment
 from nrp_core.errors import BackendLoadError
 from nrp_core.experiment.making.maker import Maker
+from nrp_core.messages import geometry_msgs as geo
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.gazebo_msgs import ModelStates
+from nrp_core.messages.nav_msgs import Odometry
+from nrp_core.messages.sensor_msgs import Image
 from nrp_core.world import Scene
-from nrp_core.world.messages import geometry_msgs as geo
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.sensor_msgs import Image
 from pydantic import ValidationError
 
 from nrp_world_ros import RosBackend, RosOptions

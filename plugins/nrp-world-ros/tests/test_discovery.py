@@ -6,7 +6,7 @@ import sys
 import time
 
 import pytest
-from nrp_core.world.messages import geometry_msgs, sensor_msgs
+from nrp_core.messages import geometry_msgs, sensor_msgs
 
 from conftest import PEER, Ros2, needs_networks, needs_ros2
 from nrp_world_ros.bridge import Audience
@@ -39,7 +39,7 @@ kill $peer; wait $peer || true
 """
 
 LISTENER = """import sys, time
-from nrp_core.world.messages import geometry_msgs
+from nrp_core.messages import geometry_msgs
 from nrp_world_ros.joining import join
 from nrp_world_ros.options import Ros
 with join(Ros.TWO, "under_test") as node:

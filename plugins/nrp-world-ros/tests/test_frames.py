@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 from nrp_core import worlds
+from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world import Box, Collision, Inertial, Joint, Laser, Link, Model, PlanarMove, Pose, Scene, World
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 
 from nrp_world_ros.frames import Frames
 

@@ -17,12 +17,12 @@ import pytest
 from nrp_conformance.world.kit import BLUE, RED, at, floor, pendulum, prop, robot, screen, states, twist
 from nrp_core import worlds
 from nrp_core.errors import LifecycleError, SimulationError
+from nrp_core.messages.base import Duration
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.geometry_msgs import Vector3, Wrench
+from nrp_core.messages.nav_msgs import Odometry
+from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.world import Box, ModelMotion, Scene, Sphere, Stamped, World
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
-from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.std_msgs import ColorRGBA
 
 from conftest import DOMAIN, Programs, needs_ros2
 from nrp_world_ros import RosBackend, RosOptions

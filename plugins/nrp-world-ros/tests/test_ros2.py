@@ -17,12 +17,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nrp_core import load_experiment, open_world
 from nrp_core.errors import BackendLoadError, SimulationError, TopicError
+from nrp_core.messages import geometry_msgs, sensor_msgs
+from nrp_core.messages.base import Time
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.generated import PACKAGES, names
+from nrp_core.messages.std_msgs import Header
 from nrp_core.world import Direction
-from nrp_core.world.messages import geometry_msgs, sensor_msgs
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.generated import PACKAGES, names
-from nrp_core.world.messages.std_msgs import Header
 
 from conftest import PEER, Ros2, needs_ros2
 from nrp_world_ros.joining import join
@@ -86,7 +86,7 @@ def test_our_bytes_are_those_of_ros(words: list[str], numbers: list[float], t_ns
 
 @needs_ros2
 def test_packages_that_ros_lacks_are_made_from_their_definitions_and_kept() -> None:
-    from nrp_core.world.messages import dvs_msgs
+    from nrp_core.messages import dvs_msgs
     from rclpy.serialization import deserialize_message, serialize_message
 
     codec = Codec()

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from nrp_core import worlds
 from nrp_core.errors import SimulationError, TopicError
+from nrp_core.messages import std_srvs
+from nrp_core.messages.cdr import Codec
 from nrp_core.world import Findings, Scene
-from nrp_core.world.messages import std_srvs
-from nrp_core.world.messages.cdr import Codec
 
 from conftest import CALLS, Ros2, needs_ros2
 from nrp_world_ros.bridge import Calls

@@ -18,8 +18,8 @@ from xmlrpc.client import ServerProxy
 import pytest
 from nrp_core import worlds
 from nrp_core.errors import TopicError
+from nrp_core.messages import gazebo_srvs, std_srvs
 from nrp_core.world import Findings, Scene, World
-from nrp_core.world.messages import gazebo_srvs, std_srvs
 
 from conftest import CALLS, Ros, needs_ros
 from nrp_world_ros.bridge import Calls

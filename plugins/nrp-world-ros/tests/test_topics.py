@@ -6,8 +6,8 @@ import sys
 from dataclasses import dataclass
 
 import pytest
-from nrp_core.world.messages import message
-from nrp_core.world.messages.std_msgs import String
+from nrp_core.messages import message
+from nrp_core.messages.std_msgs import String
 
 from conftest import Ros2, needs_ros2
 from nrp_world_ros.joining import join
@@ -15,8 +15,8 @@ from nrp_world_ros.options import Ros
 
 CREATE = """
 import sys, time
-from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.messages.nav_msgs import Odometry
+from nrp_core.messages.geometry_msgs import Twist
+from nrp_core.messages.nav_msgs import Odometry
 from nrp_world_ros.joining import join
 from nrp_world_ros.options import Ros
 print("start", flush=True)

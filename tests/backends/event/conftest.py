@@ -8,9 +8,9 @@ from nrp_brain_event import EventBackend, EventOptions
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import from_milliseconds
+from nrp_core.network.data import Network, Population, Projection
 
 
 @pytest.fixture

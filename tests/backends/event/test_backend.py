@@ -16,11 +16,11 @@ from pyNN.standardmodels import cells as standard_cells
 
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, DivergedError, LifecycleError, NetworkError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import TSODYKS_MARKRAM
 
 Cells = Callable[..., Population]
 Connect = Callable[..., Projection]
@@ -196,7 +196,7 @@ def test_it_computes_the_same_without_compiling(capsys: pytest.CaptureFixture[st
     code = """if True:
         import numpy as np
         from nrp_brain_event import EventBackend, EventOptions
-        from nrp_core.brain.network.data import Network, Population
+        from nrp_core.network.data import Network, Population
         values = dict(a=0.02, b=0.2, c=-65.0, d=2.0, i_offset=0.008)
         cells = Population("a", 1, "Izhikevich", {name: np.array([v]) for name, v in values.items()})
         brain = EventBackend().open(Network({"a": cells}), seed=1, options=EventOptions())

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, from_milliseconds
+from nrp_core.network.data import Population, Projection
 
 Cells = Callable[..., Population]
 Connect = Callable[..., Projection]

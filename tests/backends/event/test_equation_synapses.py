@@ -14,7 +14,7 @@ from nrp_core import read_network, save_network
 from nrp_core.brain import builder
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
+from nrp_core.network.data import Network
 
 MODES: list[dict[str, Any]] = [{}, {"resolution": "0.1 ms", "lazy": "never"}]
 TRACES = """

@@ -11,8 +11,8 @@ import pytest
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
 from nrp_core.clock import from_milliseconds
+from nrp_core.network.data import Population, Projection
 
 OWN = sorted((Path(__file__).parent / "oracles").glob("*.npz"))
 JUMPING = ("IF_curr_delta", "Izhikevich")

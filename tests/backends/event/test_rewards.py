@@ -11,10 +11,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.rewiring import Neuromodulation
-from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.rewiring import Neuromodulation
+from nrp_core.network.synapses import STDP
 
 MS = 1_000_000
 Maker = Callable[..., Population]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from nrp_brain_event import rise
 from nrp_brain_event.records import Work
 
-from nrp_core.brain.network.filters import driven
+from nrp_core.network.filters import driven
 
 SAMPLES = 500
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import TSODYKS_MARKRAM
 
 TRAIN_MS = [1.0, 4.0, 4.5, 20.0, 90.0, 90.25, 91.0]
 

@@ -10,7 +10,7 @@ from nrp_brain_event.synapse_kernels import one_of
 from nrp_brain_event.synapse_laws import share_fields
 
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.synapses import LAWS, STDP, TSODYKS_MARKRAM
+from nrp_core.network.synapses import LAWS, STDP, TSODYKS_MARKRAM
 
 
 @jit

@@ -12,8 +12,8 @@ from nrp_brain_event.backend import EventBackend
 
 from nrp_core.brain import builder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Network
 
 MS = 1_000_000
 MODES = pytest.mark.parametrize(

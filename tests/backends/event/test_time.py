@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, PopulationRate, SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import TSODYKS_MARKRAM
 
 Cells = Callable[..., Population]
 Connect = Callable[..., Projection]

@@ -8,8 +8,8 @@ import pytest
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.network.cells import CELLS
+from nrp_core.network.data import Network, Population, Projection
 
 _REFRACTORY_MS = 2.0
 

@@ -9,10 +9,10 @@ from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
-from nrp_core.brain.network.cells import CELLS as TYPES
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
-from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
+from nrp_core.network.cells import CELLS as TYPES
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.rewiring import Neuromodulation, Rewiring
+from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 LEAKY = {
     "v_rest": -65.0, "cm": 1.0, "tau_m": 20.0, "tau_refrac": 2.0, "v_reset": -65.0, "v_thresh": -50.0,

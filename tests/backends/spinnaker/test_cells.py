@@ -9,9 +9,9 @@ from golden import Golden
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Population, Projection
 
 MS = 1_000_000
 BRAITENBERG = {

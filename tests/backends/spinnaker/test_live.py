@@ -8,10 +8,10 @@ from golden import Golden
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
 
 Maker = Callable[..., Population]
 Connect = Callable[..., Projection]

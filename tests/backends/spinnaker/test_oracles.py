@@ -22,7 +22,7 @@ from nrp_brain_spinnaker.machine.generator import (
 from nrp_brain_spinnaker.machine.synaptic_inputs import Ring, add_entry, read_values
 from nrp_brain_spinnaker.models import cell_models
 
-from nrp_core.brain.network.data import Population
+from nrp_core.network.data import Population
 
 OWN = [Path(__file__).parent / "oracles" / name for name in ("spinnaker.json", "spinnaker_rng.json")]
 KINDS = {"cases", "units", "kiss64", "exponential_s1615", "slow_source", "fast_source"}

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from machine_rules import ADDITIVE, MS, MULTIPLICATIVE, OBEDIENT, PAIRS, fire, floor_mul, named
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
 
 TRAINS = st.lists(st.integers(3, 150), unique=True, max_size=14).map(sorted)
 Maker = Callable[..., Population]

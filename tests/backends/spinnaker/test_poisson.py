@@ -9,7 +9,7 @@ from nrp_brain_spinnaker.machine.generator import mean_interval
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
+from nrp_core.network.data import Population, Projection
 
 MS = 1_000_000
 

@@ -25,10 +25,10 @@ from machine_rules import (
 )
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.rewiring import Neuromodulation
-from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.rewiring import Neuromodulation
+from nrp_core.network.synapses import STDP
 
 MODULATION = Neuromodulation(tau_c=90.0, tau_d=40.0, w_min=0.2, w_max=1.5)
 TRAINS = st.lists(st.integers(1, 150), unique=True, max_size=12).map(sorted)
@@ -232,7 +232,7 @@ def test_a_population_with_rewards_has_a_core_for_its_synapses(
     from nrp_brain_spinnaker.loader import lay_out
     from nrp_brain_spinnaker.mapping.plan import map_network
 
-    from nrp_core.brain.network.data import Network
+    from nrp_core.network.data import Network
 
     parts = [spike_source("pre", []), spike_source("good", []), cells("cell", "IF_curr_exp")]
     rule = {"kind": STDP, "plasticity": named(ADDITIVE), **PAIRS}

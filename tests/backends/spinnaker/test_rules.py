@@ -20,8 +20,8 @@ from machine_rules import (
 )
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import STDP
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import STDP
 
 TRIPLETS = PAIRS | {"tau_x": 101.0, "tau_y": 125.0, "A3_plus": 0.02, "A3_minus": 0.03}
 TRAINS = st.lists(st.integers(0, 150), unique=True, max_size=14).map(sorted)

@@ -12,10 +12,10 @@ from golden import Golden
 from nrp_brain_spinnaker.synapses.rewired import formation_probabilities
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.rewiring import Rewiring
+from nrp_core.network.synapses import STDP
 
 MS = 1_000_000
 CASES = json.loads((Path(__file__).parent / "oracles" / "spinnaker_structural.json").read_text())["cases"]

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Origin, Population, Projection
-from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError, NetworkError, SimulationError, TimestepError
+from nrp_core.network.data import Origin, Population, Projection
+from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
 
 MS = 1_000_000
 Maker = Callable[..., Population]

@@ -15,12 +15,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from nrp_core.world.backend import WorldBackend
-from nrp_core.world.backends import worlds
-from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import (
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.model import (
     Box,
     Collision,
     Cylinder,
@@ -34,6 +30,10 @@ from nrp_core.world.scene.model import (
     Scene,
     Visual,
 )
+from nrp_core.scene.rigid import Pose
+from nrp_core.world.backend import WorldBackend
+from nrp_core.world.backends import worlds
+from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.world import World
 

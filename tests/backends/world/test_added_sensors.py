@@ -7,7 +7,7 @@ from golden import Golden
 from jointed import axis, joint, limit, link
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid import Pose
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.robot_setup import AddedSensor, JointControl, RobotSetup, set_up_robot, with_added_sensors
 
 ARM = (

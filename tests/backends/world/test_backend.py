@@ -12,8 +12,8 @@ from golden import Golden
 from pydantic import ValidationError
 
 from nrp_core.errors import BackendLoadError, SceneError
+from nrp_core.scene.model import Box, Mesh
 from nrp_core.simulation import Determinism
-from nrp_core.world.scene.model import Box, Mesh
 
 
 def engine_of(backend) -> str:
@@ -67,7 +67,7 @@ def test_a_wrong_option_is_refused(backend, options, message, golden: Golden):
 
 def test_an_engine_that_does_not_import_is_a_clear_error(backend, parts, monkeypatch, golden: Golden):
     monkeypatch.setitem(sys.modules, f"{type(backend).__module__.split('.')[0]}.engine", None)
-    from nrp_core.world.scene.model import Scene
+    from nrp_core.scene.model import Scene
 
     with golden.raises(BackendLoadError):
         backend.open(Scene((parts.floor(),)), seed=1, options=backend.options())

@@ -27,11 +27,11 @@ from jointed import (
 from scipy.special import ellipk
 
 from nrp_core.errors import SceneError, TopicError
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.geometry_msgs import Quaternion, Twist, Vector3
-from nrp_core.world.rigid import Pose, multiply, rotation_by, rotation_vector
+from nrp_core.messages.base import Duration
+from nrp_core.messages.geometry_msgs import Quaternion, Twist, Vector3
+from nrp_core.scene.devices import Pid
+from nrp_core.scene.rigid import Pose, multiply, rotation_by, rotation_vector
 from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
-from nrp_core.world.scene.devices import Pid
 
 
 def test_a_bob_on_a_ball_swings_in_any_plane_with_the_period_of_a_pendulum(open_world, read, advance):

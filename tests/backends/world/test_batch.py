@@ -7,11 +7,11 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import DivergedError, LifecycleError, SimulationError, TopicError
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.devices import Noise
+from nrp_core.scene.model import Box, Scene
+from nrp_core.scene.rigid import ModelMotion, Pose
 from nrp_core.simulation import State
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import ModelMotion, Pose
-from nrp_core.world.scene.devices import Noise
-from nrp_core.world.scene.model import Box, Scene
 
 STEP_NS = 20_000_000
 SEEDS = (3, 1, 4, 1, 5)

@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 from ray_images import ray_image
 
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.render.cameras import SKY, bytes_of
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.model import (
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.model import (
     Box,
     Capsule,
     Cylinder,
@@ -27,6 +25,8 @@ from nrp_core.world.scene.model import (
     Sphere,
     Visual,
 )
+from nrp_core.scene.rigid import Pose
+from nrp_core.world.render.cameras import SKY, bytes_of
 from nrp_core.world.sensors.camera import Camera
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)

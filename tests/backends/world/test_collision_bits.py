@@ -11,7 +11,7 @@ import mujoco
 import pytest
 
 from nrp_core import World, worlds
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.scene.sdf import read_scene
 
 BODIES, SHAPES = 7, 2
 FEW = (0, 1, 2, 4, 8, 12)

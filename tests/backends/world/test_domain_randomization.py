@@ -9,11 +9,11 @@ import jointed
 import numpy as np
 import pytest
 
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import JointController, Noise, Pid
-from nrp_core.world.scene.model import Box, Inertial, Joint, Light, Link, Model, Scene
-from nrp_core.world.scene.randomization import Randomization
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.scene.devices import JointController, Noise, Pid
+from nrp_core.scene.model import Box, Inertial, Joint, Light, Link, Model, Scene
+from nrp_core.scene.randomization import Randomization
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.sensors.laser import Laser
 from nrp_core.world.sensors.navigation import Imu
 

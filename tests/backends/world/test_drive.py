@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Scene
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.model import Box, Scene
+from nrp_core.scene.rigid import Pose
 
 
 def unicycle(commands: list[tuple[float, float]], seconds: float) -> tuple[float, float, float]:

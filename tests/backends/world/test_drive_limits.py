@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.drives.wheels import SpeedLimits
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.scene.sdf import read_model
 
 WHEEL = """<link name="{0}"><inertial><mass value="0.5"/><inertia ixx=".002" iyy=".002" izz=".002"
 ixy="0" ixz="0" iyz="0"/></inertial><collision><origin rpy="1.5708 0 0"/><geometry>

@@ -9,10 +9,10 @@ from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
-from nrp_core.world.scene.sdf import read_model, read_scene
-from nrp_core.world.scene.surroundings import Surroundings
+from nrp_core.scene.model import Inertial, Joint, Link, Model, Scene
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model, read_scene
+from nrp_core.scene.surroundings import Surroundings
 from nrp_core.world.sensors.navigation import AirPressure, Imu, Magnetometer, NavSat
 
 MUNICH = Surroundings((2.1e-5, 1.5e-6, -4.3e-5), latitude=48.1, longitude=11.6, elevation=519.0, heading=90.0)

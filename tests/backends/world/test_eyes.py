@@ -7,10 +7,10 @@ from math import exp, log
 import numpy as np
 import pytest
 
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid import Pose
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.model import Box, Scene
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.robot_setup import AddedSensor, with_added_sensors
-from nrp_core.world.scene.model import Box, Scene
 
 LENS = {"camera": {"horizontal_fov": 0.9, "image": {"width": 16, "height": 12}}}
 LIGHT, DARK = ColorRGBA(0.8, 0.8, 0.8, 1.0), ColorRGBA(0.2, 0.2, 0.2, 1.0)

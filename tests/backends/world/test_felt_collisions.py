@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.sdf import read_model
+from nrp_core.scene.model import Model
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model
 
 ROBOT = """<robot name="vacuum">
 <link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from chains import GRAVITY, LENGTH, LINKS, MASS, chain, command
 
+from nrp_core.messages.base import Duration
+from nrp_core.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from nrp_core.scene.devices import JointController, Pid, TrajectoryController
+from nrp_core.scene.merged_bodies import stiff_gains
+from nrp_core.scene.model import Box, Collision, Cylinder, Inertial, Joint, Link, Model, Sphere
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.engine_kit.jointed import JointedEngine
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import JointController, Pid, TrajectoryController
-from nrp_core.world.scene.merged_bodies import stiff_gains
-from nrp_core.world.scene.model import Box, Collision, Cylinder, Inertial, Joint, Link, Model, Sphere
 
 RADIUS = 0.1
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from jointed import MOMENT, axis, command, joint, limit, link
 
+from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.scene.merged_bodies import joint_inertias
 from nrp_core.world import parts
-from nrp_core.world.messages.std_msgs import Float64MultiArray
 from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
-from nrp_core.world.scene.merged_bodies import joint_inertias
 
 ARM = (
     link("base", at=(0, 0, 1))

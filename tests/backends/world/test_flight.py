@@ -7,11 +7,11 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
+from nrp_core.messages.base import Duration
+from nrp_core.messages.geometry_msgs import Twist, Vector3, Wrench
+from nrp_core.scene.model import Box, Collision, Inertial, Joint, Link, Model
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.drives.flight import Flight
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3, Wrench
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Model
 
 
 def drone(*joints: Joint, **options) -> Model:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from golden import Golden
 
+from nrp_core.messages import point_cloud2
 from nrp_core.recording.writing.frames import SceneFrames
-from nrp_core.world.messages import point_cloud2
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Model, Scene
+from nrp_core.scene.model import Box, Model, Scene
+from nrp_core.scene.rigid import Pose
 
 WALL_X, EDGE_Y = 2.5, 0.3
 START = Pose.from_rpy((0.4, -0.1, 0.6), 0.05, -0.1, 0.2)

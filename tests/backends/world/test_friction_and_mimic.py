@@ -10,10 +10,10 @@ from chains import GRAVITY, chain
 from golden import Golden
 
 from nrp_core.errors import SceneError
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import JointController
-from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Mimic, Model, Scene
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.devices import JointController
+from nrp_core.scene.model import Box, Collision, Inertial, Joint, Link, Mimic, Model, Scene
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.sensors.contact import ForceTorque
 
 MASS = 2.0

@@ -9,9 +9,9 @@ import pytest
 from nrp_world_pybullet.shapes import friction_factors
 
 from nrp_core.findings import Findings
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Box, Collision, Inertial, Link, Model, Scene
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Box, Collision, Inertial, Link, Model, Scene
+from nrp_core.scene.rigid import Pose
 
 SLOPE = 0.35  # rad
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from golden import Golden
 
-from nrp_core.world.scene.model import Heightmap, Scene
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.scene.model import Heightmap, Scene
+from nrp_core.scene.sdf import read_scene
 
 RADIUS = 0.1
 

@@ -9,10 +9,10 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import TopicError
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.scene.devices import JointController
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.engine_kit.jointed import JointedEngine
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
-from nrp_core.world.scene.devices import JointController
-from nrp_core.world.scene.sdf import read_model
 
 LINK = """<link name="l{0}"><inertial><mass value="1"/><origin xyz="0.2 0 0"/>
 <inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial></link>

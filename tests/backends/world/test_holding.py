@@ -8,13 +8,13 @@ from math import pi
 import pytest
 from jointed import MOMENT, axis, command, joint, link
 
+from nrp_core.messages.base import Duration
+from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from nrp_core.scene.devices import Pid
+from nrp_core.scene.sdf import read_model
 from nrp_core.world import Model, World
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.std_msgs import Float64MultiArray
-from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
 from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
-from nrp_core.world.scene.devices import Pid
-from nrp_core.world.scene.sdf import read_model
 
 ARM = (
     link("base", at=(0, 0, 1))

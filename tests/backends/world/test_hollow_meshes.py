@@ -12,10 +12,10 @@ from nrp_world_mujoco.ground import ground_of
 from scipy.spatial import ConvexHull
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.meshes.concave import concave_parts
-from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.model import ConcaveMesh
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.scene.meshes.concave import concave_parts
+from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.model import ConcaveMesh
+from nrp_core.scene.sdf import read_scene
 
 RADIUS = 0.1
 WORLD = """<sdf version="1.9"><world name="room">

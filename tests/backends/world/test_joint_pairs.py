@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.devices import JointController, PairController, Pid
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.devices import JointController, PairController, Pid
+from nrp_core.scene.model import Inertial, Joint, Link, Model, Scene
 
 EYES = ("left", "right")
 GAINS = Pid(1.0, 0.0, 0.05)

@@ -8,12 +8,12 @@ from math import exp, pi, sin, sqrt
 import numpy as np
 import pytest
 
-from nrp_core.world.messages.base import Duration, Time
-from nrp_core.world.messages.geometry_msgs import Point, Vector3, Wrench
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import JointController, Pid
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene, Sphere
+from nrp_core.messages.base import Duration, Time
+from nrp_core.messages.geometry_msgs import Point, Vector3, Wrench
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.devices import JointController, Pid
+from nrp_core.scene.model import Inertial, Joint, Link, Model, Scene, Sphere
+from nrp_core.scene.rigid import Pose
 
 MASS, ARM, MOMENT = 2.0, 0.5, 0.02
 INERTIA = MOMENT + MASS * ARM**2

@@ -26,10 +26,10 @@ from jointed import (
     weightless,
 )
 
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Scene
+from nrp_core.messages.base import Duration
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import Pose
 
 # -- two axes
 

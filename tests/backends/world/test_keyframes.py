@@ -9,10 +9,10 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid import Pose
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.robot_setup import RobotSetup, set_up_robot
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sdf import read_model
 
 WALKER = """<mujoco><compiler angle="radian"/><worldbody><body name="trunk" pos="0 0 1">
   <freejoint/><geom type="box" size="0.2 0.1 0.05" mass="2"/>

@@ -10,9 +10,9 @@ import pytest
 from golden import Golden
 
 from nrp_core.findings import Findings
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Model, Scene
 
 LENGTH, APART, CRANK_KG, COUPLER_KG, GRAVITY = 0.5, 0.3, 0.4, 1.0, 9.8
 SWING = 0.1

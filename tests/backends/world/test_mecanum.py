@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.model import Model
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.drives.mecanum import MecanumDrive
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.sdf import read_model
 
 TRACK, BASE, RADIUS = 0.36, 0.3, 0.05
 CORNERS = {"fl": (1, 1), "fr": (1, -1), "bl": (-1, 1), "br": (-1, -1)}

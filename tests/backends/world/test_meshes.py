@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.model import Box, Mesh, Scene
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.model import Box, Mesh, Scene
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_scene
 
 SIDE = 0.4
 

@@ -11,12 +11,12 @@ from golden import Golden
 
 from nrp_core import worlds
 from nrp_core.errors import SceneError
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.devices import JointController, Pid
-from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.model import Box, Capsule, Mesh, Scene
-from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.devices import JointController, Pid
+from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.model import Box, Capsule, Mesh, Scene
+from nrp_core.scene.sdf import read_model, read_scene
 from nrp_core.world.sensors.camera import Camera
 
 LAB = """<mujoco model="lab">

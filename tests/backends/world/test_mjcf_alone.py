@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from nrp_core import worlds
+from nrp_core.scene.model import Scene
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.robot_setup import RobotSetup, set_up_robot
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sdf import read_scene
 
 MOVING = ("qfrc_bias", "qfrc_passive", "qacc_smooth", "mass")
 TOUCHING = ("qfrc_constraint", "qacc", "contacts")

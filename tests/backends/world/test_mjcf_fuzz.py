@@ -11,7 +11,7 @@ import pytest
 from nrp_world_mujoco.schema import attributes_of
 
 from nrp_core import worlds
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.scene.sdf import read_scene
 
 BASE = """<mujoco><compiler angle="radian"/>
   <option gravity="0.5 0 -9.81" cone="elliptic" {option}><flag {flag}/></option>

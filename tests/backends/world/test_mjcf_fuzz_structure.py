@@ -13,8 +13,8 @@ from nrp_world_mujoco.schema import attributes_of
 from random_mjcf import COMPILER, RandomModel
 
 from nrp_core import World, worlds
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.sdf import read_scene
 
 STEP_NS, STEPS = 2_000_000, 50
 KINDS = mujoco.mjtJoint

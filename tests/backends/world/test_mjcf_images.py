@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from golden import Golden
 
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.backends import worlds
-from nrp_core.world.scene.sdf import read_scene
 
 FACES = ("right", "left", "up", "down", "front", "back")
 SIDE_PX, FOVY = 200, 53.13010235415598

@@ -10,9 +10,9 @@ from golden import Golden
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
+from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.backends import worlds
-from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.sdf import read_scene
 
 pytest.importorskip("nrp_world_mujoco")
 

@@ -16,13 +16,13 @@ from scipy.spatial import ConvexHull
 from nrp_core import World, worlds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.meshes.convex import convex_pieces
-from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.outline import outline
-from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.meshes.convex import convex_pieces
+from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.model import Scene
+from nrp_core.scene.outline import outline
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model, read_scene
 
 GECKO = """<mujoco>
   <option impratio="10"/>
@@ -236,7 +236,7 @@ def damped_springs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def coarse_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
-    coarse = "nrp_core.world.scene.meshes.convert.whole_hull"
+    coarse = "nrp_core.scene.meshes.convert.whole_hull"
     monkeypatch.setattr(coarse, lambda triangles: convex_pieces(triangles)[0])
     monkeypatch.setattr("nrp_world_mujoco.mjcf.files_of", lambda *_: {})
 

@@ -12,8 +12,8 @@ import pytest
 
 from nrp_core import World, worlds
 from nrp_core.findings import Code
-from nrp_core.world.messages.base import type_name
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.messages.base import type_name
+from nrp_core.scene.sdf import read_scene
 
 BODY = """<mujoco model="body"><compiler angle="radian"/>
   <option cone="elliptic" integrator="implicitfast" timestep="0.002" magnetic="0.2 -0.5 0.1"/>

@@ -9,10 +9,10 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
-from nrp_core.world.messages.sensor_msgs import Range
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import Noise
-from nrp_core.world.scene.model import Box, Collision, Inertial, Link, Model, Scene, Sphere
+from nrp_core.messages.sensor_msgs import Range
+from nrp_core.scene.devices import Noise
+from nrp_core.scene.model import Box, Collision, Inertial, Link, Model, Scene, Sphere
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.sensors.ground_truth import LogicalCamera
 from nrp_core.world.sensors.navigation import Altimeter
 

@@ -9,8 +9,8 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid import ModelMotion, Pose
-from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Model, Scene, Sphere
+from nrp_core.scene.model import Box, Collision, Inertial, Joint, Link, Model, Scene, Sphere
+from nrp_core.scene.rigid import ModelMotion, Pose
 
 
 def test_a_pose_comes_back_as_it_was_given_w_last(open_world, parts):

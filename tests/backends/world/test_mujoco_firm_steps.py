@@ -20,14 +20,14 @@ from nrp_world_mujoco.firm_steps import address_at, call, integer_at, number_at,
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
 from nrp_core.errors import SceneError, SimulationError
+from nrp_core.messages.geometry_msgs import Quaternion
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.devices import JointController
+from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.rigid import rotation_by
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.backends import worlds
-from nrp_core.world.messages.geometry_msgs import Quaternion
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import rotation_by
 from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
-from nrp_core.world.scene.devices import JointController
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.world import World
 
 pytest.importorskip("nrp_world_mujoco")

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model, read_scene
 from nrp_core.world.backends import worlds
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.sdf import read_model, read_scene
 
 pytest.importorskip("nrp_world_mujoco")
 from nrp_world_mujoco import build as building

@@ -14,6 +14,10 @@ from golden import Golden
 from nrp_core import World, worlds
 from nrp_core.errors import CapabilityError, SceneError, TopicError
 from nrp_core.findings import Code
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.scene.model import Scene
+from nrp_core.scene.outline import outline
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.drives.muscles import moment_arms, muscles_of
 from nrp_core.world.engine_kit.muscles import (
     activation_rate,
@@ -21,10 +25,6 @@ from nrp_core.world.engine_kit.muscles import (
     force_velocity,
     passive_force,
 )
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.outline import outline
-from nrp_core.world.scene.sdf import read_scene
 
 ENGINES = ("mujoco", "pybullet")
 ARM = """<mujoco><compiler angle="degree"/><option gravity="0 0 0"/>

@@ -14,10 +14,10 @@ from golden import Golden
 from nrp_core import Scene, World, read_model, worlds
 from nrp_core.errors import SceneError, SimulationError
 from nrp_core.findings import Code
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.gazebo_msgs import ModelState
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.base import Duration
+from nrp_core.messages.gazebo_msgs import ModelState
+from nrp_core.messages.geometry_msgs import Point, Pose, Twist, Vector3
+from nrp_core.messages.std_msgs import Float64
 from nrp_core.world.robot_setup import JointControl, RobotSetup, set_up_robot
 
 Open = Callable[..., World]

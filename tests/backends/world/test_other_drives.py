@@ -8,11 +8,11 @@ from math import atan, cos, inf, pi, sin, tan
 import numpy as np
 import pytest
 
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.model import Box, Collision, Cylinder, Inertial, Joint, Link, Model
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.drives.ackermann import Ackermann, ackermann_velocity, wheel_angles
 from nrp_core.world.drives.mecanum import PlanarMove
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Collision, Cylinder, Inertial, Joint, Link, Model
 
 WHEEL, BASE, TRACK = 0.2, 1.2, 0.8
 

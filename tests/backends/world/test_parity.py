@@ -16,12 +16,12 @@ import pytest
 from ray_images import ray_image
 
 from nrp_core.dsl.tf_lib import detect_red
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import JointController, Pid
-from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Model, Scene, Sphere
-from nrp_core.world.scene.sdf import read_model, read_scene
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.devices import JointController, Pid
+from nrp_core.scene.model import Box, Collision, Inertial, Joint, Link, Model, Scene, Sphere
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model, read_scene
 
 GRAVITY = 9.8
 RED = (1.0, 0.0, 0.0, 1.0)

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sdf import read_model
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model
 
 SECONDS = 2.0
 

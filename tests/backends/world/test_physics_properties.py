@@ -7,10 +7,10 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
-from nrp_core.world.messages.gazebo_srvs import SetPhysicsPropertiesRequest
-from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Scene, Sphere
+from nrp_core.messages.gazebo_srvs import SetPhysicsPropertiesRequest
+from nrp_core.messages.geometry_msgs import Vector3
+from nrp_core.scene.model import Box, Scene, Sphere
+from nrp_core.scene.rigid import Pose
 
 SET, GET = "/gazebo/set_physics_properties", "/gazebo/get_physics_properties"
 MOON = -1.62

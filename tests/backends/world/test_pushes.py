@@ -6,10 +6,10 @@ from math import cos
 
 import pytest
 
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
+from nrp_core.messages.base import Duration
+from nrp_core.messages.geometry_msgs import Vector3, Wrench
+from nrp_core.scene.model import Inertial, Joint, Link, Model, Scene
+from nrp_core.scene.rigid import Pose
 
 INERTIA = 0.2 + 2 * 0.25  # of the pair about its centre of mass
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from chains import chain, command
 
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import JointStates
 from nrp_core.world.backends import worlds
-from nrp_core.world.rigid import JointStates
-from nrp_core.world.scene.model import Scene
 
 pytest.importorskip("nrp_world_pybullet")
 from nrp_world_pybullet.library import bullet

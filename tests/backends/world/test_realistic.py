@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nrp_core.world.messages.gazebo_srvs import DeleteLightRequest, SetLightPropertiesRequest
-from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.messages.gazebo_srvs import DeleteLightRequest, SetLightPropertiesRequest
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.model import Box, Finish, Light, Link, Model, Scene, Sphere, Visual
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.render.realistic import AMBIENT
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Finish, Light, Link, Model, Scene, Sphere, Visual
 from nrp_core.world.sensors.camera import Camera
 
 SUN = Light("sun", direction=(0.0, 0.0, -1.0), diffuse=(0.5, 0.5, 0.5, 1.0))

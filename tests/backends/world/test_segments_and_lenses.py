@@ -12,9 +12,9 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError
+from nrp_core.scene.model import Scene
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.render.cameras import SKY, bytes_of
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sdf import read_scene
 
 CAMERA = "<image><width>{0}</width><height>{1}</height></image><clip><near>0.02</near></clip>"
 LABEL = '<plugin filename="gz-sim-label-system" name="gz::sim::systems::Label"><label>{}</label></plugin>'

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from nrp_core.clock import SampleSchedule
-from nrp_core.world.messages import point_cloud2
-from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import Noise
-from nrp_core.world.scene.model import (
+from nrp_core.messages import point_cloud2
+from nrp_core.messages.geometry_msgs import Pose as PoseMessage
+from nrp_core.scene.devices import Noise
+from nrp_core.scene.model import (
     Box,
     Capsule,
     Cylinder,
@@ -26,6 +25,7 @@ from nrp_core.world.scene.model import (
     Scene,
     Sphere,
 )
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.sensors.contact import ContactSensor, ForceTorque
 from nrp_core.world.sensors.ground_truth import GroundTruth
@@ -166,7 +166,7 @@ def test_the_scan_of_a_lidar_is_its_middle_layer(open_world, parts, advance):
 
 
 def moved(name: str, *, x: float = 0.0, y: float = 0.0, z: float = 0.5):
-    from nrp_core.world.messages.gazebo_msgs import ModelState
+    from nrp_core.messages.gazebo_msgs import ModelState
 
     pose = PoseMessage()
     pose.position.x, pose.position.y, pose.position.z = x, y, z
@@ -288,8 +288,8 @@ def test_away_from_the_axis_it_feels_the_turn(open_world, advance):
     turn, radius = 3.0, 0.4
     spinning = Scene((carrier(imu(pose=Pose((radius, 0.0, 0.0)))),), gravity=(0.0, 0.0, 0.0))
     world = open_world(spinning)
-    from nrp_core.world.messages.gazebo_msgs import ModelState
-    from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+    from nrp_core.messages.gazebo_msgs import ModelState
+    from nrp_core.messages.geometry_msgs import Twist, Vector3
 
     state = ModelState("carrier", PoseMessage(), Twist(Vector3(), Vector3(0.0, 0.0, turn)))
     world.call("/gazebo/set_model_state", state)

@@ -9,14 +9,14 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import SceneError, TopicError
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.gazebo_msgs import LinkState, ModelState
-from nrp_core.world.messages.gazebo_srvs import DeleteModelRequest, GetModelStateRequest
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid import ModelMotion
-from nrp_core.world.rigid import Pose as ScenePose
-from nrp_core.world.scene.model import Box, Light, Scene, Sphere
+from nrp_core.messages.base import Duration
+from nrp_core.messages.gazebo_msgs import LinkState, ModelState
+from nrp_core.messages.gazebo_srvs import DeleteModelRequest, GetModelStateRequest
+from nrp_core.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.model import Box, Light, Scene, Sphere
+from nrp_core.scene.rigid import ModelMotion
+from nrp_core.scene.rigid import Pose as ScenePose
 from nrp_core.world.sensors.laser import Laser
 
 SPHERE = """

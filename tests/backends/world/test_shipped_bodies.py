@@ -8,10 +8,10 @@ import pytest
 from nrp_experiments.bodies import FOLDER
 from nrp_experiments.bodies.hexapod import PLACES, SIDES, Hexapod
 
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sdf import read_model
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.model import Scene
+from nrp_core.scene.sdf import read_model
 
 STEP_NS = 20_000_000
 

@@ -7,7 +7,7 @@ from math import cos, exp, pi, sqrt
 import pytest
 from jointed import GRAVITY, MASS, MOMENT, axis, command, controlled, joint, link, told, weightless
 
-from nrp_core.world.scene.model import Scene
+from nrp_core.scene.model import Scene
 
 
 def sprung(stiffness: float, *, rest: float = 0.0, damping: float = 0.0) -> str:

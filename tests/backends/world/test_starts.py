@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from jointed import axis, joint, limit, link, weightless
 
-from nrp_core.world.scene.posture import at_start, moved_into_limits
+from nrp_core.scene.posture import at_start, moved_into_limits
 
 OUTSIDE = (
     link("bob")

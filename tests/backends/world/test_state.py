@@ -14,10 +14,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.errors import DivergedError, LifecycleError, SnapshotError
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Joint, Link, Model, Scene, Sphere
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.model import Box, Joint, Link, Model, Scene, Sphere
+from nrp_core.scene.rigid import Pose
 
 STEP_NS = 20_000_000
 

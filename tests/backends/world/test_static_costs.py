@@ -9,8 +9,8 @@ from nrp_world_mujoco.build import MANY_GEOMS
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.shapes import MAX_SHAPES
 
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Collision, Inertial, Link, Model, Scene, Sphere
+from nrp_core.scene.model import Box, Collision, Inertial, Link, Model, Scene, Sphere
+from nrp_core.scene.rigid import Pose
 
 
 def tiles(count: int) -> Model:

@@ -6,10 +6,10 @@ from math import cos, pi, sin
 
 import pytest
 
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.model import Collision, Cylinder, Inertial, Joint, Link, Mimic, Model, Sphere
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Collision, Cylinder, Inertial, Joint, Link, Mimic, Model, Sphere
 
 RADIUS, TRACK = 0.1, 0.6
 LYING = Pose.from_rpy((0.0, 0.0, 0.0), pi / 2, 0.0, 0.0)

@@ -10,9 +10,9 @@ import pytest
 from golden import Golden
 
 from nrp_core.findings import Findings
+from nrp_core.scene.model import Scene
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
-from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.sdf import read_scene
 
 BODY = (
     '<link name="{0}"><pose>{1} 0 0 0 0 0</pose><inertial><pose>0.25 0 0 0 0 0</pose><mass>{2}</mass>'

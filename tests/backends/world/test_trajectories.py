@@ -9,12 +9,12 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.base import Duration, Time
-from nrp_core.world.messages.std_msgs import Float64, Header
-from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.devices import JointController, Pid, TrajectoryController
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model
+from nrp_core.messages.base import Duration, Time
+from nrp_core.messages.std_msgs import Float64, Header
+from nrp_core.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from nrp_core.scene.devices import JointController, Pid, TrajectoryController
+from nrp_core.scene.model import Inertial, Joint, Link, Model
+from nrp_core.scene.rigid import Pose
 
 NAMES = ("turn", "lift")
 COMMAND, STATE = "/arm/arm_controller/command", "/arm/arm_controller/state"

@@ -10,8 +10,8 @@ from golden import Golden
 from jointed import axis, joint, link, push, read, told, weightless
 
 from nrp_core.errors import SceneError
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.scene.sdf import read_model
+from nrp_core.messages.base import Duration
+from nrp_core.scene.sdf import read_model
 
 MASS, LEVER = 2.0, 0.3
 

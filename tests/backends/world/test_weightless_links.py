@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from nrp_core.world.messages.geometry_msgs import Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model
+from nrp_core.messages.geometry_msgs import Vector3
+from nrp_core.scene.model import Inertial, Joint, Link, Model
+from nrp_core.scene.rigid import Pose
 
 GRAVITY = 9.8
 INERTIA = (0.1, 0.1, 0.1, 0.0, 0.0, 0.0)

@@ -11,9 +11,9 @@ from nrp_brain_event import EventBackend
 from nrp_world_mujoco import MujocoBackend
 from nrp_world_mujoco.engine import MujocoEngine
 
-from nrp_core.world.rigid import BodyVelocity, Pose
-from nrp_core.world.scene.devices import Noise
-from nrp_core.world.scene.model import Scene
+from nrp_core.scene.devices import Noise
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import BodyVelocity, Pose
 from nrp_core.world.sensors.navigation import Imu
 from nrp_core.world.sensors.sensor import with_imperfection
 

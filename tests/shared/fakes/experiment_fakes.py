@@ -8,15 +8,15 @@ from pydantic import Field
 
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds
+from nrp_core.network.data import Network
 from nrp_core.quantities import DurationNs
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import BodyVelocity, ModelMotion, Pose
 from nrp_core.world.backend import WorldBackend, WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
-from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose
-from nrp_core.world.scene.model import Scene
 
 
 class CountingBrain(Brain):

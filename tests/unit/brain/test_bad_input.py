@@ -11,9 +11,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError, NrpError
+from nrp_core.network.cells import CELLS
 
 CELL = "a = sim.Population(2, sim.IF_cond_exp(), label='a'); "
 CURRENT = "a = sim.Population(2, sim.IF_curr_exp(), label='a'); "

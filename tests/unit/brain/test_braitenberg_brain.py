@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.data import Network
+from nrp_core.network.data import Network
 
 SCRIPT = Path(next(iter(experiment.__path__))) / "brain.py"
 

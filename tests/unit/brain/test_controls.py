@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from nrp_conformance.brain import kit
 from nrp_conformance.brain.kit import SAMPLES
 
-from nrp_core.brain.network.controls import CONTROLS
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.interventions import Intervention
-from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.errors import NetworkError, NeuronSelectionError
+from nrp_core.network.controls import CONTROLS
+from nrp_core.network.data import Network, Projection
+from nrp_core.network.interventions import Intervention
+from nrp_core.network.rewiring import Neuromodulation
 from nrp_core.seeds import Seeds
 
 REWIRE, SIGNS, WEIGHTS = CONTROLS

@@ -15,13 +15,13 @@ from pyNN.random import NumpyRNG, RandomDistribution
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.drawing import Drawn, sorted_by
-from nrp_core.brain.network.indices import stored_form
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.rng import random_pairs
 from nrp_core.checks.network_units import unlikely_units
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Network
+from nrp_core.network.drawing import Drawn, sorted_by
+from nrp_core.network.indices import stored_form
 from nrp_core.seeds import Seeds
 
 DELAYS = 1.5, 0.75, 0.1, inf
@@ -63,7 +63,7 @@ def test_values_replaced_after_the_last_column_would_be_others() -> None:
 
 
 def built(fewest: int, monkeypatch: pytest.MonkeyPatch) -> Network:
-    monkeypatch.setattr("nrp_core.brain.network.drawing.FEWEST", fewest)
+    monkeypatch.setattr("nrp_core.network.drawing.FEWEST", fewest)
     sim = builder(seed=1)
     sim.setup(timestep=0.1)
     pre, post = (
@@ -122,7 +122,7 @@ def test_many_synapses_are_paired_and_sorted_as_few_are(monkeypatch: pytest.Monk
 
     few, after = made()
     monkeypatch.setattr("nrp_core.brain.pynn.rng._FEW", 0)
-    monkeypatch.setattr("nrp_core.brain.network.drawing._FEW", 0)
+    monkeypatch.setattr("nrp_core.network.drawing._FEW", 0)
     many, after_many = made()
     for one, other in zip(few, many, strict=True):
         np.testing.assert_array_equal(one, other)

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from nrp_core import read_network, save_network
 from nrp_core.brain import builder
-from nrp_core.brain.network.equations.linear import coefficients_of, linear_part
 from nrp_core.errors import NetworkError
+from nrp_core.network.equations.linear import coefficients_of, linear_part
 from nrp_core.units import NONE, as_unit, quantity, times, unit_of, units
 
 MEMBRANE = """

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.brain.devices.membrane import LeakyMembrane
-from nrp_core.brain.network.filters import MembraneKernel, driven
+from nrp_core.network.filters import MembraneKernel, driven
 
 taus = st.floats(0.05, 200.0)
 trains = st.lists(st.tuples(st.floats(0.0, 50.0), st.floats(-2.0, 2.0)), max_size=14)

@@ -5,8 +5,8 @@ from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network.grid import Grid
 from nrp_core.errors import TimestepError
+from nrp_core.network.grid import Grid
 
 STEPS_NS = st.sampled_from([1_000, 100_000, 300_000, 1_000_000])
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network import indices
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.indices import Indices
+from nrp_core.network import indices
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.indices import Indices
 
 SIZES = st.lists(st.integers(0, 9), min_size=1, max_size=30)
 

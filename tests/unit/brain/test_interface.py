@@ -10,10 +10,10 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import CapabilityError, DivergedError, NeuronSelectionError, SnapshotError
+from nrp_core.network.data import Network, Population, Projection
 
 ABILITIES = BrainCapabilities(
     cells=frozenset({"Echo"}), synapses=frozenset({"static"}), state_variables=frozenset({"v"}), snapshot=True

@@ -8,14 +8,14 @@ from golden import Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network.limits import (
+from nrp_core.errors import NetworkError
+from nrp_core.network.limits import (
     OF_CELLS,
     OF_SYNAPSES,
     check_spike_times,
     check_synapses,
     check_values,
 )
-from nrp_core.errors import NetworkError
 
 
 def ends(synapse: int) -> tuple[int, int]:

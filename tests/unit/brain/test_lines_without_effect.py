@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.picking import with_views
+from nrp_core.network.picking import with_views
 
 IN_VAIN = {
     "sim.Projection(a, a, sim.AllToAllConnector(), rule, source='axon', label='p')":

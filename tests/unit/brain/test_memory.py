@@ -8,11 +8,11 @@ import pytest
 from golden import Golden
 from pyNN.connectors import IndexBasedExpression
 
-from nrp_core.brain.network import memory
-from nrp_core.brain.network.memory import free_bytes, require_memory
 from nrp_core.brain.pynn import builder, connectivity_estimate
 from nrp_core.brain.pynn.connectivity_estimate import expected_synapses
 from nrp_core.errors import NetworkError
+from nrp_core.network import memory
+from nrp_core.network.memory import free_bytes, require_memory
 
 MIB = 1 << 20
 

@@ -7,9 +7,9 @@ from golden import Golden
 from pyNN.parameters import Sequence
 from pyNN.standardmodels import cells, synapses
 
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.parameters import FRACTION, POSITIVE, Parameter, limits_of
-from nrp_core.brain.network.synapses import EVERY_SYNAPSE, LAWS
+from nrp_core.network.cells import CELLS
+from nrp_core.network.parameters import FRACTION, POSITIVE, Parameter, limits_of
+from nrp_core.network.synapses import EVERY_SYNAPSE, LAWS
 
 
 @pytest.mark.parametrize("name", [name for name in CELLS if hasattr(cells, name)])

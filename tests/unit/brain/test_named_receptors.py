@@ -8,9 +8,9 @@ from golden import Golden
 
 from nrp_core.brain import builder
 from nrp_core.brain.files import read_network, save_network
-from nrp_core.brain.network.controls import with_shuffled_signs
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
+from nrp_core.network.controls import with_shuffled_signs
+from nrp_core.network.data import Network
 from nrp_core.recording.folder.recording_folder import projection_data
 from nrp_core.seeds import Seeds
 

@@ -11,10 +11,10 @@ from nrp_brain_event import EventBackend
 from nrp_formats import save_nir
 
 from nrp_core.brain.files.network_file import read_network, save_network
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import ArgumentError, NetworkError, NeuronSelectionError
+from nrp_core.network.cells import CELLS
+from nrp_core.network.data import Network, Population, Projection
 
 
 def population(label: str, size: int, cell_type: str = "IF_curr_exp", **values: float) -> Population:

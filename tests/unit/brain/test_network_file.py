@@ -19,10 +19,10 @@ from hypothesis import strategies as st
 
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.currents import InjectedCurrent
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import NetworkError, NeuronSelectionError
+from nrp_core.network.currents import InjectedCurrent
+from nrp_core.network.data import Network, Population
 
 
 def everything(sim: ModuleType, seed: int = 1) -> Network:

@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyNN.core import IndexBasedExpression
 
-from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.rng import random_pairs
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Network
 
 Make = Callable[[ModuleType, Any], Any]
 

@@ -8,9 +8,9 @@ import pytest
 from golden import Golden
 from pyNN import standardmodels
 
-from nrp_core.brain.network.cells import CELLS
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.cells import CELLS
 
 
 @pytest.fixture

@@ -13,10 +13,10 @@ from pyNN import errors
 from pyNN.parameters import Sequence
 from quantities import Hz, V, ms, nS, s, uV
 
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.cells import CELLS
+from nrp_core.network.data import Network
 
 
 @pytest.fixture

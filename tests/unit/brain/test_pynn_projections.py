@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from pyNN import errors
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Projection
+from nrp_core.network.rewiring import Neuromodulation
 
 
 @pytest.fixture

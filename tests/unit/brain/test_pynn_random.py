@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn import builder
+from nrp_core.network.data import Network
 
 
 def random_network(sim: ModuleType, rng: Any = None, more: bool = False) -> Network:

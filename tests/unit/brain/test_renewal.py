@@ -10,9 +10,9 @@ import pytest
 from golden import Golden
 
 from nrp_core.brain.devices.source_cells import RenewalTrains
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Network, Population
 from nrp_core.pynn import new_simulator
 from nrp_core.seeds import Seeds
 

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.picking import Selection
 from nrp_core.errors import CapabilityError, ExperimentError, NetworkError, NeuronSelectionError, NrpError
+from nrp_core.network.data import Network
+from nrp_core.network.picking import Selection
 
 HEAD = "import pyNN.nest as sim\nsim.setup(timestep=0.1)\n"
 CIRCUIT = HEAD + "circuit = sim.Population(8, sim.IF_cond_alpha(), label='cells')\n"

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network.grid import same_order
+from nrp_core.network.grid import same_order
 
 SYNAPSE = st.tuples(st.integers(0, 2), st.integers(0, 2), st.integers(1, 2), st.floats(0, 1))
 

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.brain.devices.source_cells import TrainQueue
-from nrp_core.brain.network.grid import Grid
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.grid import Grid
 
 SPIKES = st.lists(st.tuples(st.integers(0, 4), st.integers(1, 40), st.floats(-1, 1)), max_size=20)
 

@@ -15,9 +15,9 @@ from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.loading import load_transfer_functions
 from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import SimulationError, TransferFunctionRaisedError
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.model import Model
 from nrp_core.world.part import Part
-from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
 
 PERIOD = 20 * NS_PER_MS

@@ -11,7 +11,7 @@ from nrp_core.cle import ClosedLoop, LoopPath
 from nrp_core.cle.latency import paths
 from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.testing import MockBrain, MockWorld
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.std_msgs import Float64
 
 PERIOD = 20 * NS_PER_MS
 

@@ -14,7 +14,7 @@ from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import LifecycleError, TimestepError, TopicError
-from nrp_core.world.messages.std_msgs import Float64, String
+from nrp_core.messages.std_msgs import Float64, String
 
 PERIOD = 20 * NS_PER_MS
 

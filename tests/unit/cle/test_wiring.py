@@ -11,8 +11,8 @@ import nrp_core.dsl as nrp
 from nrp_core.cle.wiring import Wiring
 from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import TopicError, TransferFunctionError
-from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.messages.std_msgs import Float64, String
+from nrp_core.messages.geometry_msgs import Twist
+from nrp_core.messages.std_msgs import Float64, String
 
 
 def reads(topic: nrp.Topic | str, name: str = "reads") -> nrp.TransferFunction:

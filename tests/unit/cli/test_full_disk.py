@@ -74,7 +74,7 @@ def test_a_network_file_ends_with_its_name_and_leaves_nothing(tmp_path: Path) ->
     script = f"""
 from pathlib import Path
 from nrp_core.brain.files.network_file import save_network
-from nrp_core.brain.network.data import Network
+from nrp_core.network.data import Network
 from nrp_core.errors import NetworkError
 try:
     save_network(Network({{}}, ()), Path({str(tmp_path / "a.nrpnet")!r}))

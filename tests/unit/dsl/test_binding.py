@@ -22,8 +22,8 @@ from nrp_core.errors import (
     TopicError,
     TransferFunctionError,
 )
-from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.geometry_msgs import Twist
+from nrp_core.messages.std_msgs import Float64
 
 BODIES = Path(nrp_experiments.bodies.__path__[0])
 

@@ -15,8 +15,8 @@ import pytest
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.loading import load_transfer_functions
 from nrp_core.dsl.testing import MockBrain, MockWorld, Rig
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.sensor_msgs import Image
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.sensor_msgs import Image
 
 FOLDER = Path(experiment.__file__).parent
 

@@ -85,7 +85,7 @@ def test_messages_are_found_however_they_are_imported_and_are_ours(load: Load, i
     before = set(sys.modules)
     (function,) = load(f"{imports}\n@nrp.Neuron2Robot(Topic('/cmd', T))\ndef f(t): pass")
     assert function.topic is not None
-    assert function.topic.topic_type.__module__ == "nrp_core.world.messages.geometry_msgs"
+    assert function.topic.topic_type.__module__ == "nrp_core.messages.geometry_msgs"
     assert not {name for name in set(sys.modules) - before if name.startswith("geometry_msgs")}
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from golden import Golden
 
-from nrp_core.brain.network.motoneurons import MotoneuronPool
 from nrp_core.dsl import map_afferents, map_motoneurons
 from nrp_core.dsl.afferents import Spindle, TendonOrgan
 from nrp_core.dsl.functions import collecting
 from nrp_core.errors import TransferFunctionError
+from nrp_core.network.motoneurons import MotoneuronPool
 
 
 @pytest.mark.parametrize(

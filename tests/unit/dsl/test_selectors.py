@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.dsl.selection import (
     BrainRoot,
     Selection,
@@ -23,6 +22,7 @@ from nrp_core.dsl.selection import (
     select_projection,
 )
 from nrp_core.errors import NetworkError, NeuronSelectionError
+from nrp_core.network.data import Network, Population, Projection
 
 SIZE = 8
 FIRST = 3

@@ -19,7 +19,7 @@ from nrp_core.dsl.tf_lib import (
     get_color_values,
     rgb_array,
 )
-from nrp_core.world.messages.sensor_msgs import Image
+from nrp_core.messages.sensor_msgs import Image
 
 RED = (255, 0, 0)
 

@@ -15,8 +15,8 @@ from nrp_core.dsl.messages import message_packages, message_type
 from nrp_core.dsl.parameters import PreprocessedTopic, PublishedTopic, SubscribedTopic, Topic
 from nrp_core.dsl.testing import MockBrain, MockWorld, Rig
 from nrp_core.errors import TopicError, TransferFunctionError
-from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.geometry_msgs import Twist
+from nrp_core.messages.std_msgs import Float64
 
 Load = Callable[[str], list[TransferFunction]]
 

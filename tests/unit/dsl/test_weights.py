@@ -9,10 +9,10 @@ import pytest
 from golden import Golden
 
 from nrp_core.brain import builder
-from nrp_core.brain.network.data import Network
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.testing import MockBrain, MockWorld, Rig
 from nrp_core.errors import ExperimentError, NetworkError, TransferFunctionError
+from nrp_core.network.data import Network
 
 Load = Callable[[str], list[TransferFunction]]
 

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from nrp_core.scene.model import Box, Link, Model, Scene, Visual
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Link, Model, Scene, Visual
 from nrp_core.world.world import World
 
 

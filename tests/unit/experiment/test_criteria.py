@@ -11,10 +11,10 @@ from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
 from nrp_core.experiment.events.events import Times
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
 from nrp_core.experiment.model.event_schema import Criterion, Near
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Joint, Link, Model, Scene
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.model import Joint, Link, Model, Scene
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.world import World
 
 MS = 1_000_000

@@ -10,8 +10,8 @@ from nrp_core.errors import SceneError, TopicError
 from nrp_core.experiment.events.events import Events, action_of, trigger
 from nrp_core.experiment.events.ground_positions import GroundPositions
 from nrp_core.experiment.model.event_schema import Event
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import Bool, Float64, Float64MultiArray, String
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import Bool, Float64, Float64MultiArray, String
 from nrp_core.world.world import World
 
 GLASS = "/wall/body/glass/color"

@@ -15,8 +15,8 @@ from nrp_core.errors import SceneError
 from nrp_core.experiment.making.maker import Maker
 from nrp_core.experiment.model.experiment import RobotSection
 from nrp_core.experiment.model.section import Place
-from nrp_core.world.scene.devices import Pid
-from nrp_core.world.scene.model import Model
+from nrp_core.scene.devices import Pid
+from nrp_core.scene.model import Model
 
 LINK = '<link name="{}"><inertial><mass value="{}"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>'
 ENDS = '<parent link="{}"/><child link="{}"/><limit lower="{}" upper="{}" effort="9" velocity="2"/>'

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.events.ground_positions import Footprint, convex_hull
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
+from nrp_core.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
+from nrp_core.scene.rigid import Pose
 
 coordinates = st.floats(-10, 10)
 points = st.tuples(coordinates, coordinates)

@@ -66,7 +66,7 @@ def test_a_suffix_that_nobody_reads_is_refused(tmp_path: Path, golden: Golden) -
 
 def test_a_package_can_bring_a_reader_of_its_own(install: Callable[..., None], tmp_path: Path) -> None:
     source = (
-        "from nrp_core.brain.network.data import Network\n"
+        "from nrp_core.network.data import Network\n"
         "def read(path, *, populations=None, seed=0):\n"
         "    return Network({}, timestep_ms=float(seed))\n"
     )

@@ -8,11 +8,11 @@ import pytest
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, InvalidExperimentError
+from nrp_core.scene.devices import JointController, Noise, Pid, TrajectoryController
+from nrp_core.scene.model import Inertial, Joint, Light, Link, Model, Scene
+from nrp_core.scene.randomization import Distribution, Randomization
 from nrp_core.seeds import Seeds
 from nrp_core.world.domain_randomization import draw_scene
-from nrp_core.world.scene.devices import JointController, Noise, Pid, TrajectoryController
-from nrp_core.world.scene.model import Inertial, Joint, Light, Link, Model, Scene
-from nrp_core.world.scene.randomization import Distribution, Randomization
 from nrp_core.world.sensors.laser import Laser
 
 

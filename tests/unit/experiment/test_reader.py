@@ -9,7 +9,7 @@ from golden import Golden
 
 from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.findings import Finding, InvalidExperimentError
-from nrp_core.world.rigid import Pose
+from nrp_core.scene.rigid import Pose
 
 pytestmark = pytest.mark.usefixtures("fakes")
 

@@ -23,9 +23,9 @@ from nrp_core.errors import (
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, InvalidExperimentError
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.rigid import ModelMotion, Pose
 from nrp_core.simulation import State
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid import ModelMotion, Pose
 
 pytestmark = pytest.mark.usefixtures("fakes")
 

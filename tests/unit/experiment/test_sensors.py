@@ -9,8 +9,8 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import InvalidExperimentError
-from nrp_core.world.scene.devices import Noise
-from nrp_core.world.scene.model import Link, Model, Scene
+from nrp_core.scene.devices import Noise
+from nrp_core.scene.model import Link, Model, Scene
 from nrp_core.world.sensors.laser import Laser
 from nrp_core.world.sensors.sensor import with_imperfection
 

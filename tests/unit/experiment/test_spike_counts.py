@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.spikes import Spikes
 from nrp_core.experiment.running.observation import SpikeCounter
+from nrp_core.network.data import Network, Population
 
 
 def test_a_population_with_a_name_is_not_reported_again_by_its_automatic_one() -> None:

@@ -8,10 +8,10 @@ import pytest
 
 from nrp_core.errors import TopicError
 from nrp_core.experiment.events.events import to_message
-from nrp_core.world.messages.gazebo_msgs import ModelState
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3
-from nrp_core.world.messages.sensor_msgs import JointState
-from nrp_core.world.messages.std_msgs import Bool, ColorRGBA, Float64, Int32, String
+from nrp_core.messages.gazebo_msgs import ModelState
+from nrp_core.messages.geometry_msgs import Point, Pose, Twist, Vector3
+from nrp_core.messages.sensor_msgs import JointState
+from nrp_core.messages.std_msgs import Bool, ColorRGBA, Float64, Int32, String
 from nrp_core.world.topics import Direction, TopicInfo
 
 

@@ -10,12 +10,12 @@ import pytest
 
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
 from nrp_core.dsl.testing import MockBrain
+from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.recording.layout import Images
 from nrp_core.recording.writing.recorder import McapRecorder
+from nrp_core.scene.model import Box, Cylinder, Link, Model, Plane, Scene, Sphere, Visual
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Cylinder, Link, Model, Plane, Scene, Sphere, Visual
 from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.world import World
 

@@ -231,8 +231,8 @@ def test_messages_that_do_not_match_their_hash_are_found_without_a_digest(killed
 
 
 def _rewrite(source: Path, target: Path, forge: Callable[[str, int, bytes], bytes | None]) -> None:
+    from nrp_core.messages.cdr import Codec
     from nrp_core.recording.writing.writer import McapFile
-    from nrp_core.world.messages.cdr import Codec
 
     recording, numbers = Recording(source), dict[str, int]()
     file = McapFile(target, Codec({}))

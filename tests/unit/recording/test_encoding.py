@@ -8,17 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
+from nrp_core.messages import nrp_msgs
+from nrp_core.messages.base import Time
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.gazebo_msgs import ModelStates
+from nrp_core.messages.geometry_msgs import Pose as PoseMessage
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import Bool, ColorRGBA, Float64, Header, Int32
 from nrp_core.recording.images import as_it_was, pixels_of
 from nrp_core.recording.writing import encoding
-from nrp_core.world.messages import nrp_msgs
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import Bool, ColorRGBA, Float64, Header, Int32
-from nrp_core.world.rigid import ModelMotion, Pose
+from nrp_core.scene.rigid import ModelMotion, Pose
 
 CODEC = Codec()
 ROS = get_typestore(Stores.ROS2_JAZZY)

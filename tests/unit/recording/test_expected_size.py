@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nrp_core
-from nrp_core.brain.network.data import Population
+from nrp_core.network.data import Population
 from nrp_core.recording.folder.expected_size import LARGE_BYTES, expected_spikes, size_note
 
 NOISE = """\

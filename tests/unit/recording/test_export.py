@@ -10,11 +10,11 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.recording.export import Format, export
 from nrp_core.recording.layout import RUN_NAME
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import seal
-from nrp_core.world.messages.std_msgs import ColorRGBA
 
 STEPS = 10
 

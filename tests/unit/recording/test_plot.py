@@ -16,6 +16,9 @@ from matplotlib.figure import Figure
 
 from nrp_core.dsl.testing import MockWorld
 from nrp_core.errors import ExperimentError
+from nrp_core.messages.foxglove_msgs import SceneUpdate
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.recording.figures import check_target, plot
 from nrp_core.recording.figures.film import camera_images, image_times
 from nrp_core.recording.figures.page import draw_page
@@ -38,11 +41,8 @@ from nrp_core.recording.sealing import seal
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
 from nrp_core.recording.writing.writer import McapFile
-from nrp_core.world.messages.foxglove_msgs import SceneUpdate
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Link, Model, Scene, Visual
+from nrp_core.scene.model import Box, Capsule, Cylinder, Link, Model, Scene, Visual
+from nrp_core.scene.rigid import Pose
 
 GLASS = "/wall/body/glass/color"
 RED, BLUE = ColorRGBA(1.0), ColorRGBA(b=1.0)

@@ -15,14 +15,14 @@ from golden import Golden
 
 from nrp_core.errors import SimulationError
 from nrp_core.findings import Code
+from nrp_core.messages.geometry_msgs import Twist
+from nrp_core.messages.sensor_msgs import CompressedImage, Image
+from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, SCENE, TRANSFORMS, Images, Role, device_topic, spikes_topic
 from nrp_core.recording.reading.recording import Recorded
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.writing.writer import FLUSH_S, McapFile
-from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
-from nrp_core.world.messages.std_msgs import ColorRGBA
 
 GLASS = "/wall/body/glass/color"
 
@@ -275,7 +275,7 @@ def test_a_kill_in_the_middle_of_writing_leaves_what_was_flushed(tmp_path: Path)
         import os, signal, sys
         from pathlib import Path
         from nrp_core.recording.writing.writer import FLUSH_S, McapFile
-        from nrp_core.world.messages.geometry_msgs import Twist
+        from nrp_core.messages.geometry_msgs import Twist
         file = McapFile(Path(sys.argv[1]))
         file.announce("/a", file.codec.name(Twist), {})
         for k in range(1000):

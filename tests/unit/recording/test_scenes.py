@@ -19,9 +19,9 @@ from nrp_core.recording.recording import Recording
 from nrp_core.recording.writing.frames import SceneFrames, to_poses
 from nrp_core.recording.writing.recorder import McapRecorder
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
+from nrp_core.scene.model import Capsule, Inertial, Joint, Link, Mesh, Model, Scene, Visual
+from nrp_core.scene.rigid import Pose, matrix_of
 from nrp_core.world.model_states import transform_pose
-from nrp_core.world.rigid import Pose, matrix_of
-from nrp_core.world.scene.model import Capsule, Inertial, Joint, Link, Mesh, Model, Scene, Visual
 from nrp_core.world.sensors.laser import Laser
 
 WORLDS = ("mujoco", "pybullet")

@@ -11,14 +11,14 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.messages.geometry_msgs import WrenchStamped
+from nrp_core.messages.nav_msgs import Odometry
+from nrp_core.messages.sensor_msgs import Imu, JointState, PointCloud2, PointField
+from nrp_core.messages.std_msgs import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, spikes_topic
 from nrp_core.recording.reading.tables import number_values, numbers_in, values_in
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.sealing import seal
-from nrp_core.world.messages.geometry_msgs import WrenchStamped
-from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.sensor_msgs import Imu, JointState, PointCloud2, PointField
-from nrp_core.world.messages.std_msgs import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
 STEPS = 10
 RUN = {

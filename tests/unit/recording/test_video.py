@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import ExperimentError
+from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.recording.figures.room import Bounds
 from nrp_core.recording.figures.story import Story, Track
 from nrp_core.recording.folder.recording_folder import lights_data
@@ -35,9 +36,8 @@ from nrp_core.recording.video.views import (
     recorded_lights,
 )
 from nrp_core.recording.writing.recorder import McapRecorder
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Light, Link, Model, Scene, Texture, Visual
+from nrp_core.scene.model import Box, Light, Link, Model, Scene, Texture, Visual
+from nrp_core.scene.rigid import Pose
 
 NOTHING = np.empty((0, 2, 3))
 coordinates = st.floats(-10.0, 10.0)

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nrp_core.scene.model import Box, Joint, Light, Link, Model, Rgba, Scene, Sphere, Visual
+from nrp_core.scene.rigid import BodyVelocity, JointStates, ModelMotion, Pose
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.engine import Engine
-from nrp_core.world.rigid import BodyVelocity, JointStates, ModelMotion, Pose
-from nrp_core.world.scene.model import Box, Joint, Light, Link, Model, Rgba, Scene, Sphere, Visual
 from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.world import World
 

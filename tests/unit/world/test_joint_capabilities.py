@@ -9,9 +9,9 @@ import pytest
 from golden import Golden
 
 from nrp_core.errors import CapabilityError, SceneError
+from nrp_core.scene.devices import JointController
+from nrp_core.scene.model import Joint, Link, Mimic, Model, Scene
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.scene.devices import JointController
-from nrp_core.world.scene.model import Joint, Link, Mimic, Model, Scene
 
 TURNS = Joint("first", "continuous", "base", "one")
 BALL = Joint("second", "ball", "base", "two")

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.messages import Time, message, type_name, type_of
-from nrp_core.world.messages.base import invalid_field
-from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.messages.gazebo_srvs import GetModelStateRequest, SetModelConfigurationRequest
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import Bool, ColorRGBA, Float64, Header, Int32, String
+from nrp_core.messages import Time, message, type_name, type_of
+from nrp_core.messages.base import invalid_field
+from nrp_core.messages.gazebo_msgs import ModelStates
+from nrp_core.messages.gazebo_srvs import GetModelStateRequest, SetModelConfigurationRequest
+from nrp_core.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import Bool, ColorRGBA, Float64, Header, Int32, String
 
 
 def test_messages_are_made_without_arguments_by_position_and_by_name() -> None:

@@ -12,10 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.errors import TopicError
+from nrp_core.messages.gazebo_msgs import WheelSpeeds
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.simulation import State
-from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA
 
 MS = 1_000_000
 FORWARD = Twist(Vector3(x=1.0))

@@ -6,14 +6,14 @@ from golden import Golden
 
 from nrp_core.dsl.testing import MockWorld
 from nrp_core.errors import BackendLoadError, TopicError
+from nrp_core.messages.gazebo_srvs import GetWorldPropertiesResponse
+from nrp_core.messages.std_srvs import SetBoolRequest, SetBoolResponse
 from nrp_core.world import Scene
-from nrp_core.world.messages.gazebo_srvs import GetWorldPropertiesResponse
-from nrp_core.world.messages.std_srvs import SetBoolRequest, SetBoolResponse
 from nrp_core.world.services.part import SERVICES
 
 COUNTING = """
 from nrp_core.world import Service
-from nrp_core.world.messages.gazebo_srvs import GetWorldPropertiesRequest, GetWorldPropertiesResponse
+from nrp_core.messages.gazebo_srvs import GetWorldPropertiesRequest, GetWorldPropertiesResponse
 
 
 def services(live):
@@ -58,7 +58,7 @@ def test_a_provider_that_does_not_import_is_named(install: Install, golden: Gold
 SWITCHING = """
 from nrp_core.errors import SceneError
 from nrp_core.world import Service
-from nrp_core.world.messages.std_srvs import SetBoolRequest, SetBoolResponse
+from nrp_core.messages.std_srvs import SetBoolRequest, SetBoolResponse
 
 
 def services(live):

@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.base import resolve_name
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import Float64
 from nrp_core.world.topics import (
     Direction,
     Publication,
@@ -20,7 +21,6 @@ from nrp_core.world.topics import (
     Subscription,
     TopicInfo,
     check_message,
-    resolve_name,
 )
 
 COMMAND = TopicInfo("/husky/cmd_vel", Twist, Direction.IN)

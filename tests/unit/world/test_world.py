@@ -21,9 +21,9 @@ from nrp_core.errors import (
     TopicError,
 )
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import ColorRGBA, Float64
 from nrp_core.simulation import State
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA, Float64
 from nrp_core.world.topics import Direction
 from nrp_core.world.world import World
 

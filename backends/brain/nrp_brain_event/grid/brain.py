@@ -52,14 +52,14 @@ from nrp_core._support.jit import jit
 from nrp_core.brain.changes import DOPAMINE, ParameterChange
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.drawing import extremes
-from nrp_core.brain.network.grid import Grid as TimeGrid
-from nrp_core.brain.network.indices import stored_form
-from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError
 from nrp_core.findings import Code
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.drawing import extremes
+from nrp_core.network.grid import Grid as TimeGrid
+from nrp_core.network.indices import stored_form
+from nrp_core.network.limits import distinct
 
 
 def unfolded(grid: Grid) -> Grid:

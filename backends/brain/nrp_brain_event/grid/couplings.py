@@ -39,11 +39,11 @@ from nrp_brain_event.records import HODGKIN_HUXLEY, IZHIKEVICH, Array, constant
 from nrp_brain_event.runge_kutta import PER_NA
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import inlined
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.synapses import ELECTRICAL, GRADED
-from nrp_core.brain.network.synapses import RECTIFIED as RECTIFIED_LAW
-from nrp_core.brain.network.voltages import VOLTAGE
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.equations.cell import CellEquations
+from nrp_core.network.synapses import ELECTRICAL, GRADED
+from nrp_core.network.synapses import RECTIFIED as RECTIFIED_LAW
+from nrp_core.network.voltages import VOLTAGE
 
 _NO_CHANGE: Final[Mapping[str, FloatArray]] = MappingProxyType({})
 _MV: Final = 1e-3

@@ -15,8 +15,8 @@ from nrp_brain_event.grid.sorting import sorting
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import inlined, jit
-from nrp_core.brain.network.grid import ROUNDING
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.grid import ROUNDING
 
 _ROOM = 256
 
@@ -97,7 +97,7 @@ def arrange(clock: GridClock, sources: Array, arrivals: Array) -> None:
 
 @inlined
 def _first_at(clock: GridClock, time: float) -> int:
-    """Return the first step that ends at or after a time, as :class:`~nrp_core.brain.network.grid.Grid`."""
+    """Return the first step that ends at or after a time, as :class:`~nrp_core.network.grid.Grid`."""
     return ceil(time * (NS_PER_MS / clock.step_ns) - ROUNDING)
 
 

@@ -21,7 +21,7 @@ from nrp_brain_event.options import combinations
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import aligned_copy
 from nrp_core._support.jit import inlined
-from nrp_core.brain.network.data import Network
+from nrp_core.network.data import Network
 
 _S_PER_MS: Final = 1e-3
 _LOOKS: Final = 3

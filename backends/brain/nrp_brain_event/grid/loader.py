@@ -27,9 +27,9 @@ from nrp_brain_event.records import ALPHA, START, Array, CellParameters, Event, 
 from nrp_core._support.arrays import FloatArray, IntArray, aligned_copy
 from nrp_core._support.jit import jit
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.grid import Grid as TimeGrid
-from nrp_core.brain.network.limits import distinct
+from nrp_core.network.data import Network, Projection
+from nrp_core.network.grid import Grid as TimeGrid
+from nrp_core.network.limits import distinct
 
 
 def change_cells(

@@ -24,11 +24,11 @@ from nrp_brain_event.random_numbers import GOLDEN, mixed
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import inlined, jit
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.drawing import extremes
-from nrp_core.brain.network.grid import Grid as TimeGrid
-from nrp_core.brain.network.indices import stored_form
-from nrp_core.brain.network.synapses import STATIC
+from nrp_core.network.data import Network, Projection
+from nrp_core.network.drawing import extremes
+from nrp_core.network.grid import Grid as TimeGrid
+from nrp_core.network.indices import stored_form
+from nrp_core.network.synapses import STATIC
 
 _BITS: Final = 12
 N_GUIDE: Final = 1 << _BITS

@@ -22,8 +22,8 @@ from nrp_brain_event.runge_kutta import state_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core.brain.devices.sinks import Trace
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.grid import Grid as TimeGrid
+from nrp_core.network.data import Network
+from nrp_core.network.grid import Grid as TimeGrid
 
 _LAST_OF_CURVED: Final = constant(2)
 """Index in ``READABLE`` of the last state variable of curved neurons; those of synapses follow."""

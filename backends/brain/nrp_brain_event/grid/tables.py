@@ -41,12 +41,12 @@ from nrp_brain_event.records import CONDUCTANCE as CONDUCTANCE_MEMBRANE
 from nrp_brain_event.records import EQUATIONS as OWN_EQUATIONS
 from nrp_brain_event.records import JUMP as JUMP_SYNAPSE
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.drawing import extremes
-from nrp_core.brain.network.filters import driven
-from nrp_core.brain.network.grid import Grid as TimeGrid
-from nrp_core.brain.network.indices import stored_form
-from nrp_core.brain.network.limits import distinct
+from nrp_core.network.data import Network, Projection
+from nrp_core.network.drawing import extremes
+from nrp_core.network.filters import driven
+from nrp_core.network.grid import Grid as TimeGrid
+from nrp_core.network.indices import stored_form
+from nrp_core.network.limits import distinct
 
 _DECIDING: Final = (
     "membrane", "synapse", "v_rest", "v_reset", "v_thresh", "tau_m", "cm", "tau_refrac", "tau_syn",

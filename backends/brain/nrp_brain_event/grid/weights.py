@@ -16,10 +16,10 @@ from nrp_brain_event.grid.records import Grid
 from nrp_brain_event.grid.tables import common, load_tables
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.drawing import extremes
-from nrp_core.brain.network.grid import Grid as TimeGrid
-from nrp_core.brain.network.indices import stored_form
+from nrp_core.network.data import Network, Projection
+from nrp_core.network.drawing import extremes
+from nrp_core.network.grid import Grid as TimeGrid
+from nrp_core.network.indices import stored_form
 
 _MOST_NUMBERS: Final = 1 << 24
 """The integers below it are exact in single precision."""

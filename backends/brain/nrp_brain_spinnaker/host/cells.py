@@ -37,8 +37,8 @@ from nrp_brain_spinnaker.machine.neuron_kernels import FINE_BITS, LIFT_BITS, OPE
 from nrp_brain_spinnaker.models import CONDUCTANCE_SCALE, GSYN, ISYN, CellModel, Semantics, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions, hinted_substeps
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.data import Network, Population
 
 
 def synapse_constants(kind: int, step: int, tau: int) -> tuple[int, int, int]:

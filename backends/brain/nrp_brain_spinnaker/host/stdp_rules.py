@@ -18,10 +18,10 @@ from nrp_brain_spinnaker.machine.fixed_point import exact_exp, to_accum
 from nrp_brain_spinnaker.machine.stdp_rows import HISTORY, RULE_COLUMNS, TRACE_ONE, StdpRows
 from nrp_brain_spinnaker.models import Semantics
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.rewiring import Neuromodulation
 from nrp_core.clock import MS_PER_S
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Projection
+from nrp_core.network.rewiring import Neuromodulation
 
 _TIMING: Final = {
     "SpikePairRule": columns.PAIRS,

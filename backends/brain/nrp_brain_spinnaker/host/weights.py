@@ -26,9 +26,9 @@ from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.synaptic_inputs import WeightArray
 from nrp_brain_spinnaker.models import EXTENDED_SYNAPSES, CellModel
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.synapses import STDP
+from nrp_core.network.data import Projection
+from nrp_core.network.limits import distinct
+from nrp_core.network.synapses import STDP
 
 _TEXT = re.compile(r"\s*(\w+)\((.*)\)\s*\Z")
 

@@ -32,10 +32,10 @@ from nrp_brain_spinnaker.machine.synaptic_inputs import Rows, WeightArray
 from nrp_brain_spinnaker.models import CellModel, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions, hints_of
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
-from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projection
-from nrp_core.brain.network.limits import check_synapses, distinct
 from nrp_core.errors import NetworkError
 from nrp_core.findings import Code, Findings
+from nrp_core.network.data import RECEPTORS, Network, Population, Projection
+from nrp_core.network.limits import check_synapses, distinct
 
 RING_BITS = 14
 """Bits of the index into a core's ring buffer: 16384 entries of 16 bits."""

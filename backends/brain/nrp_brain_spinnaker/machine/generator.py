@@ -22,7 +22,7 @@ from nrp_brain_spinnaker.hardware import POISSON_SOURCES_PER_CORE
 from nrp_brain_spinnaker.machine.fixed_point import FRACTION_LARGEST, ONE, exp_accum
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import Population
+from nrp_core.network.data import Population
 from nrp_core.seeds import Seeds
 
 _WORD: Final = 0xFFFFFFFF

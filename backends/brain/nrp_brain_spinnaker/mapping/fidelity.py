@@ -18,10 +18,10 @@ from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.synaptic_inputs import LARGEST_ENTRY
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import RECEPTORS, Network, Population
-from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.synapses import STDP
 from nrp_core.findings import Code, Finding, Findings
+from nrp_core.network.data import RECEPTORS, Network, Population
+from nrp_core.network.limits import distinct
+from nrp_core.network.synapses import STDP
 
 
 def spikes_per_tick(population: Population, options: SpinnakerOptions) -> float:

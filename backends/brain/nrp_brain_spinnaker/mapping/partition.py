@@ -49,8 +49,8 @@ from nrp_brain_spinnaker.host.wiring import (
     stages,
 )
 from nrp_brain_spinnaker.options import Hints, SpinnakerOptions, cells_per_core, hints_of, slices_of
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.synapses import STATIC, STDP
+from nrp_core.network.data import Network
+from nrp_core.network.synapses import STATIC, STDP
 
 _POISSON = "SpikeSourcePoisson"
 

@@ -32,7 +32,7 @@ from nrp_brain_spinnaker.mapping.partition import (
     vertices_of,
 )
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network.data import Network
+from nrp_core.network.data import Network
 
 
 @dataclass(frozen=True, slots=True)

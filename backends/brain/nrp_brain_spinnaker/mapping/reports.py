@@ -10,7 +10,7 @@ from nrp_brain_spinnaker.mapping.fidelity import Fidelity, weigh
 from nrp_brain_spinnaker.mapping.plan import MachineMap, map_network
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.capabilities import Fact, Quantity, Report, Table, Value
-from nrp_core.brain.network.data import Network
+from nrp_core.network.data import Network
 
 _KIB = 1024
 

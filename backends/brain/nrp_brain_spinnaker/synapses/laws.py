@@ -30,10 +30,10 @@ from nrp_brain_spinnaker.synapses.tsodyks_markram import (
 )
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.rewiring import Neuromodulation
-from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Network, Projection
+from nrp_core.network.rewiring import Neuromodulation
+from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 _SHIFT = 4
 """Dopamine is s4.11, like a weight with this left shift."""

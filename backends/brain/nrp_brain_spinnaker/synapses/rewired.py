@@ -19,9 +19,9 @@ from nrp_brain_spinnaker.machine.stdp_rows import StdpRows
 from nrp_brain_spinnaker.options import cells_per_core, slices_of
 from nrp_brain_spinnaker.synapses.sites import Group, Site
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.network.synapses import STDP
 from nrp_core.errors import NetworkError
+from nrp_core.network.rewiring import Rewiring
+from nrp_core.network.synapses import STDP
 
 
 class Rules:

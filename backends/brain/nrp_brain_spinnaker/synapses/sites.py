@@ -15,9 +15,9 @@ from nrp_brain_spinnaker.machine.generator import valid_state
 from nrp_brain_spinnaker.machine.rewired_rows import Rewired
 from nrp_brain_spinnaker.options import cells_per_core, slices_of
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.rewiring import Rewiring
-from nrp_core.brain.network.synapses import STATIC, STDP
 from nrp_core.errors import CapabilityError
+from nrp_core.network.rewiring import Rewiring
+from nrp_core.network.synapses import STATIC, STDP
 
 _ALIKE = ("partner", "f_rew", "initial_weight", "initial_delay_low", "initial_delay_high", "s_max")
 

@@ -18,8 +18,8 @@ from nrp_brain_spinnaker.machine.fixed_point import exp_fraction, to_accum
 from nrp_brain_spinnaker.machine.synaptic_inputs import Ring, WeightArray, add_entry
 from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.network.data import Projection
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Projection
 
 WHOLE: Final = 1 << 31
 """The fraction 1."""

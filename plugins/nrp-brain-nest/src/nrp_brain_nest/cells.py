@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 from nrp_core.brain import FloatArray, IntArray, Network, ParameterChange, Population, no_variable
-from nrp_core.brain.network.cells import settled_gates
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+from nrp_core.network.cells import settled_gates
 
 from nrp_brain_nest.cell_types import CELL_TYPES, MILLI, CellType
 

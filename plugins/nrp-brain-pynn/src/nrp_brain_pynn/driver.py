@@ -22,8 +22,8 @@ from nrp_core.brain import (
     Spikes,
     SynapticEvents,
 )
-from nrp_core.brain.network.cells import settled_gates
 from nrp_core.errors import CapabilityError
+from nrp_core.network.cells import settled_gates
 
 from nrp_brain_pynn.checks import check_change
 from nrp_brain_pynn.options import PyNNOptions

@@ -23,13 +23,13 @@ from nrp_conformance.brain import kit
 from nrp_conformance.brain.kit import SAMPLES
 from visitors import RefusedError, cockpit
 
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.rewiring import Neuromodulation
-from nrp_core.brain.network.synapses import LAWS
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import find_file, load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
+from nrp_core.network.cells import CELLS
+from nrp_core.network.rewiring import Neuromodulation
+from nrp_core.network.synapses import LAWS
 
 SOME = settings(
     max_examples=10, deadline=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)

@@ -15,7 +15,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.devices.short_term import CONSTANTS, released_share
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Projection
+from nrp_core.network.data import Network, Projection
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, SmallBackend, "brain")

@@ -10,7 +10,7 @@ from registry import Found, register
 
 from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Projection
+from nrp_core.network.data import Network, Projection
 
 FOUND_BY: Found = {}
 

@@ -8,9 +8,9 @@ from typing import Any
 from nrp_world_mujoco.backend import MujocoBackend
 from nrp_world_mujoco.engine import MujocoEngine
 
+from nrp_core.scene.model import Scene
 from nrp_core.world.backend import WorldOptions
 from nrp_core.world.engine import Engine
-from nrp_core.world.scene.model import Scene
 from nrp_core.world.sensors.camera import Camera
 
 

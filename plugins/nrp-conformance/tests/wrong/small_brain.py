@@ -13,11 +13,11 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.synapses import CONTINUOUS, STATIC
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.data import Network
+from nrp_core.network.grid import Grid
+from nrp_core.network.synapses import CONTINUOUS, STATIC
 
 STEP_NS = 100_000
 GRID = Grid(STEP_NS)

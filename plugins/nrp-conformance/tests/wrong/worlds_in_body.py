@@ -12,7 +12,8 @@ from nrp_world_mujoco.engine import MujocoEngine
 from one_bug import ChangesTheScene, Opens, with_links, with_sensors
 from registry import Found, register
 
-from nrp_core.world.rigid import (
+from nrp_core.scene.model import Capsule, Cylinder, Joint, Link, Scene
+from nrp_core.scene.rigid import (
     BodyPath,
     BodyVelocity,
     JointStates,
@@ -23,7 +24,6 @@ from nrp_core.world.rigid import (
     Wrench,
     rotation_by,
 )
-from nrp_core.world.scene.model import Capsule, Cylinder, Joint, Link, Scene
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, Opens, "world")

@@ -10,9 +10,9 @@ from nrp_world_mujoco.engine import MujocoEngine
 from one_bug import Opens
 from registry import Found, register
 
+from nrp_core.scene.rigid import BodyPath, ModelMotion, ReadFrames, ServoTarget, Touch, Wrench
 from nrp_core.world.backend import WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.rigid import BodyPath, ModelMotion, ReadFrames, ServoTarget, Touch, Wrench
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, Opens, "world")

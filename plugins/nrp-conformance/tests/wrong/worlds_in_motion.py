@@ -10,8 +10,8 @@ from nrp_world_mujoco.engine import MujocoEngine
 from one_bug import ChangesTheScene, Opens, with_links
 from registry import Found, register
 
-from nrp_core.world.rigid import BodyVelocity, JointStates, ModelMotion, Pose
-from nrp_core.world.scene.model import Scene
+from nrp_core.scene.model import Scene
+from nrp_core.scene.rigid import BodyVelocity, JointStates, ModelMotion, Pose
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, Opens, "world")
@@ -137,7 +137,7 @@ class HasALittleLessGravity(ChangesTheScene):
 )
 class MakesEverythingSolid(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
-        from nrp_core.world.scene.model import Collision
+        from nrp_core.scene.model import Collision
 
         return with_links(
             scene,
@@ -167,7 +167,7 @@ class MakesEverythingSolid(ChangesTheScene):
 )
 class MakesNothingSolid(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
-        from nrp_core.world.scene.model import Plane
+        from nrp_core.scene.model import Plane
 
         return with_links(
             scene,

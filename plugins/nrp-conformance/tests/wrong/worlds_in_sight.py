@@ -9,12 +9,12 @@ from nrp_world_mujoco.engine import MujocoEngine
 from one_bug import ChangesTheScene, Opens, with_sensors, with_visuals
 from registry import Found, register
 
+from nrp_core.scene.model import Rgba, Scene
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.backend import WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Rgba, Scene
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, Opens, "world")

@@ -11,10 +11,11 @@ from google.protobuf.message import Message
 
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code
+from nrp_core.messages.base import resolve_name
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.world import Actuators, JointController, Model, ModelMotion, ModelParts, Pid, Pose, World
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.topics import Subscription, resolve_name
+from nrp_core.world.topics import Subscription
 from nrp_ebrains.datapacks import DataPack, JsonData, plain
 from nrp_ebrains.loop import Engine
 from nrp_ebrains.messages import message_classes

@@ -15,8 +15,8 @@ from nrp_experiments.worm.tables import main
 from nrp_formats.connectome.network import read_connectome
 from pyarrow import csv, feather, parquet
 
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
+from nrp_core.network.data import Network
 
 ROOT = 720575940600000000
 """An id of FlyWire is longer than a float can hold."""

@@ -13,8 +13,8 @@ from nrp_formats import load_nir, save_nir
 from nrp_formats.nir import save
 
 from nrp_core import Network
-from nrp_core.brain.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.errors import NetworkError
+from nrp_core.network.rewiring import Neuromodulation, Rewiring
 from nrp_core.pynn import new_simulator
 
 STEPS = 120

@@ -11,7 +11,7 @@ from golden import Golden
 from nrp_lab.gym import NrpEnv, NrpVectorEnv, make_env, make_vec
 
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.geometry_msgs import Twist, Vector3
 
 COPIES = 3
 AGENT: dict[str, Any] = {

@@ -14,7 +14,7 @@ from nrp_lab.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vecto
 
 from nrp_core.errors import NrpError
 from nrp_core.experiment.making.prepare import Plan
-from nrp_core.world.rigid import ModelMotion, Pose
+from nrp_core.scene.rigid import ModelMotion, Pose
 
 assert nrp_lab.gym, "importing it registers the shipped experiments"
 COPIES = 2

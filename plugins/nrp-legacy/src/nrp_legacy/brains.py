@@ -29,11 +29,11 @@ from nrp_core.brain import (
 )
 from nrp_core.brain.files.hdf5 import array, reading
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.picking import CIRCUIT, Selection, with_views
-from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.dsl import Selector
 from nrp_core.errors import ExperimentError, NetworkError, UnreadableError
 from nrp_core.findings import Code, Finding
+from nrp_core.network.picking import CIRCUIT, Selection, with_views
+from nrp_core.network.synapses import TSODYKS_MARKRAM
 from nrp_core.scripts import last_name
 from nrp_core.xml import Element
 from nrp_legacy.code import Notes, Source, compiled_file, defined, ignore_note, without_deprecation_warnings

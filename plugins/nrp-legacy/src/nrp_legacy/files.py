@@ -11,7 +11,7 @@ from functools import cached_property, partial
 from pathlib import Path, PurePosixPath
 
 from nrp_core.archives import unpack
-from nrp_core.world.scene.reading.context import main_file
+from nrp_core.scene.reading.context import main_file
 from nrp_legacy.documents import FileNamed
 
 _STAND_INS = Path(__file__).with_name("stand_ins")

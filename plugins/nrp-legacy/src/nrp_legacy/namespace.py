@@ -11,8 +11,8 @@ from typing import Any
 from nrp_core.brain import Network
 from nrp_core.dsl import file_names, file_scope
 from nrp_core.findings import Code
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion
-from nrp_core.world.messages.std_msgs import Float32, Int32, String
+from nrp_core.messages.geometry_msgs import Point, Pose, Quaternion
+from nrp_core.messages.std_msgs import Float32, Int32, String
 from nrp_legacy import python2
 from nrp_legacy.code import Notes, compiled_file
 from nrp_legacy.files import Library

@@ -14,6 +14,9 @@ from typing import Literal
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.messages.base import resolve_name
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.world import (
     Actuators,
     Joint,
@@ -26,9 +29,6 @@ from nrp_core.world import (
     PlanarMove,
 )
 from nrp_core.world.drives.drive import driven_root
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.reading.context import Element, Reading
-from nrp_core.world.topics import resolve_name
 
 Kind = Literal["position", "velocity"]
 

@@ -15,6 +15,7 @@ from typing import Any, Literal, TypeVar
 
 from nrp_core.dsl import Topic, TransferFunction, message_type
 from nrp_core.findings import Code, Finding, Findings
+from nrp_core.messages.base import type_name
 from nrp_core.world import (
     Direction,
     JointController,
@@ -25,7 +26,6 @@ from nrp_core.world import (
     TrajectoryController,
     World,
 )
-from nrp_core.world.messages.base import type_name
 from nrp_legacy.shims.modules import OpenMessage
 
 Kind = Literal["position", "velocity", "effort"]

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from nrp_core.clock import seconds
+from nrp_core.scene.merged_bodies import Body
 from nrp_core.world import Code, Findings, Geometry, Joint, Level, Mesh, Model, Pose, Scene
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, planar_drives, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.render.cameras import optics_of
-from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_gazebo.elements import Xml, link_name
 from nrp_world_gazebo.options import GazeboOptions
 from nrp_world_gazebo.own_files import NotOwnError, folders_of, own_sdf

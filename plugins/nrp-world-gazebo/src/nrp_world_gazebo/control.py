@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.scene.merged_bodies import Body, joint_inertias
 from nrp_core.world import (
     BodyPath,
     FloatArray,
@@ -21,7 +22,6 @@ from nrp_core.world import (
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, firm_joints
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
-from nrp_core.world.scene.merged_bodies import Body, joint_inertias
 from nrp_world_gazebo.build import BodyHandle, Built
 from nrp_world_gazebo.drive import STRONG
 from nrp_world_gazebo.motion import motion_of

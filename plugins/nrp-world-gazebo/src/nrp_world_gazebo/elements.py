@@ -8,6 +8,8 @@ from typing import Any, TypeAlias, cast
 
 from lxml import etree
 
+from nrp_core.scene.inertia import inertia_tensor
+from nrp_core.scene.merged_bodies import Body
 from nrp_core.world import (
     Box,
     Capsule,
@@ -22,8 +24,6 @@ from nrp_core.world import (
     Pose,
     Sphere,
 )
-from nrp_core.world.scene.inertia import inertia_tensor
-from nrp_core.world.scene.merged_bodies import Body
 
 FIXED = "nrp_fixed"
 """The name of the link that is fixed to the world."""

@@ -10,6 +10,8 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
+from nrp_core.scene.merged_bodies import Body, tree_of
+from nrp_core.scene.rigid import ReadFrames, rotation_matrix
 from nrp_core.world import (
     BodyPath,
     BodyVelocity,
@@ -24,8 +26,6 @@ from nrp_core.world import (
 from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import Cameras
-from nrp_core.world.rigid import ReadFrames, rotation_matrix
-from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_world_gazebo.build import BodyHandle, Built, Coordinate, build
 from nrp_world_gazebo.cameras import GazeboCameras
 from nrp_world_gazebo.control import Control

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from nrp_core.scene.merged_bodies import Body, tree_of
+from nrp_core.scene.rigid import rotation_by
 from nrp_core.world import FloatArray, JointStates, ModelMotion, Pose
 from nrp_core.world.engine_kit.jointed import MotionOf
-from nrp_core.world.rigid import rotation_by
-from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_world_gazebo.build import BodyHandle, Coordinate
 from nrp_world_gazebo.process import Gazebo
 from nrp_world_gazebo.wire import operation

@@ -13,9 +13,9 @@ from pathlib import Path
 from lxml import etree
 
 from nrp_core.errors import SceneError
+from nrp_core.scene.merged_bodies import Body
+from nrp_core.scene.reading.context import Resources
 from nrp_core.world import Element, Model
-from nrp_core.world.scene.merged_bodies import Body
-from nrp_core.world.scene.reading.context import Resources
 from nrp_world_gazebo.elements import Xml, element, numbers
 
 NEWEST = (1, 7)

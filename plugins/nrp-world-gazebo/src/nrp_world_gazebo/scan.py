@@ -7,10 +7,10 @@ from math import inf
 
 import numpy as np
 
+from nrp_core.scene.merged_bodies import body_of, place_in_frame
+from nrp_core.scene.rigid import rotation_matrix
 from nrp_core.world import FloatArray
 from nrp_core.world.raycast.beams import Beams, Span, directions
-from nrp_core.world.rigid import rotation_matrix
-from nrp_core.world.scene.merged_bodies import body_of, place_in_frame
 from nrp_world_gazebo.build import NOWHERE, Built
 from nrp_world_gazebo.motion import motion_of
 from nrp_world_gazebo.wire import operation

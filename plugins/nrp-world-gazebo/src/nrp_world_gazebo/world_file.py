@@ -8,8 +8,8 @@ from pathlib import Path
 from lxml import etree
 
 from nrp_core.clock import seconds
+from nrp_core.scene.merged_bodies import Body
 from nrp_core.world import Model, Scene
-from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_gazebo.elements import Xml, element, model_element, numbers, pose_element
 from nrp_world_gazebo.lights import light_element, waking_camera
 from nrp_world_gazebo.process import Run

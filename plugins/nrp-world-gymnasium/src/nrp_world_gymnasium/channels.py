@@ -11,8 +11,8 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from nrp_core.errors import CapabilityError, TopicError
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import (
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import (
     Float64,
     Float64MultiArray,
     Int32,

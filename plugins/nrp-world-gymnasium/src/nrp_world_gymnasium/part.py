@@ -11,9 +11,9 @@ import numpy as np
 
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import CapabilityError, ExperimentError, TopicError
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import Bool, Float64, Int32
 from nrp_core.world import Direction, Part, TopicInfo
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import Bool, Float64, Int32
 from nrp_world_gymnasium.channels import Channel, assembled, channels_of, image_of, value_at
 from nrp_world_gymnasium.episodes import Episodes
 from nrp_world_gymnasium.options import GymnasiumOptions

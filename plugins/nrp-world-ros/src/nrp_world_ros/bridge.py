@@ -12,8 +12,8 @@ from queue import Empty, Full, Queue
 from typing import Any
 
 from nrp_core.errors import NrpError, SceneError, TopicError
+from nrp_core.messages.base import Time
 from nrp_core.world import Closing, Code, Direction, Findings, Scene, Stamped, Subscription, TopicInfo, World
-from nrp_core.world.messages.base import Time
 
 from nrp_world_ros.frames import TF, TF_STATIC, Frames
 from nrp_world_ros.node import PATIENCE_S, Node, Publisher, ros_type

@@ -9,6 +9,11 @@ from typing import Any, Protocol
 
 from nrp_core.clock import NS_PER_MS, milliseconds, seconds
 from nrp_core.errors import CapabilityError, SimulationError
+from nrp_core.messages.cv_bridge import CvBridge, CvBridgeError
+from nrp_core.messages.gazebo_msgs import ModelStates
+from nrp_core.messages.geometry_msgs import Twist
+from nrp_core.messages.nav_msgs import Odometry
+from nrp_core.messages.sensor_msgs import Image
 from nrp_core.world import (
     BodyPath,
     BodyVelocity,
@@ -28,11 +33,6 @@ from nrp_core.world import (
     WorldCapabilities,
     Wrench,
 )
-from nrp_core.world.messages.cv_bridge import CvBridge, CvBridgeError
-from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.messages.geometry_msgs import Twist
-from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.sensor_msgs import Image
 
 from nrp_world_ros.joining import join
 from nrp_world_ros.node import DEPTH, Node

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator
 from typing import Any, TypeAlias
 
 from nrp_core.errors import CapabilityError
+from nrp_core.messages.base import Time
+from nrp_core.messages.geometry_msgs import Quaternion, Vector3
+from nrp_core.messages.std_msgs import Header
 from nrp_core.world import Link, Model, Pose, Scene, World
-from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
-from nrp_core.world.messages.std_msgs import Header
 
 from nrp_world_ros.node import Node, ros_type
 

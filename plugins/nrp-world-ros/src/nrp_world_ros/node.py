@@ -11,9 +11,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.generated import made
 from nrp_core.world import Closing
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.generated import made
 
 DEPTH = 256
 """Maximum number of waiting messages of a topic; beyond it the oldest are lost."""

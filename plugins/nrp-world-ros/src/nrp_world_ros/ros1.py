@@ -14,7 +14,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from nrp_core.errors import BackendLoadError, SimulationError, TopicError
-from nrp_core.world.messages.ros1 import Ros1Codec
+from nrp_core.messages.ros1 import Ros1Codec
 
 from nrp_world_ros.node import PATIENCE_S, Answer, Letter, Node, Publisher
 

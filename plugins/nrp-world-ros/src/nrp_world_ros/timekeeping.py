@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from nrp_core.clock import seconds
 from nrp_core.errors import SimulationError
-from nrp_core.world.messages.base import Time, message
+from nrp_core.messages.base import Time, message
 
 from nrp_world_ros.node import Letter, Node, ros_type
 from nrp_world_ros.options import RosOptions, TimeSource

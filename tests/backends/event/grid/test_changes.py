@@ -11,11 +11,11 @@ from nrp_brain_event import EventBackend
 from nrp_core.brain import builder
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
 
 Cells = Callable[..., Population]
 Open = Callable[..., Brain]

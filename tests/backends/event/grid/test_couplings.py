@@ -14,8 +14,8 @@ from scipy.integrate import solve_ivp
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain import SpikeRecorder, builder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.network.data import Network
 
 JUNCTIONS = [(0, 1, 0.02), (1, 2, 0.005)]
 CONDUCTANCES = np.array([[0.0, 0.02, 0.0], [0.02, 0.0, 0.005], [0.0, 0.005, 0.0]])

@@ -14,8 +14,8 @@ from scipy.integrate import quad, solve_ivp
 
 from nrp_core.brain import builder
 from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.equations.linear import driven, integrals
+from nrp_core.network.equations.cell import CellEquations
+from nrp_core.network.equations.linear import driven, integrals
 
 STEP_MS = 0.1
 PARAMETERS = {

@@ -19,8 +19,8 @@ from nrp_core.brain import builder
 from nrp_core.brain.devices.sinks import SpikeRecorder, StateRecorder
 from nrp_core.brain.devices.sources import DCSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError, DivergedError
+from nrp_core.network.data import Network
 from nrp_core.pynn import new_simulator
 
 REFERENCES = json.loads((Path(__file__).parent / "equations_brian2.json").read_text())

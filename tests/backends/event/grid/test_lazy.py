@@ -17,12 +17,12 @@ from pydantic import ValidationError
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.equations.model import CELL_TYPE
-from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.equations.cell import CellEquations
+from nrp_core.network.equations.model import CELL_TYPE
+from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 _UNITS = {
     "v_rest": "mV",

@@ -6,7 +6,7 @@ import numpy as np
 from nrp_brain_event.grid.equations.blocks import SAFETY, bound
 from nrp_brain_event.grid.equations.layout import TOLERANCE
 
-from nrp_core.brain.network.equations.linear import ONE
+from nrp_core.network.equations.linear import ONE
 
 SCALE, N = 1e-3, 20_000
 

@@ -9,11 +9,11 @@ from nrp_brain_event import EventBackend, EventOptions
 
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import NS_PER_MS, from_milliseconds
 from nrp_core.errors import CapabilityError, DivergedError, TimestepError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import TSODYKS_MARKRAM
 
 Cells = Callable[..., Population]
 Connect = Callable[..., Projection]

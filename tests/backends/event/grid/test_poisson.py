@@ -13,8 +13,8 @@ from nrp_brain_event.grid.poisson import N_GUIDE, _add_counts, _scatter_counts, 
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.data import Network, Population, Projection
 
 N, RATE_HZ, STEP_MS = 503, 4000.0, 0.1
 

@@ -11,9 +11,9 @@ from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.loader import build_grid
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.grid import Grid as TimeGrid
 
 Cells = Callable[..., Population]
 Connect = Callable[..., Projection]

@@ -15,10 +15,10 @@ from pydantic import ValidationError
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import DivergedError
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 KINDS = ("IF_curr_exp", "IF_curr_alpha", "IF_cond_exp", "IF_curr_delta", "Izhikevich")
 """Cells that advance before the arrivals, and after them."""

@@ -12,9 +12,9 @@ from nrp_brain_event.grid.brain import GridBrain
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.clock import from_milliseconds
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import TSODYKS_MARKRAM
 
 N = 20
 

@@ -15,7 +15,7 @@ from nrp_brain_event.cell_types import CELL_TYPES
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_conformance.brain.kit import cells, connect, network
 from nrp_conformance.brain.kit import SAMPLES
-from nrp_core.brain.network.data import Population, Projection
+from nrp_core.network.data import Population, Projection
 
 noise = Population("noise", 4, "SpikeSourcePoisson", {
     "rate": np.full(4, 800.0), "start": np.zeros(4), "duration": np.full(4, 1e9),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from golden import Golden
 
 from nrp_core.errors import SceneError
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.merged_bodies import bodies_of, body_of
-from nrp_core.world.scene.model import Inertial, Joint, Link, Model
+from nrp_core.scene.merged_bodies import bodies_of, body_of
+from nrp_core.scene.model import Inertial, Joint, Link, Model
+from nrp_core.scene.rigid import Pose
 
 HERE = Pose((1.0, 2.0, 3.0))
 

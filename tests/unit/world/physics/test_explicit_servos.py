@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrp_core.scene.merged_bodies import stiff_gains
+from nrp_core.scene.rigid import ServoTarget
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos
-from nrp_core.world.rigid import ServoTarget
-from nrp_core.world.scene.merged_bodies import stiff_gains
 
 DT = 0.002
 GAINS = st.floats(0.0, 1e6)

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrp_core.scene.merged_bodies import STIFF_TIME_CONSTANT_S as LAG
+from nrp_core.scene.model import Joint
+from nrp_core.scene.rigid import JointTargets, ServoTarget
 from nrp_core.world.engine_kit.firm_joints import BRAKING, RETURN_S, FirmJoint, FirmServos
-from nrp_core.world.rigid import JointTargets, ServoTarget
-from nrp_core.world.scene.merged_bodies import STIFF_TIME_CONSTANT_S as LAG
-from nrp_core.world.scene.model import Joint
 
 STEP_S = 0.002
 

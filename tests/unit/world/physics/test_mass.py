@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.world.rigid import Pose, rotation_matrix
-from nrp_core.world.scene.inertia import inertia_tensor, sum_inertials
-from nrp_core.world.scene.model import Inertial
+from nrp_core.scene.inertia import inertia_tensor, sum_inertials
+from nrp_core.scene.model import Inertial
+from nrp_core.scene.rigid import Pose, rotation_matrix
 
 lengths = st.floats(-3, 3)
 angles = st.floats(-pi, pi)

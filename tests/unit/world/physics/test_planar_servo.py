@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Collision, Inertial, Joint, Link, Model, Sphere
+from nrp_core.scene.rigid import BodyVelocity, ModelMotion, Pose
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.engine_kit.planar_servo import TIME_CONSTANT_S, TRACTION, servo_of, without_wheel_friction
-from nrp_core.world.rigid import BodyVelocity, ModelMotion, Pose
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Collision, Inertial, Joint, Link, Model, Sphere
 
 EARTH = (0.0, 0.0, -9.8)
 RADIUS, TRACK = 0.1, 0.4

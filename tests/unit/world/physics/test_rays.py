@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Box, Capsule, Collision, Cylinder, Link, Model, Plane, Sphere
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.raycast.collisions import CollisionSpace, signed_distance
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Link, Model, Plane, Sphere
 from nrp_core.world.sensors.laser import Laser
 
 SIZES = st.floats(0.1, 1.5)

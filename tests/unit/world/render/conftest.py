@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Link, Model, Scene, Visual
+from nrp_core.scene.rigid import Pose, matrix_of
 from nrp_core.world.render.cameras import looking, optics_of
 from nrp_core.world.render.realistic import RealisticCameras
-from nrp_core.world.rigid import Pose, matrix_of
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Link, Model, Scene, Visual
 from nrp_core.world.sensors.camera import Camera
 
 EYE = Pose.from_rpy((-2.0, 0.3, 2.5), 0.0, 0.7, 0.0)

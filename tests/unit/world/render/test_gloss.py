@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrp_core.scene.model import Finish, Light, Plane, Sphere
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.render.gloss import STEPS, Gloss, add_gloss, begin_gloss, tabulate, width_of
 from nrp_core.world.render.realistic import AMBIENT
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Finish, Light, Plane, Sphere
 
 FLOOR = Plane((80.0, 80.0))
 UP = np.array([0.0, 0.0, 1.0])

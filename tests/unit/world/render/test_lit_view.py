@@ -7,10 +7,10 @@ from math import radians, tan
 import numpy as np
 import pytest
 
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Box, Light, Link, Model, Visual
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.render.realistic import AMBIENT, LitView
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Box, Light, Link, Model, Visual
 
 GREY = (0.5, 0.5, 0.5, 1.0)
 HEIGHT_M, FOV, SIZE = 20.0, radians(40), 200

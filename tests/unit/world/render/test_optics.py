@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from nrp_core.scene.model import Box, Plane
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.render.cameras import Optics, bytes_of, drawn, flat, looking
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Plane
 from nrp_core.world.sensors.camera import Camera
 
 CAMERA = Camera("camera", "/camera", 30.0, 1.57, 320, 240, 0.1, 50.0)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from nrp_core.scene.model import Box, Inertial, Joint, Link, Model, Plane, Scene, Sphere, Visual
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.render.portrait import Moment, portrait
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Plane, Scene, Sphere, Visual
 
 RED, GREEN = (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0)
 BACKGROUND = (240, 243, 247)

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrp_core.scene.merged_bodies import bodies_of
+from nrp_core.scene.model import Box, Inertial, Link, Model, Scene, Visual
+from nrp_core.scene.rigid import Pose, matrix_of
 from nrp_core.world.render.cameras import SKY, bytes_of, looking, optics_of
 from nrp_core.world.render.raster import RasterCameras
-from nrp_core.world.rigid import Pose, matrix_of
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Box, Inertial, Link, Model, Scene, Visual
 from nrp_core.world.sensors.camera import Camera
 
 NEAR, FAR = 0.2, 9.0

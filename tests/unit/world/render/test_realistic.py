@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nrp_core.scene.model import Box, Light, Plane, Sphere
+from nrp_core.scene.rigid import Pose
 from nrp_core.world.render.cameras import SKY, bytes_of
 from nrp_core.world.render.realistic import AMBIENT
-from nrp_core.world.rigid import Pose
-from nrp_core.world.scene.model import Box, Light, Plane, Sphere
 
 EYE = (-2.0, 0.3, 2.5)  # where the camera of these images is, as long as they do not say
 FLOOR = Plane((80.0, 80.0))  # so large that it is scenery: shadow maps show what is smaller

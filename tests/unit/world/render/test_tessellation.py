@@ -7,9 +7,9 @@ from math import pi
 import numpy as np
 import pytest
 
-from nrp_core.world.scene.meshes.stl import write_stl
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.scene.meshes.stl import write_stl
+from nrp_core.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
+from nrp_core.scene.tessellation import triangles_of
 
 TETRAHEDRON = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))

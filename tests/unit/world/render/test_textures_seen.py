@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.sdf import read_scene
 from nrp_core.world.backends import worlds
-from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.render.portrait import portrait
-from nrp_core.world.scene.sdf import read_scene
 from nrp_core.world.world import World
 
 RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)

@@ -42,15 +42,15 @@ from nrp_brain_event.random_numbers import streams
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.network.data import Network, Population
-from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.equations.expressions import TIME
-from nrp_core.brain.network.equations.linear import ONE, driven, fastest, integrals, propagators
-from nrp_core.brain.network.equations.model import INPUT, Model, value_of
-from nrp_core.brain.network.voltages import VOLTAGE
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.findings.refusals import no_variable
+from nrp_core.network.data import Network, Population
+from nrp_core.network.equations.cell import CellEquations
+from nrp_core.network.equations.expressions import TIME
+from nrp_core.network.equations.linear import ONE, driven, fastest, integrals, propagators
+from nrp_core.network.equations.model import INPUT, Model, value_of
+from nrp_core.network.voltages import VOLTAGE
 from nrp_core.seeds import Seeds
 
 SAFETY: Final = 120.0
@@ -77,7 +77,7 @@ def bound(
     """Return the bound for each cell.
 
     Args:
-        size_a: sizes of :class:`~nrp_core.brain.network.equations.linear.Integrals` of a, by column.
+        size_a: sizes of :class:`~nrp_core.network.equations.linear.Integrals` of a, by column.
         size_b: those of b.
         change: the share by which coefficients change in a step.
         scale: see :func:`nrp_brain_event.grid.equations.layout.scale_of`.

@@ -23,7 +23,7 @@ from nrp_brain_event.grid.equations.layout import (
     product,
     sum_of,
 )
-from nrp_core.brain.network.equations.model import Model
+from nrp_core.network.equations.model import Model
 
 MOST_CHANGE: Final = 0.1
 """The share by which coefficients may change in a step; above it, the bound is seldom met."""

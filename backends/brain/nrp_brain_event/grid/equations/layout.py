@@ -17,8 +17,8 @@ import numpy.typing as npt
 from nrp_brain_event.equation_source import DEFINITION, PARAMETER, STATE
 from nrp_brain_event.runge_kutta import NODES
 from nrp_core._support.arrays import CACHE_LINE
-from nrp_core.brain.network.equations.linear import ONE, columns, columns_of, driven, linear_part, pattern
-from nrp_core.brain.network.equations.model import EXACT, INPUT, Model, Variable
+from nrp_core.network.equations.linear import ONE, columns, columns_of, driven, linear_part, pattern
+from nrp_core.network.equations.model import EXACT, INPUT, Model, Variable
 from nrp_core.units import AMPERE, NONE, SECOND, SIEMENS, VOLT
 
 TOLERANCE: Final = 1e-7
@@ -138,7 +138,7 @@ class Factors(NamedTuple):
     """The names of what a driven variable is advanced by.
 
     Args:
-        whole_a, moment_a: factors of :class:`~nrp_core.brain.network.equations.linear.Integrals`, by column.
+        whole_a, moment_a: factors of :class:`~nrp_core.network.equations.linear.Integrals`, by column.
         whole_b, moment_b: the same for the other coefficient.
         bound: of :class:`~nrp_brain_event.grid.equations.blocks.Bound`, by its fields and columns.
     """

@@ -35,7 +35,7 @@ from nrp_brain_event.grid.equations.settling import N_FINE, bound, powers
 from nrp_brain_event.grid.equations.source import HEAD, arrays_of, arrived, refused, tested
 from nrp_brain_event.grid.lazy_neuron import LOOK, SHOW
 from nrp_core._support.arrays import CACHE_LINE, FloatArray
-from nrp_core.brain.network.equations.model import INPUT, Model
+from nrp_core.network.equations.model import INPUT, Model
 
 ARGUMENTS: Final = (
     ("values", "*float64"), ("constants", "*float64"), ("state", "*float64"), ("drive", "*float64"),

@@ -39,8 +39,8 @@ from nrp_brain_event.grid.equations.layout import (
     sum_of,
 )
 from nrp_brain_event.runge_kutta import ERROR, NODES, STAGES, WEIGHTS
-from nrp_core.brain.network.equations.expressions import TIME, names_in
-from nrp_core.brain.network.equations.model import INPUT, Model, Variable
+from nrp_core.network.equations.expressions import TIME, names_in
+from nrp_core.network.equations.model import INPUT, Model, Variable
 
 _LEAST: Final = 1e-4
 """The least part of a bracket that a sub-step takes or leaves."""

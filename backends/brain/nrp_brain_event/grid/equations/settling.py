@@ -14,15 +14,15 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.equations.expressions import TIME
-from nrp_core.brain.network.equations.linear import (
+from nrp_core.network.equations.expressions import TIME
+from nrp_core.network.equations.linear import (
     Coefficients,
     coefficients_of,
     columns_of,
     exponentials,
     matrices,
 )
-from nrp_core.brain.network.equations.model import EXACT, INPUT, Model, value_of
+from nrp_core.network.equations.model import EXACT, INPUT, Model, value_of
 
 N_FINE: Final = 64
 """Propagators are known by 0, 1, ... steps up to this number, and by as many of its multiples."""

@@ -34,8 +34,8 @@ from nrp_brain_event.grid.equations.layout import (
 )  # fmt: skip
 from nrp_brain_event.grid.equations.runge_kutta_source import attempted, changed, tested_again
 from nrp_brain_event.grid.records import X
-from nrp_core.brain.network.equations.expressions import RANDOM, STEP
-from nrp_core.brain.network.equations.model import EXACT, Model
+from nrp_core.network.equations.expressions import RANDOM, STEP
+from nrp_core.network.equations.model import EXACT, Model
 
 ARGUMENTS: Final = (
     ("values", "*float64"), ("constants", "*float64"), ("state", "*float64"), ("drive", "*float64"),

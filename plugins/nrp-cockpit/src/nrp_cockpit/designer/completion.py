@@ -13,7 +13,7 @@ from nrp_bibi.model.functions import Bibi, BIBITransferFunction
 from nrp_cockpit.designer.surroundings import Surroundings
 from nrp_cockpit.designer.tree import at, function_of
 from nrp_core.dsl import tf_lib
-from nrp_core.world.messages.base import type_of
+from nrp_core.messages.base import type_of
 
 _MATHS = ("min", "max", "abs", "math.sqrt", "math.sin", "math.cos", "math.exp", "math.atan2")
 _RESULTS = {"nrp.tf_lib.detect_red": tf_lib.RedShares}

@@ -10,11 +10,11 @@ from typing import Any, Final
 
 from nrp_core.errors import ExperimentError, SceneError, did_you_mean
 from nrp_core.experiment.running.run import Run
-from nrp_core.world.rigid import Pose
+from nrp_core.scene.inertia import shape_inertia
+from nrp_core.scene.model import Box, Collision, Cylinder, Geometry, Link, Model, Sphere, Visual
+from nrp_core.scene.rigid import Pose
+from nrp_core.scene.sdf import read_model
 from nrp_core.world.robot_setup import RobotSetup, set_up_robot
-from nrp_core.world.scene.inertia import shape_inertia
-from nrp_core.world.scene.model import Box, Collision, Cylinder, Geometry, Link, Model, Sphere, Visual
-from nrp_core.world.scene.sdf import read_model
 
 SHAPES: Final = ("box", "sphere", "cylinder")
 _DENSITY: Final = 100.0

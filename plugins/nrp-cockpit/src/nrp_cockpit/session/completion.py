@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from nrp_core.dsl import __all__ as language
 from nrp_core.dsl import message_packages
 from nrp_core.experiment.running.run import Run
-from nrp_core.world.messages.base import type_name
+from nrp_core.messages.base import type_name
 
 
 def words_of(run: Run) -> Iterator[dict[str, str]]:

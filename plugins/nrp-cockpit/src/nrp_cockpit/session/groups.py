@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Network, Projection
+from nrp_core.network.data import Network, Projection
 from nrp_core.recording.folder.recording_folder import ranges_of, views_data
 
 FEWEST_CELLS = 17

@@ -16,8 +16,8 @@ from nrp_cockpit.wire.channels import Channel, Channels
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.model.section import tree_of
 from nrp_core.experiment.reading.reader import form_of, read_form
+from nrp_core.messages.cdr import Codec
 from nrp_core.recording.layout import device_topic
-from nrp_core.world.messages.cdr import Codec
 
 SUFFIX: Final = ".cockpit.json"
 """The suffix of a layout's file."""

@@ -9,10 +9,10 @@ import numpy as np
 
 from nrp_cockpit.session.groups import connections
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.data import Population
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
+from nrp_core.network.data import Population
 
 BINS = 24
 MOST_CELLS = 16

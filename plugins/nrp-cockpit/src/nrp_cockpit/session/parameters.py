@@ -10,9 +10,9 @@ import numpy as np
 
 from nrp_cockpit.session.constants import Number, constants_of
 from nrp_cockpit.session.live import LiveSession
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import Population
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.network.cells import CELLS
+from nrp_core.network.data import Population
 
 _MV: Final = 20.0
 """Width of half a slider of a potential, mV."""

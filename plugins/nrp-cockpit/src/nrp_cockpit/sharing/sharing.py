@@ -17,8 +17,8 @@ from nrp_cockpit.sharing.tracks import Track, fitted, read_tracks
 from nrp_cockpit.wire.hub import Hub, to_json
 from nrp_core.errors import ExperimentError
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.foxglove_msgs import SceneEntityDeletion, SceneUpdate
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.foxglove_msgs import SceneEntityDeletion, SceneUpdate
 
 MOST_BYTES = 15_000_000
 """The usual maximum size of a file: most mail servers accept it."""

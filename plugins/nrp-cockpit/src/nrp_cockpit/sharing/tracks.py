@@ -14,12 +14,12 @@ from nrp_cockpit.streaming.recorded import LATEST
 from nrp_cockpit.streaming.stored import Stored, StoredMessages
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import ExperimentError
+from nrp_core.messages.base import type_name
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.recording.images import compress, compressible, values_of
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.world.messages.base import type_name
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 
 MOST_UNPACKED_BYTES = 300_000_000
 """The maximum size of all messages in a browser."""

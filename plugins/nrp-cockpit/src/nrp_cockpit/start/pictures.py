@@ -20,8 +20,8 @@ from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.world.scene.clearance import with_clearance
-from nrp_core.world.scene.model import Scene
+from nrp_core.scene.clearance import with_clearance
+from nrp_core.scene.model import Scene
 
 _TYPES: Final = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp"}
 _LARGEST: Final = 1_000_000

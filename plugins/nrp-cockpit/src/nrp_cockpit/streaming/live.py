@@ -10,10 +10,17 @@ from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.memory import PAST
 from nrp_core.brain.devices.sinks import SinkPort
-from nrp_core.brain.network.data import Projection
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.run import Run
+from nrp_core.messages import nrp_msgs
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.foxglove_msgs import SceneUpdate
+from nrp_core.messages.gazebo_msgs import ModelStates
+from nrp_core.messages.generated import made
+from nrp_core.messages.sensor_msgs import Image
+from nrp_core.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.network.data import Projection
 from nrp_core.recording.layout import (
     MUSCLES,
     SCENE,
@@ -42,13 +49,6 @@ from nrp_core.recording.writing.signals import (
     about_role,
 )
 from nrp_core.world.drives.muscles import drawn_muscles
-from nrp_core.world.messages import nrp_msgs
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.foxglove_msgs import SceneUpdate
-from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.messages.generated import made
-from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
 from nrp_core.world.world import World

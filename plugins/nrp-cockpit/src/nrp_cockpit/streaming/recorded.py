@@ -12,11 +12,11 @@ from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub, to_json
 from nrp_cockpit.wire.memory import PAST, past_data
 from nrp_core.clock import NS_PER_S
+from nrp_core.messages.base import Time, type_name
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.foxglove_msgs import SceneEntity, SceneEntityDeletion, SceneUpdate
 from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.world.messages.base import Time, type_name
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.foxglove_msgs import SceneEntity, SceneEntityDeletion, SceneUpdate
 
 SCENE_TYPE = type_name(SceneUpdate)
 """The type of scenes for viewers; recordings of version 0.1 have another type."""

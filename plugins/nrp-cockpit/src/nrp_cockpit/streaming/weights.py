@@ -9,13 +9,13 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Network, Projection
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
+from nrp_core.messages.std_msgs import Float64MultiArray
+from nrp_core.network.data import Network, Projection
 from nrp_core.recording.layout import Role
 from nrp_core.recording.writing import encoding
 from nrp_core.recording.writing.signals import Add, RecordEntry, Signal, about_role
-from nrp_core.world.messages.std_msgs import Float64MultiArray
 
 PERIOD_NS = 100 * NS_PER_MS
 """Minimum simulated time between two samples, for each million synapses."""

@@ -44,11 +44,11 @@ from nrp_core.brain import (
     LeakyIntegratorExp,
     PopulationRate,
 )
-from nrp_core.brain.network.cells import CELLS as CELL_TYPES
-from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.synapses import LAWS, STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError
+from nrp_core.network.cells import CELLS as CELL_TYPES
+from nrp_core.network.data import Projection
+from nrp_core.network.synapses import LAWS, STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.world import FloatArray
 
 NO_CHANGES: Final[Mapping[str, Any]] = MappingProxyType({})

@@ -25,11 +25,11 @@ from nrp_conformance.brain.kit import (
     train,
 )
 from nrp_core.brain import PARAMETERS, PLASTICITY, WEIGHTS, Brain, PoissonSource, SpikeRecorderPort
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.rewiring import Neuromodulation
-from nrp_core.brain.network.synapses import LAWS, STDP, TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, TimestepError
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.rewiring import Neuromodulation
+from nrp_core.network.synapses import LAWS, STDP, TSODYKS_MARKRAM
 from nrp_core.simulation import Determinism
 
 SYNAPSES: dict[str, dict[str, Any]] = {name: law.defaults for name, law in LAWS.items()}

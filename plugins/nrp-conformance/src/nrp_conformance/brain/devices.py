@@ -18,9 +18,9 @@ from nrp_core.brain import (
     SpikeInjector,
     VoltageRecorder,
 )
-from nrp_core.brain.network.currents import InjectedCurrent
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
+from nrp_core.network.currents import InjectedCurrent
 
 
 class DeviceTests(BrainKit):

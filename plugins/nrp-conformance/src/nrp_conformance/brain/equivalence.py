@@ -15,8 +15,8 @@ from nrp_conformance.brain.accuracy import EXACT_MV, GRID_PRECISION, released
 from nrp_conformance.brain.kit import SAMPLES, BrainKit, cells, connect, spikes, truncated_ms
 from nrp_conformance.brain.reference import simulate
 from nrp_core.brain import Brain, SpikeInjector
-from nrp_core.brain.network.synapses import TSODYKS_MARKRAM
 from nrp_core.clock import milliseconds
+from nrp_core.network.synapses import TSODYKS_MARKRAM
 
 TWIN_PRECISION = 1e-3
 """The allowed difference of twins, as a share of their largest change."""

@@ -13,11 +13,11 @@ import numpy as np
 from nrp_conformance.base import SimulatorTests, skip_undeclared
 from nrp_core import brains
 from nrp_core.brain import Brain, BrainBackend, BrainCapabilities, SpikeRecorder, SpikeRecorderPort
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.currents import InjectedCurrent
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.synapses import STATIC
 from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.network.cells import CELLS
+from nrp_core.network.currents import InjectedCurrent
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.synapses import STATIC
 from nrp_core.world import FloatArray
 
 _LEAKY = {  # the reset is below the resting potential, so that tests can distinguish them

@@ -8,9 +8,9 @@ import pytest
 
 from nrp_conformance.base import skip_undeclared
 from nrp_conformance.brain.kit import SAMPLES, BrainKit, Sample, cells, connect
-from nrp_core.brain.network.data import Population, Projection
-from nrp_core.brain.network.synapses import ELECTRICAL, GRADED, RECTIFIED
 from nrp_core.clock import milliseconds
+from nrp_core.network.data import Population, Projection
+from nrp_core.network.synapses import ELECTRICAL, GRADED, RECTIFIED
 from nrp_core.world import FloatArray
 
 LEAKY = ("IF_cond_exp", "IF_cond_alpha", "IF_curr_exp", "IF_curr_alpha", "IF_curr_delta")

@@ -9,8 +9,8 @@ import pytest
 
 from nrp_conformance.brain.kit import BrainKit, connect, record, spikes, times, train
 from nrp_core.brain import DCSource, FixedFrequencySource, LeakyIntegratorExp, SpikeRecorderPort
-from nrp_core.brain.network.data import Population
 from nrp_core.errors import NeuronSelectionError
+from nrp_core.network.data import Population
 
 N_MANY = 300
 """More cells than one byte can count, and more than one core of some hardware holds."""

@@ -11,6 +11,9 @@ import pytest
 from nrp_conformance.world.capability import INERTIA, arm
 from nrp_conformance.world.kit import GRAVITY, WorldKit, at, floor, pendulum, prop, rubbing
 from nrp_core.errors import CapabilityError
+from nrp_core.messages.geometry_msgs import Quaternion
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.rigid import Pose, Vector, Wrench, rotation_by
 from nrp_core.world import (
     Box,
     Capsule,
@@ -26,9 +29,6 @@ from nrp_core.world import (
     Sphere,
     World,
 )
-from nrp_core.world.messages.geometry_msgs import Quaternion
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose, Vector, Wrench, rotation_by
 
 BOB_KG, ROD_M, MOMENT = 2.0, 0.5, 0.02
 BOB_INERTIA = MOMENT + BOB_KG * ROD_M**2

@@ -22,13 +22,13 @@ from nrp_conformance.world.kit import (
     states,
 )
 from nrp_core.errors import CapabilityError, DivergedError, LifecycleError
+from nrp_core.messages.base import Duration
+from nrp_core.messages.gazebo_msgs import ModelState
+from nrp_core.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.rigid import Pose as ScenePose
+from nrp_core.scene.rigid import Wrench as Push
 from nrp_core.world import Box, Inertial, Joint, JointController, Link, Model, Pid, Sphere, World
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.gazebo_msgs import ModelState
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Twist, Vector3, Wrench
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose as ScenePose
-from nrp_core.world.rigid import Wrench as Push
 
 ARM_KG, ARM_M = 2.0, 0.5
 HALF = sqrt(0.5)

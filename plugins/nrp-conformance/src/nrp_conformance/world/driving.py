@@ -17,9 +17,9 @@ from nrp_conformance.world.kit import (
     robot,
     twist,
 )
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.rigid import Pose
 from nrp_core.world import Box, PlanarMove, World
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose
 
 SLIP = 0.05
 """The share of a commanded distance that may be lost to tyres and acceleration."""

@@ -11,6 +11,9 @@ import numpy.typing as npt
 from nrp_conformance.base import SimulatorTests, skip_undeclared
 from nrp_core import worlds
 from nrp_core.clock import from_seconds, seconds
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.rigid import ModelMotion, Pose, Vector
 from nrp_core.world import (
     Box,
     Camera,
@@ -30,9 +33,6 @@ from nrp_core.world import (
     WorldBackend,
     WorldCapabilities,
 )
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.rigid import ModelMotion, Pose, Vector
 
 RED: Rgba = (1.0, 0.0, 0.0, 1.0)
 GREEN: Rgba = (0.0, 1.0, 0.0, 1.0)

@@ -16,6 +16,10 @@ from nrp_conformance.world.capability import ARM_KG, ARM_M, INERTIA, arm
 from nrp_conformance.world.kit import GRAVITY, WorldKit, at, floor, pendulum, prop, robot, rubbing
 from nrp_conformance.world.motion import PENETRATION
 from nrp_core.clock import seconds
+from nrp_core.messages.base import Duration
+from nrp_core.messages.geometry_msgs import Vector3, Wrench
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.world import (
     Box,
     Capsule,
@@ -31,10 +35,6 @@ from nrp_core.world import (
     Sphere,
     World,
 )
-from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose, Vector
 
 PRECISION = 0.01
 """The allowed relative error of an effort or a friction."""

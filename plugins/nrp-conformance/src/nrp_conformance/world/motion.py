@@ -28,9 +28,9 @@ from nrp_conformance.world.kit import (
     twist,
 )
 from nrp_core.clock import seconds
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.world import Box, PlanarMove, Sphere
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid import Pose, Vector
 
 PENETRATION = 0.01
 """The share of a body's size by which forces may let it penetrate another one."""

@@ -9,10 +9,10 @@ import pytest
 
 from nrp_conformance.world.kit import WorldKit, at
 from nrp_core.errors import CapabilityError
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.scene.rigid import Pose
 from nrp_core.world import Inertial, Joint, Link, Model, Muscle, ViaPoint, World
 from nrp_core.world.engine_kit.muscles import activation_rate, force_length, force_velocity, passive_force
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.rigid import Pose
 
 HEIGHT_M, LEVER_M, MASS_KG, CENTRE_M, MOMENT = 0.3, 0.05, 2.0, 0.15, 0.01
 INERTIA = MOMENT + MASS_KG * CENTRE_M**2

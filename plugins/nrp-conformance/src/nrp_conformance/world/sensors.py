@@ -33,6 +33,7 @@ from nrp_conformance.world.kit import (
     where,
 )
 from nrp_core.errors import CapabilityError
+from nrp_core.scene.rigid import Pose
 from nrp_core.world import (
     Box,
     Camera,
@@ -49,7 +50,6 @@ from nrp_core.world import (
     Sphere,
     World,
 )
-from nrp_core.world.rigid import Pose
 
 MASS = 2.0
 LASER = Laser("laser", "/scan", 50.0, samples=91, angle_min=-pi / 4, angle_max=pi / 4, range_max=9.0)

@@ -21,11 +21,11 @@ from nrp_conformance.world.kit import (
 )
 from nrp_core.clock import SampleSchedule, from_seconds
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.gazebo_msgs import ModelStates, WheelSpeeds
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.sensor_msgs import Image, JointState
-from nrp_core.world.messages.std_msgs import ColorRGBA, Float64
+from nrp_core.messages.gazebo_msgs import ModelStates, WheelSpeeds
+from nrp_core.messages.geometry_msgs import Twist, Vector3
+from nrp_core.messages.nav_msgs import Odometry
+from nrp_core.messages.sensor_msgs import Image, JointState
+from nrp_core.messages.std_msgs import ColorRGBA, Float64
 from nrp_core.world.topics import Direction
 
 SERVED = {

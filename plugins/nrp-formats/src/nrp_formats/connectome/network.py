@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 
 from nrp_core.brain import IntArray, Network, Population
-from nrp_core.brain.network.cells import CELLS
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.cells import CELLS
 from nrp_formats.connectome.edges import read_edges
 from nrp_formats.connectome.neurons import Neurons, read_neurons
 from nrp_formats.connectome.tables import checksum

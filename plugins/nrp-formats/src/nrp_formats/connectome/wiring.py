@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain import BoolArray, FloatArray, IntArray, Projection
-from nrp_core.brain.network.indices import Indices
-from nrp_core.brain.network.synapses import ELECTRICAL
+from nrp_core.network.indices import Indices
+from nrp_core.network.synapses import ELECTRICAL
 from nrp_formats.connectome.edges import EdgeChunk, read_edges
 
 MIX: Final = np.uint64(0x9E3779B97F4A7C15)

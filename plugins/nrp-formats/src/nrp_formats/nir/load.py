@@ -10,8 +10,8 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 
 from nrp_core.brain import FloatArray, Network, builder
-from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.picking import Selection, with_views
 from nrp_core.utilities import Named, checks_arguments
 from nrp_formats.nir.graded import currents
 from nrp_formats.nir.graph import Graph, lags_of, read_graph, returning

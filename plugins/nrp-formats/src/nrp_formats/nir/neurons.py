@@ -13,7 +13,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from nrp_core.brain import FloatArray
-from nrp_core.brain.network.filters import driven
+from nrp_core.network.filters import driven
 from nrp_formats.nir.graded import Current, without_leak
 from nrp_formats.nir.linear import Shape, parameters_of
 

@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain import IntArray
-from nrp_core.brain.network.nest_models import NEST_CELLS
 from nrp_core.errors import NetworkError
+from nrp_core.network.nest_models import NEST_CELLS
 from nrp_formats.sonata.items import DYNAMICS, SonataItems
 
 _OWN: Final = frozenset(

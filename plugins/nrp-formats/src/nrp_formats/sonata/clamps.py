@@ -15,8 +15,8 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain import FloatArray, InjectedCurrent, IntArray, Network
-from nrp_core.brain.network.nest_models import NestParameter
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.nest_models import NestParameter
 from nrp_formats.sonata.node_sets import nodes_matching
 from nrp_formats.sonata.nodes import Nodes
 

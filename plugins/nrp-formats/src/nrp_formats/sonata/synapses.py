@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.brain import STATIC, STDP, TSODYKS_MARKRAM, FloatArray, IndexArray, Population
-from nrp_core.brain.network.synapses import LAWS, SynapseLaw
 from nrp_core.errors import CapabilityError
+from nrp_core.network.synapses import LAWS, SynapseLaw
 from nrp_formats.sonata.items import SonataItems
 
 Values = Callable[[str, float], FloatArray]
@@ -50,7 +50,7 @@ class Chosen:
 
 @dataclass(frozen=True, slots=True)
 class Synapses:
-    """The arguments of a :class:`~nrp_core.brain.network.data.Projection` that describe its synapses."""
+    """The arguments of a :class:`~nrp_core.network.data.Projection` that describe its synapses."""
 
     synapse_type: str = STATIC
     synapse_parameters: Mapping[str, FloatArray] = field(default_factory=dict)

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nrp_core.brain import FloatArray
+from nrp_core.messages.cdr import Codec
 from nrp_core.recording import Comparison, Difference, RecordedStep, Recording, Role, steps_of
-from nrp_core.world.messages.cdr import Codec
 from nrp_lab.comparison.signals import RunSignals
 
 NOISE = 1e-9

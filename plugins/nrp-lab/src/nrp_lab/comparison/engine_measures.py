@@ -13,9 +13,9 @@ import numpy as np
 
 from nrp_core.brain import FloatArray
 from nrp_core.clock import seconds
+from nrp_core.messages.geometry_msgs import Quaternion
+from nrp_core.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.recording import RecordedTopic, Role, values_of
-from nrp_core.world.messages.geometry_msgs import Quaternion
-from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_lab.comparison.metric import Margin, Margins
 from nrp_lab.comparison.signals import RunSignals

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from nrp_core import brains, worlds
-from nrp_core.brain.network.controls import CONTROLS
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, did_you_mean
 from nrp_core.experiment import Experiment, Plan, Range, Run, code_of, load_experiment
+from nrp_core.network.controls import CONTROLS
 from nrp_core.recording import RUN_NAME, FilesRead, Images, Recording, RecordingFolder, named_files
 from nrp_core.registry import Registry
 from nrp_core.utilities import WorkerDiedError, WorkerPool

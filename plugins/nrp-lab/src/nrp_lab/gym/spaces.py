@@ -14,11 +14,11 @@ from gymnasium.spaces import Box
 from nrp_core.brain import FloatArray, PoissonSource, PopulationRate
 from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment import Run
+from nrp_core.messages.base import find_layout
+from nrp_core.messages.std_msgs import Float64MultiArray
 from nrp_core.recording import numbers_in
 from nrp_core.world import Direction, Drive, TopicInfo
 from nrp_core.world.batch import commanded_elements
-from nrp_core.world.messages.base import find_layout
-from nrp_core.world.messages.std_msgs import Float64MultiArray
 
 _LONGEST_WAIT_STEPS = 500
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Experiment, Run, experiment_of, tree_of
+from nrp_core.messages.std_msgs import Bool, Float64, Float64MultiArray
 from nrp_core.seeds import Seeds
-from nrp_core.world.messages.std_msgs import Bool, Float64, Float64MultiArray
 from nrp_lab.learning.learner import read_learner
 from nrp_lab.learning.task import STEP_MS, Task
 from nrp_lab.learning.tasks import TASKS

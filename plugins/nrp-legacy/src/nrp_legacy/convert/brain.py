@@ -17,9 +17,9 @@ import numpy as np
 
 from nrp_core import save_network
 from nrp_core.brain import IntArray, Network
-from nrp_core.brain.network.picking import CIRCUIT
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment import network_from
+from nrp_core.network.picking import CIRCUIT
 from nrp_legacy.brains import NotedNetwork, load_script
 from nrp_legacy.code import Source, without_deprecation_warnings
 from nrp_legacy.convert.python import Edits, modern

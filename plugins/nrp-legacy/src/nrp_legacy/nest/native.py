@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.network.nest_models import LEAK_NS
-from nrp_core.brain.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError, did_you_mean
+from nrp_core.network.nest_models import LEAK_NS
+from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.nest.models import CELLS, defaults_of
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from nrp_core.brain import IntArray, Network
-from nrp_core.brain.network.nest_models import LEAK_NS
-from nrp_core.brain.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
 from nrp_core.experiment import Run
+from nrp_core.network.nest_models import LEAK_NS
+from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.nest.joining import Joined
 from nrp_legacy.nest.kernel import Block, Group, Kernel

@@ -12,11 +12,11 @@ import numpy as np
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.findings import Code
+from nrp_core.messages.base import ns_of
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.messages.trajectory_msgs import JointTrajectoryPoint
 from nrp_core.world import Model
 from nrp_core.world.controllers.trajectory import JointPath, Knot, knots_of
-from nrp_core.world.messages.base import ns_of
-from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.messages.trajectory_msgs import JointTrajectoryPoint
 from nrp_legacy.shims.graph import Graph, absolute
 from nrp_legacy.shims.modules import OpenMessage, bound, module
 from nrp_legacy.shims.smach import State

@@ -18,8 +18,8 @@ from nrp_core.clock import seconds
 from nrp_core.dsl import message_type
 from nrp_core.experiment import Run
 from nrp_core.findings import Code, Finding, Findings, Level
+from nrp_core.messages.std_msgs import String
 from nrp_core.world import Direction, Stamped, Subscription, Vector, World
-from nrp_core.world.messages.std_msgs import String
 from nrp_core.world.topics import check_message
 from nrp_legacy.documents import ROBOT
 from nrp_legacy.shims.modules import OpenMessage, as_in_ros1, module

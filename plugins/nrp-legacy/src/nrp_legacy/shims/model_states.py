@@ -9,6 +9,10 @@ from typing import Any, TypeVar
 
 from nrp_core.errors import NrpError
 from nrp_core.findings import Code
+from nrp_core.messages.gazebo_msgs import ModelState
+from nrp_core.messages.geometry_msgs import Point, Pose, Quaternion, Vector3
+from nrp_core.scene.materials import color_of
+from nrp_core.scene.rigid import multiply
 from nrp_core.world import (
     Box,
     Capsule,
@@ -24,11 +28,7 @@ from nrp_core.world import (
     Visual,
 )
 from nrp_core.world import Pose as ScenePose
-from nrp_core.world.messages.gazebo_msgs import ModelState
-from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Vector3
 from nrp_core.world.model_states import pose_of
-from nrp_core.world.rigid import multiply
-from nrp_core.world.scene.materials import color_of
 from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.services import ServiceException, Services
 from nrp_legacy.shims.smach import State

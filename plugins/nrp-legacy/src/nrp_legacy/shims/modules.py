@@ -21,11 +21,11 @@ import numpy as np
 
 from nrp_core.dsl import message_packages
 from nrp_core.findings import Code
-from nrp_core.world.messages import gazebo_srvs, std_srvs
-from nrp_core.world.messages.cv_bridge import CvBridge as CvBridge
-from nrp_core.world.messages.cv_bridge import CvBridgeError
-from nrp_core.world.messages.gazebo_msgs import ModelState as KnownModelState
-from nrp_core.world.messages.geometry_msgs import Pose, Vector3
+from nrp_core.messages import gazebo_srvs, std_srvs
+from nrp_core.messages.cv_bridge import CvBridge as CvBridge
+from nrp_core.messages.cv_bridge import CvBridgeError
+from nrp_core.messages.gazebo_msgs import ModelState as KnownModelState
+from nrp_core.messages.geometry_msgs import Pose, Vector3
 from nrp_legacy.code import Notes
 
 _FURTHER_PACKAGES = (

@@ -7,8 +7,8 @@ from typing import Any
 
 from nrp_core.clock import NS_PER_S
 from nrp_core.findings import Code
-from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.scene.meshes.stl import mean_color
+from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.scene.meshes.stl import mean_color
 from nrp_legacy.shims.graph import Graph, absolute
 from nrp_legacy.shims.services import ServiceException, Services
 from nrp_legacy.shims.smach import State

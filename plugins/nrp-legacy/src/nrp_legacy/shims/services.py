@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from nrp_core.errors import NrpError
 from nrp_core.findings import Code
-from nrp_core.world.messages import gazebo_srvs, std_srvs
-from nrp_core.world.messages.geometry_msgs import Vector3
+from nrp_core.messages import gazebo_srvs, std_srvs
+from nrp_core.messages.geometry_msgs import Vector3
 from nrp_legacy.shims.graph import Graph, absolute
 from nrp_legacy.shims.modules import OpenMessage, Request, with_numbers
 

@@ -10,8 +10,8 @@ from typing import Any
 
 from nrp_core.clock import NS_PER_S
 from nrp_core.findings import Code
-from nrp_core.world.messages.cle_ros_msgs import SpikeEvent, SpikeRate
-from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
+from nrp_core.messages.cle_ros_msgs import SpikeEvent, SpikeRate
+from nrp_core.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.model_states import LINK_STATES, MODEL_STATES
 from nrp_legacy.shims.actions import SimpleActionState
 from nrp_legacy.shims.graph import LOGS, ClientLogger, ClientLoggerMessage, Graph, absolute, log

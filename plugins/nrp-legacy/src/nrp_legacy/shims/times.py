@@ -9,8 +9,8 @@ from nrp_core.cle.loop import ClosedLoop
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl import message_type
 from nrp_core.experiment import Run
+from nrp_core.messages import base
 from nrp_core.world import World
-from nrp_core.world.messages import base
 
 CLOCK: Final = "/clock"
 _TYPE: Any = message_type("rosgraph_msgs/Clock")

@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core.scene.rigid import multiply
 from nrp_core.world import Pose
-from nrp_core.world.rigid import multiply
 from nrp_legacy.shims.modules import module
 
 Array: TypeAlias = npt.NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 ``import pyNN.spiNNaker as sim`` and ``import spynnaker.pyNN as sim`` give a simulator that also has what
 these scripts use beyond PyNN: names, settings of populations, cells, and helpers for data. It builds the same
-:class:`~nrp_core.brain.network.data.Network`. A class without an equivalent is refused by name, with the
+:class:`~nrp_core.network.data.Network`. A class without an equivalent is refused by name, with the
 reason.
 """
 

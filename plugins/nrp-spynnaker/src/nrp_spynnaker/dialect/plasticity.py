@@ -9,7 +9,6 @@ from typing import Any, Final
 
 from pyNN.parameters import ParameterSpace
 
-from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.pynn.arguments import (
     InvalidValueError,
     raising,
@@ -19,6 +18,7 @@ from nrp_core.brain.pynn.arguments import (
 )
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.clock import MS_PER_S
+from nrp_core.network.rewiring import Rewiring
 
 # mypy: disable-error-code="misc"
 

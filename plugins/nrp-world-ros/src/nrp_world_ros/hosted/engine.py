@@ -13,6 +13,7 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.errors import NrpError, SimulationError
+from nrp_core.messages.gazebo_msgs import ModelStates
 from nrp_core.world import (
     JOINT_CONTROL,
     BodyPath,
@@ -30,7 +31,6 @@ from nrp_core.world import (
     Touch,
     Wrench,
 )
-from nrp_core.world.messages.gazebo_msgs import ModelStates
 
 from nrp_world_ros.engine import MODEL_STATES, ModelPoses, RemotePart, RosEngine
 from nrp_world_ros.hosted.dialogue import Dialogue, Question

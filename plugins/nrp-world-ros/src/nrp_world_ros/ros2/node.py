@@ -14,8 +14,8 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core.errors import BackendLoadError, SimulationError, TopicError, did_you_mean
-from nrp_core.world.messages.cdr import Codec
-from nrp_core.world.messages.std_msgs import String
+from nrp_core.messages.cdr import Codec
+from nrp_core.messages.std_msgs import String
 
 from nrp_world_ros.node import PATIENCE_S, Answer, Letter, Node, Publisher
 from nrp_world_ros.options import LAST_DOMAIN

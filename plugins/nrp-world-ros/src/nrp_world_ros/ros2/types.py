@@ -18,7 +18,7 @@ from shutil import rmtree
 from typing import Any
 
 from nrp_core.errors import BackendLoadError, TopicError
-from nrp_core.world.messages.cdr import Codec
+from nrp_core.messages.cdr import Codec
 
 _SERVICE = "service_msgs"
 """The package of a type in each service, with which ROS reports its calls."""

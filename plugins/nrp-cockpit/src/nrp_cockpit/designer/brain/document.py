@@ -16,8 +16,8 @@ from nrp_cockpit.designer.changes import refusals
 from nrp_cockpit.designer.drawing import Drawing, command_of
 from nrp_cockpit.designer.layout import write_layout
 from nrp_cockpit.designer.tree import node_data
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import ExperimentError
+from nrp_core.network.data import Network
 
 BY_HAND = "written by hand and cannot be edited here"
 

@@ -8,8 +8,8 @@ from typing import Any, Final
 from nrp_cockpit.designer.brain.edit import INTO
 from nrp_cockpit.designer.brain.model import Brain, Projection, Receptor, weight_unit
 from nrp_cockpit.designer.layout import Positions, key_of
-from nrp_core.brain.network.cells import CELLS
-from nrp_core.brain.network.data import RECEPTORS, Network
+from nrp_core.network.cells import CELLS
+from nrp_core.network.data import RECEPTORS, Network
 
 Box = dict[str, Any]
 Wire = dict[str, Any]

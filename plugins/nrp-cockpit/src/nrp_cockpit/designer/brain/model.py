@@ -15,11 +15,11 @@ from nrp_bibi.model.metamodel import Node, Value, attribute, child, children, ch
 from nrp_bibi.model.values import NAME, NUMBER, POSITIVE, TRUTH, WORD
 
 from nrp_cockpit.designer.brain.interventions import Intervention
-from nrp_core.brain.network.cells import CELLS, CellType
-from nrp_core.brain.network.parameters import FINITE, FRACTION, NOT_NEGATIVE, Limit, Parameter
-from nrp_core.brain.network.parameters import NUMBER as ANY
-from nrp_core.brain.network.parameters import POSITIVE as ABOVE_ZERO
-from nrp_core.brain.network.synapses import EVERY_SYNAPSE, LAWS, SynapseLaw
+from nrp_core.network.cells import CELLS, CellType
+from nrp_core.network.parameters import FINITE, FRACTION, NOT_NEGATIVE, Limit, Parameter
+from nrp_core.network.parameters import NUMBER as ANY
+from nrp_core.network.parameters import POSITIVE as ABOVE_ZERO
+from nrp_core.network.synapses import EVERY_SYNAPSE, LAWS, SynapseLaw
 
 INITIAL: Final = "initial_"
 """The prefix of a state variable's initial value."""

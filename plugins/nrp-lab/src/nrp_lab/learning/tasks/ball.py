@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.std_msgs import Float64
 from nrp_lab.learning.task import Task
 
 SPEED, FASTEST, VIEW, MIDDLE = 1.5, 0.6, 0.8, 0.15  # rad/s of the head and of the ball, rad

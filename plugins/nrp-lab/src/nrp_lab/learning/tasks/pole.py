@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.std_msgs import Float64
 from nrp_lab.learning.task import Task
 
 FORCE, FALLEN = 4.0, 0.3  # N, rad

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.messages.std_msgs import Float64
 from nrp_lab.learning.task import Task
 
 LENGTH, SPEED, NEAR = 0.3, 1.0, 0.04  # m, rad/s, m

@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import isfinite
 
 from nrp_core import Pose, World
-from nrp_core.world.messages.gazebo_msgs import ModelState
-from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Twist, Vector3
-from nrp_core.world.messages.geometry_msgs import Pose as PoseMessage
+from nrp_core.messages.gazebo_msgs import ModelState
+from nrp_core.messages.geometry_msgs import Point, Quaternion, Twist, Vector3
+from nrp_core.messages.geometry_msgs import Pose as PoseMessage
 from nrp_lab.learning.task import Task
 
 RANGE, RADIUS, HEIGHT = 2.0, 0.15, 0.05  # m

@@ -1,0 +1,68 @@
+"""The packages that moved in 0.4: imports by their names of 0.3 work for one version, with a warning."""
+
+from __future__ import annotations
+
+import sys
+
+# forwarding imports what it needs when it meets an old name: all programs that use nrp_core import this file
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+
+MOVED = {
+    "nrp_core.brain.network": "nrp_core.network",
+    "nrp_core.world.messages": "nrp_core.messages",
+    "nrp_core.world.rigid": "nrp_core.scene.rigid",
+    "nrp_core.world.scene": "nrp_core.scene",
+}
+"""Names of packages and modules in 0.3 and since; modules inside a package moved with it."""
+
+
+_OLD = tuple(MOVED)
+
+
+def current_name(name: str) -> str:
+    """Return today's dotted name of a module, which may be its name of 0.3."""
+    for old, new in MOVED.items():
+        if name == old or name.startswith(f"{old}."):
+            return new + name[len(old) :]
+    return name
+
+
+def forward_old_names() -> None:
+    """Let imports find moved modules by their old names; the first one warns."""
+    if _Forwarding not in sys.meta_path:
+        sys.meta_path.insert(0, _Forwarding)  # others find submodules by the path of a package
+
+
+class _Forwarding:
+    """The finder and loader of moved modules."""
+
+    warned = False
+
+    @classmethod
+    def find_spec(cls, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        if not name.startswith(_OLD) or current_name(name) == name:
+            return None
+        from importlib.machinery import ModuleSpec
+
+        return ModuleSpec(name, cls)  # type: ignore[arg-type]
+
+    @staticmethod
+    def create_module(spec: ModuleSpec) -> None:
+        """Leave it to the import system, which replaces the module by what stands in its place."""
+
+    @classmethod
+    def exec_module(cls, module: ModuleType) -> None:
+        import warnings
+        from importlib import import_module
+
+        old = module.__name__
+        new = current_name(old)
+        if not cls.warned:
+            cls.warned = True
+            warnings.warn(
+                f"{old} is {new} since 0.4; the old name ends with 0.5", DeprecationWarning, stacklevel=2
+            )
+        sys.modules[old] = import_module(new)

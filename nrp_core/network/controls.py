@@ -1,0 +1,154 @@
+"""Controls: networks that share some statistics with another network and are random otherwise.
+
+A finding that also appears in a rewired network does not depend on the wiring. Every projection and every
+shuffle has its own named random stream.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from nrp_core._support.arrays import IntArray
+from nrp_core.errors import NetworkError
+from nrp_core.network.data import LISTED, Network, Projection
+from nrp_core.seeds import Seeds
+
+Control = Callable[[Network, Seeds], Network]
+_ROUNDS: Final = 200
+_OTHER: Final = {"excitatory": "inhibitory", "inhibitory": "excitatory"}
+
+
+def rewired(network: Network, seeds: Seeds) -> Network:
+    """Return the network with the targets of each projection permuted among its synapses.
+
+    Every cell keeps its number of synapses from and to each population; weight and delay stay with the
+    source. Synapses of a cell with itself and several synapses between one pair of cells appear only if
+    the projection already has some. A projection that is too small or dense for another wiring is
+    unchanged, with a remark.
+
+    Raises:
+        NetworkError: no projection could be rewired.
+    """
+    found = _each(network, seeds, "rewire", _rewire)
+    pairs = zip(network.projections, found.projections, strict=True)
+    same = [one.label for one, other in pairs if one.size and other is one]
+    if same and len(same) == sum(one.size > 0 for one in network.projections):
+        raise NetworkError("no projection can be rewired with the same degrees")
+    remarks = tuple(
+        f"projection '{label}' is not rewired: no other wiring with the same degrees was found"
+        for label in same
+    )
+    return replace(found, remarks=network.remarks + remarks)
+
+
+def with_shuffled_weights(network: Network, seeds: Seeds) -> Network:
+    """Return the network with the weights of each projection permuted among its synapses."""
+
+    def shuffled(projection: Projection, rng: np.random.Generator) -> Projection:
+        return replace(projection, weight=rng.permutation(projection.weight), origin=LISTED)
+
+    return _each(network, seeds, "weights", shuffled)
+
+
+def with_shuffled_signs(network: Network, seeds: Seeds) -> Network:
+    """Return the network with the signs of its cells permuted; as many cells excite and inhibit as before.
+
+    The synapses of a cell with a new sign act on the other receptor, with equal magnitude. Cells with
+    synapses of both signs and spike sources keep their signs. Rewards, punishments and gap junctions have
+    none.
+    """
+    excites, inhibits = (np.zeros(network.size, bool) for _ in range(2))
+    for projection in filter(_has_sign, network.projections):
+        ids = network.offsets[projection.pre] + projection.pre_index
+        (excites if projection.is_excitatory else inhibits)[ids] = True
+    for label, population in network.populations.items():
+        if population.is_source:
+            excites[network.ids_of(label)] = inhibits[network.ids_of(label)] = False
+    signed = np.flatnonzero(excites != inhibits)
+    changes = np.zeros(network.size, bool)
+    changes[signed] = excites[signed] != seeds.stream("signs").permutation(excites[signed])
+    projections: list[Projection] = []
+    for projection in network.projections:
+        moved = changes[network.offsets[projection.pre] + projection.pre_index]
+        if not _has_sign(projection):
+            moved[:] = False
+        if (~moved).any() or not len(moved):
+            projections.append(projection.only(~moved) if moved.any() else projection)
+        if moved.any():
+            projections.append(_on_other_receptor(network, projection.only(moved)))
+    return replace(network, projections=tuple(projections))
+
+
+def _has_sign(projection: Projection) -> bool:
+    return projection.neuromodulation is None and not projection.is_electrical
+
+
+CONTROLS: Final[Mapping[tuple[str, str], Control]] = MappingProxyType(
+    {
+        ("rewire", "degree_preserving"): rewired,
+        ("shuffle", "signs"): with_shuffled_signs,
+        ("shuffle", "weights"): with_shuffled_weights,
+    }
+)
+"""The controls by the key and value that select them in an experiment file."""
+
+
+def _each(
+    network: Network, seeds: Seeds, name: str, change: Callable[[Projection, np.random.Generator], Projection]
+) -> Network:
+    streams = seeds.child(name)
+    changed = (
+        change(projection, streams.stream(projection.label)) if projection.size else projection
+        for projection in network.projections
+    )
+    return replace(network, projections=tuple(changed))
+
+
+def _rewire(projection: Projection, rng: np.random.Generator) -> Projection:
+    pre, post = projection.pre_index.astype(np.int64), projection.post_index.astype(np.int64)
+    span = int(post.max()) + 1
+    loops = projection.pre != projection.post or bool((pre == post).any())
+    doubles = len(np.unique(pre * span + post)) < len(pre)
+    new = rng.permutation(post)
+    for _ in range(_ROUNDS):
+        bad = _forbidden_synapses(pre, new, span, loops=loops, doubles=doubles)
+        if not len(bad):
+            if (np.sort(pre * span + new) == np.sort(pre * span + post)).all():
+                break
+            return replace(projection, post_index=new.astype(np.int32), origin=LISTED)
+        for synapse, other in zip(bad, rng.integers(len(new), size=len(bad)), strict=True):
+            new[synapse], new[other] = new[other], new[synapse]
+    return projection
+
+
+def _forbidden_synapses(pre: IntArray, post: IntArray, span: int, *, loops: bool, doubles: bool) -> IntArray:
+    """Return the indices of forbidden synapses: self-connections and duplicates, except the first of each."""
+    wrong = np.zeros(len(pre), bool)
+    if not loops:
+        wrong |= pre == post
+    if not doubles:
+        _, first = np.unique(pre * span + post, return_index=True)
+        again = np.ones(len(pre), bool)
+        again[first] = False
+        wrong |= again
+    return np.flatnonzero(wrong)
+
+
+def _on_other_receptor(network: Network, projection: Projection) -> Projection:
+    if projection.receptor not in _OTHER:
+        raise NetworkError(
+            f"shuffle: signs: projection '{projection.label}' ends on the receptor '{projection.receptor}', "
+            "which has no opposite; signs are exchanged between excitatory and inhibitory receptors"
+        )
+    receptor = _OTHER[projection.receptor]
+    taken = {one.label for one in network.projections}
+    label = f"{projection.label} ({receptor})"
+    while label in taken:
+        label += "'"
+    sign = 1.0 if network.populations[projection.post].is_conductance_based else -1.0
+    return replace(projection, label=label, receptor=receptor, weight=sign * projection.weight)

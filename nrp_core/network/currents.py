@@ -1,0 +1,110 @@
+"""Currents that flow into cells at given times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.errors import NetworkError
+from nrp_core.network.checked import freeze_value, global_ids
+
+
+@dataclass(frozen=True, slots=True)
+class InjectedCurrent:
+    """A current into cells, constant between given times and 0 before the first.
+
+    Args:
+        neurons: the cells, by their global ids; a cell that is there twice receives it twice.
+        times_ms: ascending times from 0 at which it changes, shape ``(n,)``.
+        amplitudes_na: the current into each cell from these times on, nA, shape ``(n,)``.
+
+    Raises:
+        NetworkError: the times do not ascend, or a value is not finite.
+    """
+
+    neurons: IntArray
+    times_ms: FloatArray
+    amplitudes_na: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "neurons", global_ids("an injected current", self.neurons))
+        for name in ("times_ms", "amplitudes_na"):
+            values = np.array(getattr(self, name), float)
+            if values.ndim != 1 or not np.isfinite(values).all():
+                raise NetworkError(f"an injected current: its {name} are finite numbers, not {values!r:.60}")
+            object.__setattr__(self, name, freeze_value(values))
+        if len(self.times_ms) != len(self.amplitudes_na):
+            raise NetworkError(
+                f"an injected current has {len(self.times_ms)} times and {len(self.amplitudes_na)} amplitudes"
+            )
+        if (np.diff(self.times_ms, prepend=-inf) <= 0.0).any() or (self.times_ms < 0.0).any():
+            raise NetworkError(
+                f"an injected current: its times are {self.times_ms}; they must ascend from 0 ms or later"
+            )
+
+    def current_na(self, now_ms: float) -> float:
+        """Return the current from a time on."""
+        step = int(np.searchsorted(self.times_ms, now_ms, side="right")) - 1
+        return float(self.amplitudes_na[step]) if step >= 0 else 0.0
+
+    def next_change_ms(self, now_ms: float) -> float:
+        """Return the first time after ``now_ms`` at which it changes."""
+        step = int(np.searchsorted(self.times_ms, now_ms, side="right"))
+        return float(self.times_ms[step]) if step < len(self.times_ms) else inf
+
+
+class Injections:
+    """The sum of all currents of a network, which is computed again only when one of them changes.
+
+    Args:
+        currents: the currents.
+        size: number of neurons of the network.
+    """
+
+    def __init__(self, currents: Sequence[InjectedCurrent], size: int) -> None:
+        self._currents, self._size = currents, size
+        self._since_ms, self._until_ms, self._total = inf, inf, np.zeros(size)
+
+    def __len__(self) -> int:
+        return len(self._currents)
+
+    def total_na(self, now_ms: float) -> FloatArray:
+        """Return the current into each neuron from a time on."""
+        if not self._since_ms <= now_ms < self._until_ms:
+            self._total = np.zeros(self._size)
+            for current in self._currents:
+                np.add.at(self._total, current.neurons, current.current_na(now_ms))
+            self._since_ms = now_ms
+            self._until_ms = min((one.next_change_ms(now_ms) for one in self._currents), default=inf)
+        return self._total
+
+    def next_change_ms(self, now_ms: float) -> float:
+        """Return the first time after ``now_ms`` at which one changes."""
+        self.total_na(now_ms)
+        return self._until_ms
+
+
+def require_targets(current: InjectedCurrent, populations: Mapping[str, Any]) -> None:
+    """Check that a current flows into cells that exist and have a membrane.
+
+    Args:
+        current: the current.
+        populations: those of its network, by label.
+
+    Raises:
+        NetworkError: it does not.
+    """
+    first = 0
+    for label, population in populations.items():
+        inside = (current.neurons >= first) & (current.neurons < first + population.size)
+        if population.is_source and inside.any():
+            raise NetworkError(f"a current is injected into '{label}', which only emits spikes")
+        first += population.size
+    outside = current.neurons[(current.neurons < 0) | (current.neurons >= first)]
+    if len(outside):
+        raise NetworkError(f"a current is injected into neuron {outside[0]}; the network has {first}")

@@ -1,0 +1,195 @@
+"""Links of SDF: inertials, visuals, collisions and sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from math import log1p
+from typing import Final
+
+from nrp_core.findings import Code
+from nrp_core.scene.bodies import Shape, Touched, VisualInFile, build_link, free_name
+from nrp_core.scene.inertia import WATER, collision_inertia
+from nrp_core.scene.meshes.convert import Form
+from nrp_core.scene.model import ALL_BITS, Inertial, Link
+from nrp_core.scene.reading.context import Element, Reading
+from nrp_core.scene.reading.geometry import is_empty, is_point, read_geometry
+from nrp_core.scene.reading.plugins import label_of
+from nrp_core.scene.reading.repairs import (
+    DEFAULT_FRICTION,
+    MASSLESS,
+    MAX_FRICTION,
+    usable_friction,
+    usable_inertial,
+)
+from nrp_core.scene.reading.sensors import Mount, link_sensors
+from nrp_core.scene.sdf.appearance import read_appearance
+from nrp_core.scene.sdf.frames import Frames
+
+_MOST_BITS: Final = 0x7FFFFFFF
+"""Of a positive number that engines hold."""
+
+
+def read_friction(collision: Element, reading: Reading, *, static: bool = False) -> float:
+    """Return the coefficient of friction, of ``<ode>`` or else of ``<bullet>``.
+
+    In a contact the smaller coefficient counts, so a very large one of a ``static`` model needs no warning.
+    """
+    friction = collision.section("surface").section("friction")
+    default = friction.section("bullet").number("friction", DEFAULT_FRICTION)
+    ode = friction.section("ode")
+    mu, mu2 = ode.number("mu", default), ode.number("mu2", ode.number("mu", default))
+    if static and min(mu, mu2) > MAX_FRICTION:
+        return MAX_FRICTION
+    mu, mu2 = (usable_friction(each, friction, reading.notes) for each in (mu, mu2))
+    if mu != mu2:
+        message = f"friction is the same in all directions: mu = {mu:g}, not mu2 = {mu2:g}"
+        reading.notes.warn(friction, Code.NRP264, message)
+    return mu
+
+
+def read_bits(collision: Element, reading: Reading) -> tuple[int, int]:
+    """Return the category of a collision, and those that it touches; other limits cause a warning.
+
+    The rule is that of sdformat: a missing ``<category_bitmask>`` is the ``<collide_bitmask>``.
+
+    Raises:
+        SceneError: the bits are not a whole number.
+    """
+    surface = collision.section("surface")
+    bounce = surface.section("bounce")
+    if bounce.number("restitution_coefficient", 0.0) > 0:
+        message = "the <restitution_coefficient> of a <bounce> is not simulated: nothing bounces"
+        reading.notes.warn(bounce, Code.NRP264, message, subject="bounce")
+    contact = surface.section("contact")
+    if contact.flag("collide_without_contact", False):
+        message = "<collide_without_contact> is not simulated: whatever touches the collision is stopped"
+        reading.notes.warn(contact, Code.NRP264, message, subject="collide_without_contact")
+    touched = _bits(contact, "collide_bitmask", ALL_BITS)
+    return _bits(contact, "category_bitmask", touched), touched
+
+
+def _bits(contact: Element, tag: str, default: int) -> int:
+    element = contact.find(tag)
+    if element is None or not element.text:
+        return default
+    try:
+        return int(element.text, 0) & _MOST_BITS
+    except ValueError:
+        message = f"<{tag}> must be a whole number, such as 1 or 0x01, not '{element.text}'"
+        raise element.error(message) from None
+
+
+_STEP_S = 0.001  # of Gazebo
+
+
+def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool, alone: bool) -> Link:
+    """Read a ``<link>``.
+
+    Args:
+        link: the element.
+        frames: the frames of its model.
+        reading: the context of the reading.
+        static: whether it never moves, so that its mass is not needed.
+        alone: whether it is the only link of its model.
+    """
+    name = link.attribute("name")
+    place = partial(frames.place_in, frame=name)
+
+    def shapes(element: Element, form: Form) -> list[Shape]:
+        found = read_geometry(element.require("geometry"), form, reading, static=static, alone=alone)
+        return [replace(shape, pose=place(element) @ shape.pose) for shape in found]
+
+    shown = []
+    for unique, visual in _with_unique_names(link, "visual", reading):
+        look = replace(read_appearance(visual, reading), label=label_of(visual))
+        seen = shapes(visual, "colored") if look.tints or not look.rgba else []
+        if look.rgba and not any(shape.texture for shape in seen):
+            seen = shapes(visual, "whole")
+        shown.append(VisualInFile(unique, seen, look))
+    solid = [
+        (
+            Touched(
+                unique,
+                shapes(collision, "convex"),
+                read_friction(collision, reading, static=static),
+                place(collision),
+                read_bits(collision, reading),
+            ),
+            collision,
+        )
+        for unique, collision in _with_unique_names(link, "collision", reading)
+    ]
+    inertial = None if static else _inertial(link, frames, solid, reading)
+    sensors = link_sensors(link.all("sensor"), Mount(name, place), reading)
+    pose = frames.pose(name, link)
+    touched = [part for part, _ in solid if any(part.bits)]
+    result = build_link(name, pose, inertial, shown, touched, sensors)
+    return replace(result, gravity=link.flag("gravity", True), decay=_decay(link))
+
+
+def _decay(link: Element) -> tuple[float, float]:
+    """Return the rates of a ``<velocity_decay>``, 1/s.
+
+    Gazebo (ODE) multiplies a velocity by ``1 - decay`` in each of its steps, by default of 1 ms.
+    """
+    section = link.section("velocity_decay")
+    shares = {tag: section.number(tag, 0.0) for tag in ("linear", "angular")}
+    for tag, share in shares.items():
+        if not 0.0 <= share < 1.0:
+            least = "a velocity loses this share of it in each millisecond"
+            raise section.error(f"<{tag}> must be at least 0 and below 1, not {share:g}: {least}")
+    return -log1p(-shares["linear"]) / _STEP_S, -log1p(-shares["angular"]) / _STEP_S
+
+
+def _with_unique_names(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:
+    """Yield the visuals or collisions with a shape, each with a unique name; others cause a warning."""
+    seen: set[str] = set()
+    for element in link.all(tag):
+        name = element.attribute("name")
+        unique = free_name(name, seen)
+        if unique != name:
+            owner = link.attribute("name")
+            message = f"the link '{owner}' has two {tag}s named '{name}': this one is renamed '{unique}'"
+            reading.notes.warn(element, Code.NRP266, message, subject=name)
+        seen.add(unique)
+        geometry = element.find("geometry")
+        if geometry is None:
+            message = f"the {tag} '{name}' has no <geometry>: left out"
+            reading.notes.warn(element, Code.NRP260, message, subject=name)
+        elif not geometry.children:
+            message = f"the <geometry> of the {tag} '{name}' has no shape: left out"
+            reading.notes.warn(geometry, Code.NRP260, message, subject=name)
+        elif is_point(geometry):
+            message = f"the {tag} '{name}' is a shape without a size: left out"
+            reading.notes.warn(element, Code.NRP260, message, subject=name)
+        elif not is_empty(geometry):
+            yield unique, element
+
+
+def _inertial(
+    link: Element, frames: Frames, touched: list[tuple[Touched, Element]], reading: Reading
+) -> Inertial | None:
+    name, element = link.attribute("name"), link.find("inertial")
+    density = link.section("inertial").positive("density", WATER)
+    of_shapes = collision_inertia(
+        (shape, collision.positive("density", density))
+        for part, collision in touched
+        for shape in part.collisions()
+    )
+    if MASSLESS in link.attributes:
+        return None
+    if element is None:
+        return usable_inertial(None, of_shapes, name, link, reading.notes)
+    if element.is_set("auto"):
+        return of_shapes
+    given = Inertial(element.number("mass", 1.0), frames.place_in(element, name), _inertia(element))
+    return usable_inertial(given, of_shapes, name, element, reading.notes)
+
+
+def _inertia(inertial: Element) -> tuple[float, float, float, float, float, float]:
+    inertia = inertial.section("inertia")
+    xx, yy, zz = (inertia.number(f"i{axis}", 1.0) for axis in ("xx", "yy", "zz"))
+    xy, xz, yz = (inertia.number(f"i{axis}", 0.0) for axis in ("xy", "xz", "yz"))
+    return xx, yy, zz, xy, xz, yz
