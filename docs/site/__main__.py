@@ -89,7 +89,7 @@ def keep() -> None:
 
 def generate() -> None:
     """Make the site of the pages; any warning of the generator is an error."""
-    command = [sys.executable, "-m", "mkdocs", "--quiet", "build", "--strict", "--clean"]
+    command = [sys.executable, "-P", "-m", "mkdocs", "--quiet", "build", "--strict", "--clean"]
     command += ["--config-file", str(PAGES.parent / "mkdocs.yml")]
     # the theme announces the end of its support, May 2027, in every build
     if subprocess.run(command, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"}, check=False).returncode:

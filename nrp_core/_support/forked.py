@@ -98,14 +98,12 @@ def _leave_parent(fork: Fork) -> None:
 
 
 def take_over(folder: str, environment: dict[str, str]) -> None:
-    """Go on in a folder and with environment variables as ``python -m`` would start there."""
+    """Go on in a folder and with environment variables as ``python -P -m`` would start there."""
     os.chdir(folder)
     ours = _path_of_environment()
     os.environ.clear()
     os.environ.update(environment)
-    own_folder = [] if sys.flags.safe_path else [folder]  # as python -m does
-    rest = [place for place in sys.path[len(own_folder) :] if place not in ours]
-    sys.path[:] = [*own_folder, *_path_of_environment(), *rest]
+    sys.path[:] = [*_path_of_environment(), *(place for place in sys.path if place not in ours)]
     invalidate_caches()
     tempfile.tempdir = None
     random.seed()

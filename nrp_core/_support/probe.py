@@ -12,6 +12,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
@@ -44,11 +45,11 @@ class ChildResult:
 def run_module(
     module: str, *arguments: str, timeout_s: float, is_forked: bool = False, has_folder: bool = False
 ) -> ChildResult:
-    """Run ``python -m module arguments...`` in a child process; the answer is not kept.
+    """Run ``python -P -m module arguments...`` in a child process; the answer is not kept.
 
     ``is_forked`` and ``has_folder`` are those of :func:`run_probe`.
     """
-    return _run([sys.executable, "-m", module, *arguments], timeout_s, is_forked, has_folder)
+    return _run(_command(module, arguments), timeout_s, is_forked, has_folder)
 
 
 def run_probe(
@@ -61,7 +62,7 @@ def run_probe(
     is_forked: bool = False,
     has_folder: bool = False,
 ) -> ChildResult:
-    """Run ``python -m module arguments...`` in a child process and return how it ended.
+    """Run ``python -P -m module arguments...`` in a child process and return how it ended.
 
     Args:
         module: the module that makes the check.
@@ -75,7 +76,7 @@ def run_probe(
         is_forked: whether the module may be run as :mod:`nrp_core._support.forked` does.
         has_folder: whether its last argument is a temporary folder of its own, which is removed when it ends.
     """
-    question = [sys.executable, "-m", module, *arguments]
+    question = _command(module, arguments)
     digest = _digest([*question, sys.version, _modification_time(module), _libraries(), depends_on])
     kept = cache_root() / "probes" / f"{digest}.json"
     if not refresh:
@@ -90,6 +91,11 @@ def run_probe(
     return answer
 
 
+def _command(module: str, arguments: Iterable[str]) -> list[str]:
+    """Return a command for which modules in the working directory do not stand in for those of Python."""
+    return [sys.executable, "-P", "-m", module, *arguments]
+
+
 def _run(command: list[str], timeout_s: float, is_forked: bool, has_folder: bool) -> ChildResult:
     if not has_folder:
         return _run_command(command, timeout_s, is_forked)
@@ -98,7 +104,7 @@ def _run(command: list[str], timeout_s: float, is_forked: bool, has_folder: bool
 
 
 def _run_command(command: list[str], timeout_s: float, is_forked: bool) -> ChildResult:
-    if is_forked and (done := _FORKER.run(command[2], command[3:], timeout_s)) is not None:
+    if is_forked and (done := _FORKER.run(command[3], command[4:], timeout_s)) is not None:
         return ChildResult(done.exit_code, done.output, done.errors[-2000:])
     pipe = subprocess.PIPE
     with subprocess.Popen(

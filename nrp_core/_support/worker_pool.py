@@ -150,7 +150,7 @@ class Worker:
     def __init__(self, *, has_our_path: bool = True) -> None:
         ours, theirs = socket.socketpair()
         with theirs:
-            command = [sys.executable, "-m", "nrp_core._support.worker", str(theirs.fileno())]
+            command = [sys.executable, "-P", "-m", "nrp_core._support.worker", str(theirs.fileno())]
             self.process = subprocess.Popen(
                 command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
             )

@@ -121,7 +121,9 @@ def run(question: Question) -> None:
     # those of the parent know positions in its own files
     sys.stdin, sys.stdout = os.fdopen(0, closefd=False), os.fdopen(1, "w", closefd=False)
     sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
+    del sys.path[0]  # the folder of this file
     take_over(question.folder, question.environment)
+    sys.path.insert(0, question.folder)
     given = question.arguments or ["-"]
     sys.modules["__main__"] = main = ModuleType("__main__")
     if given[0] == "-m":

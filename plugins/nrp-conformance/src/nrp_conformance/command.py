@@ -90,7 +90,7 @@ def _run(kind: TestedSide, name: str, options: dict[str, str], level: KitLevel) 
     with TemporaryDirectory() as folder:
         written = Path(folder, "report.json")
         asked = {"kind": kind, "name": name, "options": options, "level": level}
-        command = [sys.executable, "-m", "pytest", *ALONE, "--tb=short", "-p", "nrp_conformance.plugin"]
+        command = [sys.executable, "-P", "-m", "pytest", *ALONE, "--tb=short", "-p", "nrp_conformance.plugin"]
         command += ["--prove", json.dumps(asked), "--write", str(written)]
         code = _run_command(command)
         if not written.exists():

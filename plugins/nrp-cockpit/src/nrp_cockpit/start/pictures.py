@@ -99,7 +99,7 @@ class Pictures:
         with self._one:
             if self._is_closed:
                 raise ExperimentError("the page is being closed")
-            words = [sys.executable, "-m", __name__, name, str(folder / _NAME)]
+            words = [sys.executable, "-P", "-m", __name__, name, str(folder / _NAME)]
             self._drawing = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             try:
                 self._drawing.wait(_LONGEST_S)

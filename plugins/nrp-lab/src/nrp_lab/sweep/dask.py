@@ -127,6 +127,7 @@ def _settings() -> Any:
     It keeps its workers: otherwise it removes one that is just starting 15 s after an earlier death, and
     never replaces it. It does not watch its processes: profiling them and polling the interpreter's lock a
     thousand times a second took a tenth of the time of runs, and nobody looks at the result.
+    Its processes do not import modules of the working directory in the place of Python's.
     """
     from dask import config
 
@@ -136,6 +137,7 @@ def _settings() -> Any:
             "distributed.worker.profile.enabled": False,
             "distributed.admin.system-monitor.gil.enabled": False,
             "distributed.admin.tick.interval": "500ms",
+            "distributed.nanny.pre-spawn-environ.PYTHONSAFEPATH": "1",
         }
     )
 

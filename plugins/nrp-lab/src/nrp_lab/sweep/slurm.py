@@ -79,7 +79,7 @@ SCRIPT = """#!/bin/sh
 #SBATCH --cpus-per-task=1
 #SBATCH --array={first}-{last}{limit}
 #SBATCH --output={folder}/jobs/%a.log
-exec {python} -m nrp_lab.sweep.slurm {folder}/jobs/$SLURM_ARRAY_TASK_ID.jsonl \\
+exec {python} -P -m nrp_lab.sweep.slurm {folder}/jobs/$SLURM_ARRAY_TASK_ID.jsonl \\
     {folder}/journal.$SLURM_ARRAY_TASK_ID.jsonl
 """
 _CHUNKS = 4
@@ -191,7 +191,7 @@ rule all:
 rule runs:
     input: "jobs/{{job}}.jsonl"
     output: touch("jobs/{{job}}.done")
-    shell: "{python} -m nrp_lab.sweep.slurm {{input}} journal.{{wildcards.job}}.jsonl"
+    shell: "{python} -P -m nrp_lab.sweep.slurm {{input}} journal.{{wildcards.job}}.jsonl"
 """
 
 

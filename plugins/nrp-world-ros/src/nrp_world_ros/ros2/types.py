@@ -164,7 +164,7 @@ def _generate(
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
     done = subprocess.run(
-        [sys.executable, "-m", "nrp_world_ros.ros2.generate", str(building), package, *others],
+        [sys.executable, "-P", "-m", "nrp_world_ros.ros2.generate", str(building), package, *others],
         env={**os.environ, "AMENT_PREFIX_PATH": os.pathsep.join(map(str, prefixes))},
         capture_output=True,
         text=True,
