@@ -1,8 +1,10 @@
 """Options of the whole test suite."""
 
 import gc
+import json
 import os
 import signal
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -27,6 +29,21 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
     with programs(tmp_path_factory.mktemp("warm")) as folder:
         yield folder
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_sessionfinish(session: pytest.Session) -> Iterator[None]:
+    """Keep what the tests of each file took, by which ``scripts/test --changed`` chooses among them."""
+    file = Path(__file__).parent / ".venv" / "test_seconds.json"
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    taken: Counter[str] = Counter()
+    for report in () if reporter is None else (each for kind in reporter.stats.values() for each in kind):
+        if isinstance(report, pytest.TestReport):
+            taken[report.nodeid.partition("::")[0]] += report.duration
+    if taken and file.parent.is_dir() and not hasattr(session.config, "workerinput"):
+        known = json.loads(file.read_text()) if file.exists() else {}
+        file.write_text(json.dumps(known | {name: round(time_s, 2) for name, time_s in taken.items()}))
+    return (yield)
 
 
 def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
