@@ -12,7 +12,8 @@ from nrp_core._support.checked_arguments import checks_arguments, is_number, tak
 from nrp_core.checks.warnings import with_warnings
 from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress, open_engine, prepare
+from nrp_core.experiment.making.plan import Plan, ProgressCallback, no_progress
+from nrp_core.experiment.making.prepare import open_engine, prepare
 from nrp_core.experiment.making.watch import declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment

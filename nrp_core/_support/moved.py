@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 MOVED = {
     "nrp_core.brain.network": "nrp_core.network",
+    "nrp_core.cle.batched_loops": "nrp_lab.gym.side_by_side",
+    "nrp_core.cle.time_limit": "nrp_core._support.time_limit",
     "nrp_core.world.messages": "nrp_core.messages",
     "nrp_core.world.rigid": "nrp_core.scene.rigid",
     "nrp_core.world.scene": "nrp_core.scene",

@@ -31,7 +31,7 @@ from nrp_core.brain.files import read_network
 from nrp_core.checks.network_summary import NetworkSummary, skeleton_of, summary_from, summary_of
 from nrp_core.errors import NetworkError, NrpError, SlowScriptError
 from nrp_core.experiment.making.maker import build_here
-from nrp_core.experiment.making.prepare import Side
+from nrp_core.experiment.making.plan import Side
 from nrp_core.findings import Finding, Findings
 from nrp_core.network.data import Network
 

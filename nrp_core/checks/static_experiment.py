@@ -29,7 +29,8 @@ from nrp_core.dsl.parameters import (
 from nrp_core.dsl.testing import MockBrain
 from nrp_core.errors import NrpError, TopicError, UnreadableError
 from nrp_core.experiment.making.maker import maker_of
-from nrp_core.experiment.making.prepare import Plan, PlanParts, Side, name_cause
+from nrp_core.experiment.making.plan import Plan, PlanParts, Side
+from nrp_core.experiment.making.prepare import name_cause
 from nrp_core.experiment.making.watch import warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment

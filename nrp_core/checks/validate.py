@@ -16,12 +16,8 @@ from nrp_core.checks.static_experiment import CHECKS, Checkable, at_most, read_e
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, TopicError, TransferFunctionError
 from nrp_core.experiment.making.maker import LISTERS
-from nrp_core.experiment.making.prepare import (
-    ProgressCallback,
-    make_parts,
-    no_progress,
-    select_backend,
-)
+from nrp_core.experiment.making.plan import ProgressCallback, no_progress
+from nrp_core.experiment.making.prepare import make_parts, select_backend
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment

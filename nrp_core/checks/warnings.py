@@ -9,7 +9,7 @@ from nrp_core.checks.static_experiment import at_most
 from nrp_core.checks.validate import check, validate
 from nrp_core.clock import from_seconds
 from nrp_core.errors import NrpError
-from nrp_core.experiment.making.prepare import Plan
+from nrp_core.experiment.making.plan import Plan
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level, Weight
 from nrp_core.findings.problems import is_warning, lines_of, ordered

@@ -18,10 +18,10 @@ from typing import Any, Generic, Literal, TypeVar
 from nrp_core._support.closing import Closing
 from nrp_core._support.machine import cores
 from nrp_core._support.stopwatch import work
+from nrp_core._support.time_limit import DEFAULT_S, DeferredInterrupt, TimeLimit, TimeLimitExceeded
 from nrp_core.brain.interface import Brain
 from nrp_core.cle.latency import LoopPath, paths
 from nrp_core.cle.pacing import AsFastAsPossible, Pacing
-from nrp_core.cle.time_limit import DEFAULT_S, DeferredInterrupt, TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction

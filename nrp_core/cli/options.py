@@ -159,7 +159,7 @@ def ignored_codes(given: Sequence[str] | None) -> list[str]:
     """
     from nrp_core.errors import did_you_mean
     from nrp_core.findings import Code
-    from nrp_core.findings.codes.removed import removed_in
+    from nrp_core.findings.removed_codes import removed_in
 
     codes = [one.strip().upper() for one in given or ()]
     for code in codes:

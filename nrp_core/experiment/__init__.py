@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from nrp_core.experiment.making.maker import load_function_file as load_function_file
     from nrp_core.experiment.making.maker import network_from as network_from
     from nrp_core.experiment.making.maker import with_parameters as with_parameters
-    from nrp_core.experiment.making.prepare import Plan as Plan
+    from nrp_core.experiment.making.plan import Plan as Plan
     from nrp_core.experiment.making.prepare import load_functions as load_functions
     from nrp_core.experiment.making.prepare import make_parts as make_parts
     from nrp_core.experiment.making.prepare import prepare as prepare

@@ -10,13 +10,8 @@ from nrp_core.brain.capabilities import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named_errors
 from nrp_core.experiment.making.maker import build_here, with_parameters
-from nrp_core.experiment.making.prepare import (
-    ProgressCallback,
-    build_network,
-    building,
-    no_progress,
-    select_backend,
-)
+from nrp_core.experiment.making.plan import ProgressCallback, no_progress
+from nrp_core.experiment.making.prepare import build_network, building, select_backend
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.findings import Code

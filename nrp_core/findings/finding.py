@@ -10,7 +10,7 @@ from typing import Any
 
 from nrp_core.errors import ExperimentError, Instead
 from nrp_core.findings.codes import Code, Weight
-from nrp_core.findings.codes.removed import MERGED
+from nrp_core.findings.removed_codes import MERGED
 
 
 class Level(StrEnum):

@@ -24,7 +24,7 @@ from nrp_core.brain.devices.trains import FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.remote import RemoteBrain
 from nrp_core.errors import SimulationError, TopicError, TransferFunctionRaisedError
-from nrp_core.experiment.making.prepare import Plan, Side
+from nrp_core.experiment.making.plan import Plan, Side
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.messages.geometry_msgs import Twist, Vector3

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
+from nrp_core._support.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cli import app
 from nrp_core.errors import ExperimentError, TransferFunctionRaisedError
 from nrp_core.experiment.reading.find import load_experiment

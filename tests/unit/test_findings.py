@@ -23,8 +23,8 @@ from nrp_core.findings import (
     headline,
     merged,
 )
-from nrp_core.findings.codes.removed import MERGED, REMOVED
 from nrp_core.findings.problems import is_complete
+from nrp_core.findings.removed_codes import MERGED, REMOVED
 
 WARNING = Finding(Code.NRP209, "repaired", Level.WARNING, Path("room.sdf"), 3)
 ERROR = Finding(Code.NRP212, "no topic '/a'", path=Path("experiment.yaml"), line=2, column=5)

@@ -60,7 +60,7 @@ def explain(
     """
     from nrp_core.cli.inspect_experiments import explain_parameters
     from nrp_core.experiment.reading.find import shipped
-    from nrp_core.findings.codes.removed import MERGED, removed_in
+    from nrp_core.findings.removed_codes import MERGED, removed_in
 
     names = _codes()
     code = None if subject is None else subject.strip().upper()

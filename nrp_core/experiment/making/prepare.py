@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial, reduce
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
-from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, seconds
 from nrp_core.dsl.functions import TransferFunction, require_new_name
@@ -22,7 +22,8 @@ from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named_errors
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
-from nrp_core.experiment.making.maker import Parameters, maker_of, with_parameters
+from nrp_core.experiment.making.maker import maker_of, with_parameters
+from nrp_core.experiment.making.plan import B, Plan, PlanParts, ProgressCallback, Side, no_progress
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.event_schema import END, START
@@ -45,103 +46,11 @@ from nrp_core.world.sensors.sensor import with_imperfection
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
-ProgressCallback = Callable[[str], None]
-"""Called with the name of each task as it begins."""
-
 EXECUTING = "executing the brain script"
 """The beginning of the name of the task that executes a script of the experiment."""
 
-B = TypeVar("B", BrainBackend, WorldBackend)
-
-
-def no_progress(task: str) -> None:
-    """Report no progress."""
-
-
-@dataclass(frozen=True, slots=True)
-class Side(Generic[B]):
-    """A backend as selected by an experiment.
-
-    Args:
-        backend: the backend.
-        options: an instance of its class of options.
-        capabilities: its capabilities with these options.
-    """
-
-    backend: B
-    options: Any
-    capabilities: Any
-
-
 Review = Callable[[Side[BrainBackend], Network], Findings]
 """Returns what a brain backend would change in a network; raises what it refuses."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlanParts:
-    """The parts of an experiment, as far as they could be made; a part that could not be made is None.
-
-    Args:
-        experiment: the experiment, without the values of parameters that do not fit.
-        brain, world: the two backends.
-        network: the network of the brain.
-        scene: the scene of the world, robots included.
-        stage: a world without an engine, with the topics and aliases of the experiment.
-        parameters: those of the brain script and the transfer functions, with their values.
-        is_accepted: whether the brain backend accepts the network.
-        collector: the findings.
-    """
-
-    experiment: Experiment
-    brain: Side[BrainBackend] | None
-    world: Side[WorldBackend] | None
-    network: Network | None
-    scene: Scene | None
-    stage: World | None
-    parameters: Parameters
-    is_accepted: bool
-    collector: Collector
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """A consistent experiment: everything it needs to open its engines.
-
-    Args:
-        experiment: the experiment.
-        brain, world: the two backends.
-        network: the network of the brain.
-        scene: the scene of the world, robots included.
-        stage: a world without an engine, with the topics of the run.
-        functions: the transfer functions, not yet bound.
-        parameters: those of the brain script and the transfer functions, with their values.
-        warnings: findings that do not prevent a run.
-    """
-
-    experiment: Experiment
-    brain: Side[BrainBackend]
-    world: Side[WorldBackend]
-    network: Network
-    scene: Scene
-    stage: World
-    functions: tuple[TransferFunction, ...]
-    parameters: Parameters
-    warnings: tuple[Finding, ...]
-
-    def with_fresh_functions(self) -> Plan:
-        """Return the plan of one more run, with functions of its own: files may keep values between calls.
-
-        Network and scene, which never change, are shared.
-
-        Raises:
-            InvalidExperimentError: a file of transfer functions has changed since, and is wrong.
-        """
-        collector = Collector(self.experiment.source)
-        experiment, _ = with_parameters(self.experiment, collector)
-        functions = tuple(maker_of(experiment).functions(experiment, collector))
-        collector.raise_errors()
-        names = {function.name for function in self.functions}  # others were left out, with a finding
-        return replace(self, functions=tuple(each for each in functions if each.name in names))
 
 
 @checks_arguments()

@@ -39,7 +39,7 @@ from nrp_core.experiment.model.randomize_schema import RandomizeSection
 from nrp_core.experiment.model.section import Key, Name, Place, PoseList, Range, Section, TopicName, Tree
 from nrp_core.experiment.model.variant_schema import InterventionSection, WiringControl
 from nrp_core.findings import Code
-from nrp_core.findings.codes.removed import removed_in
+from nrp_core.findings.removed_codes import removed_in
 from nrp_core.network.data import Network
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder

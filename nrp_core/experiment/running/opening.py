@@ -19,14 +19,8 @@ from nrp_core.dsl.mappings import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, SimulationError
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.making.interventions import Interventions
-from nrp_core.experiment.making.prepare import (
-    Plan,
-    ProgressCallback,
-    no_progress,
-    open_engine,
-    open_world_like,
-    prepare,
-)
+from nrp_core.experiment.making.plan import Plan, ProgressCallback, no_progress
+from nrp_core.experiment.making.prepare import open_engine, open_world_like, prepare
 from nrp_core.experiment.making.watch import declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment

@@ -15,7 +15,7 @@ from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import from_seconds
 from nrp_core.errors import CapabilityError, ExperimentError, TopicError
-from nrp_core.experiment.making.prepare import Plan, Side
+from nrp_core.experiment.making.plan import Plan, Side
 from nrp_core.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.network.cells import CELLS
 from nrp_core.network.data import Network, Population, Projection

@@ -16,7 +16,7 @@ from nrp_core._support.closing import Closing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, SnapshotError, did_you_mean
 from nrp_core.experiment.backends import code_of
-from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress
+from nrp_core.experiment.making.plan import Plan, ProgressCallback, no_progress
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, InvalidExperimentError, Level

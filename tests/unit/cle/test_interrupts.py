@@ -12,8 +12,8 @@ import pytest
 
 import nrp_core.dsl as nrp
 from nrp_core._support import signals
+from nrp_core._support.time_limit import DeferredInterrupt
 from nrp_core.cle import ClosedLoop
-from nrp_core.cle.time_limit import DeferredInterrupt
 from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 

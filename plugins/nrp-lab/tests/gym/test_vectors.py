@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from nrp_lab.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 
 from nrp_core.errors import NrpError
-from nrp_core.experiment.making.prepare import Plan
+from nrp_core.experiment.making.plan import Plan
 from nrp_core.scene.rigid import ModelMotion, Pose
 
 assert nrp_lab.gym, "importing it registers the shipped experiments"

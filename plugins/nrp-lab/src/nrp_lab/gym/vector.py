@@ -15,7 +15,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from nrp_core.brain import BoolArray, FloatArray
-from nrp_core.cle.batched_loops import SideBySide
 from nrp_core.dsl import MapReward
 from nrp_core.errors import ExperimentError, LifecycleError, SimulationError, did_you_mean
 from nrp_core.experiment import Run
@@ -24,6 +23,7 @@ from nrp_core.utilities import checks_arguments
 from nrp_core.world.batch import threads_for
 from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_findings
 from nrp_lab.gym.env import CLOSED
+from nrp_lab.gym.side_by_side import SideBySide
 
 
 def mode_of(given: str | AutoresetMode) -> AutoresetMode:

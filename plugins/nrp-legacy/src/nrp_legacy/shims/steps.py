@@ -12,7 +12,7 @@ from itertools import count
 from math import ceil
 from typing import Final
 
-from nrp_core.cle.time_limit import TimeLimitExceeded, forget_interrupts, interrupt
+from nrp_core.utilities import time_limit
 
 _TOO_MANY_GLANCES = 1000
 """So many looks at the clock without waiting are a loop that waits by looking."""
@@ -83,11 +83,11 @@ class Task:
                 break
             if self._runs:
                 assert self._thread.ident is not None
-                interrupt(self._thread.ident)
+                time_limit.interrupt(self._thread.ident)
                 interrupts += 1
             self._waits_again(_LOOK_S)
         if interrupts:
-            forget_interrupts()
+            time_limit.forget_interrupts()
         self.is_over = True
 
     def _waits_again(self, limit_s: float | None) -> bool:
@@ -127,7 +127,7 @@ class Task:
         try:
             if not self._stopping:
                 self._work()
-        except (Stopped, TimeLimitExceeded):
+        except (Stopped, time_limit.TimeLimitExceeded):
             pass
         except Exception as error:  # noqa: BLE001 - code of users may raise anything
             self.error = error

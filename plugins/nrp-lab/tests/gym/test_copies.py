@@ -4,9 +4,9 @@ import pickle
 
 import numpy as np
 import pytest
+from nrp_lab.gym.side_by_side import SideBySide
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.cle.batched_loops import SideBySide
 from nrp_core.errors import SimulationError
 from nrp_core.experiment import Run, load_experiment
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
-from nrp_core._support.closing import Closing
+from nrp_core.brain import Closing
 from nrp_core.cle.loop import ClosedLoop
-from nrp_core.cle.time_limit import DeferredInterrupt
+from nrp_core.utilities import time_limit
 
 
 class SideBySide(Closing):
@@ -37,7 +37,7 @@ class SideBySide(Closing):
         for loop in loops:
             loop.time_limit = limit  # a limit of its own for each would be a thread for each
         failed: dict[int, Exception] = {}
-        with DeferredInterrupt(), limit.watching():
+        with time_limit.DeferredInterrupt(), limit.watching():
             if self._pool is None:  # a loop at a time, while the data of its sides are in the fastest caches
                 self._each(loops, _step, failed)
             else:

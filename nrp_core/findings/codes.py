@@ -1,0 +1,603 @@
+"""The kinds of findings, with the explanations that ``nrp explain`` prints.
+
+A code never changes its meaning, so that people can look it up and scripts can rely on it; numbers of
+``removed_codes.py`` are not used again. The message of one finding names the thing, so it stands where the
+finding is made; :mod:`nrp_core.findings.refusals` has the words that several share.
+``docs/reference/findings.md`` is generated from this table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, IntEnum, unique
+
+
+class Weight(IntEnum):
+    """The effect of a finding on a run, from the smallest to the largest; ordered."""
+
+    REMARK = 1
+    """The run is as requested; the finding is worth knowing."""
+    ALTERED = 2
+    """The run is complete, but something in it differs from the request."""
+    INCOMPLETE = 3
+    """Something that was requested is missing from the run, or the run ended early."""
+
+    def __str__(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """The explanation of a code.
+
+    Args:
+        summary: the mistake, in one sentence.
+        why: the consequence.
+        suggestion: how to fix it.
+        counted: the headline of several findings; ``{n}`` stands for their number.
+        weight: the effect of a warning on a run; an error keeps the run from starting.
+    """
+
+    summary: str
+    why: str
+    suggestion: str
+    counted: str
+    weight: Weight
+
+
+@unique
+class Code(Enum):
+    """A kind of finding; its value explains it."""
+
+    NRP200 = Explanation(
+        "The file, or the experiment that it extends, cannot be read.",
+        "The file cannot be read, so nothing else is checked.",
+        "Correct the line or name in the message: check indentation, brackets, and the space after each "
+        "colon.",
+        "{n} files cannot be read",
+        Weight.ALTERED,
+    )
+    NRP201 = Explanation(
+        "An unknown key, or a missing one that the format requires.",
+        "An unknown key would be ignored; a required key does not have a default value.",
+        "Use the key or command that the message suggests; `nrp schema experiment` lists those of "
+        "experiments.",
+        "{n} unknown or missing keys",
+        Weight.ALTERED,
+    )
+    NRP202 = Explanation(
+        "A value, option, parameter, override or intervention of the wrong kind, out of range, or not "
+        "declared.",
+        "The run would differ from what you intended.",
+        "Write a key and a value of the kind that the message names, within its limits; `nrp inspect "
+        "EXPERIMENT` "
+        "lists the parameters.",
+        "{n} wrong values, options or parameters",
+        Weight.ALTERED,
+    )
+    NRP204 = Explanation(
+        "A file, module or package that does not exist.",
+        "What uses it cannot be built, or does without it.",
+        "Correct the path, which is relative to the folder of the file that contains it, or install the "
+        "module.",
+        "{n} files or modules do not exist",
+        Weight.ALTERED,
+    )
+    NRP205 = Explanation(
+        "A backend that is not installed or does not load.",
+        "Without it one side of the loop has no simulator.",
+        "Choose a backend that `nrp backends` lists, or install the missing one.",
+        "{n} backends are not available",
+        Weight.ALTERED,
+    )
+    NRP208 = Explanation(
+        "A brain script or file that does not give a network: it fails, is invalid, or takes too long.",
+        "Without a network there are no neurons to simulate or connect.",
+        "Correct the line or value in the message; `nrp run --debug` adds the whole traceback, and "
+        "`brain.time_limit` sets the time of a script.",
+        "{n} brain scripts or files do not give a network",
+        Weight.ALTERED,
+    )
+    NRP209 = Explanation(
+        "A robot or room cannot be read, or does not fit into the world.",
+        "The world cannot be built with it.",
+        "Correct the file, line or name in the message.",
+        "{n} robots or rooms cannot be read or do not fit",
+        Weight.ALTERED,
+    )
+    NRP210 = Explanation(
+        "A file of transfer functions cannot be loaded, or a declaration or trigger in it is wrong.",
+        "The function is not connected to brain and robot as intended.",
+        "Correct the line in the message; docs/reference/transfer-functions.md shows how functions are "
+        "declared.",
+        "{n} files or declarations of transfer functions are wrong",
+        Weight.ALTERED,
+    )
+    NRP211 = Explanation(
+        "Neurons that the network does not have.",
+        "A device on these neurons would have no effect.",
+        "Compare the name and index with `populations` in the experiment and with the brain script.",
+        "{n} references to neurons that do not exist",
+        Weight.ALTERED,
+    )
+    NRP212 = Explanation(
+        "A topic that does not exist, has another type or direction, or has nothing at its other end.",
+        "No message would arrive, or nothing would receive the published messages.",
+        "Use a name and type that `nrp inspect` lists; subscribe to sensors, publish on the topics of "
+        "drives.",
+        "{n} uses of topics that do not fit the world",
+        Weight.ALTERED,
+    )
+    NRP213 = Explanation(
+        "An event or criterion refers to something that does not exist.",
+        "The event could never happen, or the criterion could never be decided.",
+        "Use one of the names in the message.",
+        "{n} events or criteria refer to something that does not exist",
+        Weight.ALTERED,
+    )
+    NRP216 = Explanation(
+        "The backend, or nrp-core itself, does not support a part or setting of the experiment.",
+        "The part that needs it has no effect; if the simulation needs it, the run does not start.",
+        "Choose a backend with this capability (`nrp backends`), or remove the part that the message names.",
+        "{n} parts or settings are not supported",
+        Weight.ALTERED,
+    )
+    NRP217 = Explanation(
+        "A property of the network that the reader of its file or the brain backend changes.",
+        "The network runs, but differs from the script or file.",
+        "Choose another backend or model if the property matters.",
+        "{n} properties of the network are changed",
+        Weight.ALTERED,
+    )
+    NRP218 = Explanation(
+        "An imported module or name does not exist.",
+        "The file cannot be loaded; a file of the Neurorobotics Platform is loaded anyway and fails "
+        "where it uses the missing name.",
+        "Correct the name, put the module next to the file, or install its package.",
+        "{n} imports of something that does not exist",
+        Weight.ALTERED,
+    )
+    NRP219 = Explanation(
+        "The parameters of a function are not `t` and one for each mapping.",
+        "The time comes first; each other parameter gets its value from one mapping.",
+        "Make `t` the first parameter, and give each other one the name in the first argument of one "
+        "mapping.",
+        "{n} functions whose parameters do not fit their mappings",
+        Weight.ALTERED,
+    )
+    NRP229 = Explanation(
+        "Two functions publish on one topic, or two sources drive the same neurons.",
+        "The later message overwrites the earlier; the effects of sources add up.",
+        "Write from one function, or correct the topic or the indices.",
+        "{n} topics or neurons with several sources",
+        Weight.REMARK,
+    )
+    NRP231 = Explanation(
+        "A source that is never set.",
+        "The source stays silent for the whole run.",
+        "Set its rate or amplitude in the body, or in the mapping: `MapSpikeSource(..., nrp.poisson, "
+        "rate=10.0)`.",
+        "{n} sources are never set",
+        Weight.REMARK,
+    )
+    NRP235 = Explanation(
+        "Two transfer functions have the same name.",
+        "Reports and recordings identify a function by its name.",
+        "Rename one of them.",
+        "{n} transfer functions share their names",
+        Weight.ALTERED,
+    )
+    NRP237 = Explanation(
+        "The return value of a function does not match its topic.",
+        "A value without a topic is lost, and a topic without a value does not publish messages.",
+        "Return a message, or name a topic: `@nrp.Neuron2Robot(Topic(...))`.",
+        "{n} return values do not match their topic",
+        Weight.REMARK,
+    )
+    NRP238 = Explanation(
+        "The delay from a sensor to an actuator.",
+        "Each pass through the brain and each step of the loop delays the behaviour.",
+        "Use a shorter time step of the loop to reduce the delay.",
+        "{n} delays from a sensor to an actuator",
+        Weight.REMARK,
+    )
+    NRP239 = Explanation(
+        "A value is known only at run time.",
+        "The check does not execute transfer functions, so it skips everything that depends on this value.",
+        "No action is needed; a literal value would allow the check.",
+        "{n} values are known only at run time",
+        Weight.REMARK,
+    )
+    NRP240 = Explanation(
+        "A call, attribute, index, setting, message or operand does not fit the object that it is used on.",
+        "The function raises an error at that line, or the topic or device refuses the value.",
+        "Use what the message suggests; it lists the names, types or values that are possible.",
+        "{n} calls, attributes, indices, settings, messages or operands do not fit",
+        Weight.ALTERED,
+    )
+    NRP243 = Explanation(
+        "A function uses something outside the run: the wall clock, a global random generator, or the "
+        "process.",
+        "Two runs with the same seed will differ, or the run ends early.",
+        "Use `t` for the time, and noise devices or a seeded generator in a variable for randomness; "
+        "return to "
+        "do nothing, and end a run with its `duration`.",
+        "{n} functions use a clock, a random generator or a process outside the run",
+        Weight.REMARK,
+    )
+    NRP246 = Explanation(
+        "An undefined name.",
+        "The function raises NameError at that line.",
+        "Correct the spelling, import the module, or add the parameter and its mapping.",
+        "{n} undefined names",
+        Weight.ALTERED,
+    )
+    NRP248 = Explanation(
+        "An event, condition or state that can never happen, or did not happen by the end of the run.",
+        "Its messages are not published, and what waits for it does not happen either.",
+        "Check the times: an experiment file needs units; `t` is in seconds from the start of the run.",
+        "{n} events, conditions or states never happen",
+        Weight.REMARK,
+    )
+    NRP249 = Explanation(
+        "An angle without a unit exceeds a full turn.",
+        "Numbers without a unit are radians; 180 rad are nearly 29 turns.",
+        "Write the unit: `180 deg`.",
+        "{n} angles without a unit exceed a full turn",
+        Weight.REMARK,
+    )
+    NRP253 = Explanation(
+        "A parameter is reassigned and then used as if it still had its original value.",
+        "The assignment changes neither the variable nor the device; it only rebinds the name.",
+        "Set an attribute: `count.value = ...`, `eye.rate = ...`, or use another name.",
+        "{n} parameters are reassigned",
+        Weight.REMARK,
+    )
+    NRP255 = Explanation(
+        "A part of an experiment of the Neurorobotics Platform is converted, replaced or omitted.",
+        "The rest runs; the named part may behave differently than on that platform.",
+        "No action is needed unless it matters; docs/reference/nrp-experiments.md lists the conversions.",
+        "{n} parts of the experiment are converted",
+        Weight.REMARK,
+    )
+    NRP256 = Explanation(
+        "A robot is left out, or the room, which is replaced by a plain floor.",
+        "The experiment runs without it; whatever it should sense, do or contain is missing.",
+        "Correct the cause that the message names: a missing file, or a file that cannot be read.",
+        "{n} robots or rooms are left out",
+        Weight.INCOMPLETE,
+    )
+    NRP258 = Explanation(
+        "A mesh, texture, material or colour is missing or not supported, and is replaced.",
+        "Cameras and rays see the replacement; bodies touch the simple shape that replaces a mesh.",
+        "Put the file where the models are searched, or correct it.",
+        "{n} meshes, textures or materials are replaced",
+        Weight.ALTERED,
+    )
+    NRP260 = Explanation(
+        "A part or plugin of a robot or room is left out, or exists only in another physics engine.",
+        "It is not simulated; the rest of the model is.",
+        "Correct the part as the message says, or remove it; docs/reference/scenes.md lists the plugins.",
+        "{n} parts or plugins of models are left out",
+        Weight.ALTERED,
+    )
+    NRP262 = Explanation(
+        "A sensor, or a property of a sensor, is not simulated.",
+        "The sensor does not publish messages, or publishes other messages than the file describes.",
+        "Use a supported sensor (docs/reference/scenes.md), or functions that do not need it.",
+        "{n} sensors are not simulated as described",
+        Weight.ALTERED,
+    )
+    NRP264 = Explanation(
+        "A value of a robot or room is ignored, missing or impossible.",
+        "The model moves or looks as the message says.",
+        "Write the intended value into the file; correct the name of an element if it is misspelled.",
+        "{n} values of models are ignored or replaced",
+        Weight.ALTERED,
+    )
+    NRP265 = Explanation(
+        "A joint or controller cannot be commanded as the file describes.",
+        "Commands for it have no effect.",
+        "Use a joint and a controller that the message or docs/reference/scenes.md allows.",
+        "{n} joints or controllers cannot be commanded as described",
+        Weight.ALTERED,
+    )
+    NRP266 = Explanation(
+        "A part of a model or the frame of a sensor gets another name.",
+        "Topics, services, messages and recordings use the new name.",
+        "Give each part a name of its own, and a sensor the name of a link at its pose.",
+        "{n} parts or frames of models are renamed",
+        Weight.REMARK,
+    )
+    NRP269 = Explanation(
+        "The brain is left out.",
+        "The experiment runs without neurons: all spike counts are zero.",
+        "Correct the cause that the message names: a missing file, or a file that cannot be read.",
+        "{n} brains are left out",
+        Weight.INCOMPLETE,
+    )
+    NRP272 = Explanation(
+        "A transfer function or state machine is left out, or stopped by an error.",
+        "The experiment runs without it.",
+        "Correct the cause that the message names; with `strict: true` the experiment does not run without "
+        "it.",
+        "{n} transfer functions or state machines are left out or stopped",
+        Weight.INCOMPLETE,
+    )
+    NRP276 = Explanation(
+        "An error of an engine or of the experiment ended the run early.",
+        "Everything after this time is missing.",
+        "Correct the cause that the message names.",
+        "{n} errors ended the run",
+        Weight.INCOMPLETE,
+    )
+    NRP277 = Explanation(
+        "A number of an engine or a variable became NaN, inaccurate, or exceeded its range.",
+        "The results after this time may be wrong.",
+        "Use a shorter time step or smaller values; in a function, test that there is something to compute "
+        "with.",
+        "{n} numerical problems",
+        Weight.ALTERED,
+    )
+    NRP278 = Explanation(
+        "A report of an engine that does not have a code of its own.",
+        "The message describes the difference.",
+        "Consult the documentation of the engine.",
+        "{n} reports of engines",
+        Weight.ALTERED,
+    )
+    NRP279 = Explanation(
+        "An option, parameter or intervention has no effect, or a bad one, or the run went beyond its "
+        "duration.",
+        "The results do not change, or they are those of a longer run.",
+        "Remove or change what the message names.",
+        "{n} options, parameters or interventions have no useful effect",
+        Weight.REMARK,
+    )
+    NRP280 = Explanation(
+        "A request or goal was rejected, or a callback of the experiment raised an error.",
+        "The requested change was not made, or the message or event had no effect.",
+        "Correct the request or the callback as the message says.",
+        "{n} requests were rejected or callbacks failed",
+        Weight.ALTERED,
+    )
+    NRP282 = Explanation(
+        "A message from or to another program was dropped, or cannot be carried.",
+        "The receiver does not get the message.",
+        "Correct the type or the values as the message says.",
+        "{n} messages or topics were not carried",
+        Weight.ALTERED,
+    )
+    NRP284 = Explanation(
+        "A part of the run cannot be recorded.",
+        "The run is unaffected; the recording lacks this part, and a replay may differ.",
+        "No action is needed unless the part is needed later; the message names it.",
+        "{n} parts of the run are not recorded",
+        Weight.REMARK,
+    )
+    NRP285 = Explanation(
+        "The replay does not have the same conditions as the recorded run.",
+        "This may explain a difference from the recording.",
+        "Replay with the version, machine and files of the recording if the difference matters.",
+        "{n} conditions differ from the recorded run",
+        Weight.REMARK,
+    )
+    NRP291 = Explanation(
+        "A robot starts inside the room or another robot.",
+        "The physics engine pushes the robot out, often so fast that it is thrown metres away.",
+        "Move the start pose so that the robot does not overlap anything; usually z is too low.",
+        "{n} robots start inside the room or another robot",
+        Weight.ALTERED,
+    )
+    NRP292 = Explanation(
+        "A robot or a loose model has nothing below it, or has fallen out of the room.",
+        "The model falls. The drive of a falling robot has no effect; a floor falls with the objects on it.",
+        "Add ground to the room, move the start pose above the ground, make fixed models `<static>`, or set "
+        "the gravity of the room to 0.",
+        "{n} models have no ground below them",
+        Weight.ALTERED,
+    )
+    NRP294 = Explanation(
+        "The run was interrupted or killed.",
+        "Everything after this time is missing; criteria that were not decided by then remain open.",
+        "Run the experiment again; `--until` ends a run early without an interruption.",
+        "{n} interruptions",
+        Weight.INCOMPLETE,
+    )
+    NRP297 = Explanation(
+        "A value of the network is probably in another unit, or a population fires as often as no neuron "
+        "does.",
+        "The network is simulated unchanged. PyNN's units are ms, mV, nF, nA, uS and Hz.",
+        "Compare the value with the unit in the message; no action is needed if it is intended.",
+        "{n} values of the network are probably in another unit",
+        Weight.REMARK,
+    )
+    NRP299 = Explanation(
+        "A command, or a part of it, is beyond what its joint or drive can do.",
+        "A joint goes to its limit instead; a drive ignores motions that it cannot perform.",
+        "Scale the command to the limits that `nrp inspect` lists, use m/s and rad/s, or change the robot "
+        "file.",
+        "{n} topics get commands beyond what their joint or drive can do",
+        Weight.REMARK,
+    )
+    NRP301 = Explanation(
+        "A function keeps state outside its variables.",
+        "A reset or a snapshot leaves that state as it is.",
+        "Keep state in a variable: `@nrp.MapVariable('count', initial_value=0)`.",
+        "{n} places where functions keep state outside their variables",
+        Weight.REMARK,
+    )
+    NRP306 = Explanation(
+        "A model starts high above everything below it, or lies below the ground.",
+        "It falls and may be thrown over, or nothing above the ground sees or touches it.",
+        "Correct z of its pose, which is in m from the origin of the room.",
+        "{n} models start far above or below the ground",
+        Weight.REMARK,
+    )
+    NRP308 = Explanation(
+        "A part of a brain script contradicts another part, or has no effect.",
+        "The network runs, but a label, current or limit differs from the script.",
+        "Give each population and projection a unique label, inject each current source, and correct delays.",
+        "{n} parts of brain scripts contradict others or have no effect",
+        Weight.REMARK,
+    )
+    NRP319 = Explanation(
+        "A function sends two messages on one topic in the same step.",
+        "A topic keeps only the last message of a step, so the first one has no effect.",
+        "Send one message with both values, or use separate topics.",
+        "{n} messages are overwritten before they are used",
+        Weight.REMARK,
+    )
+    NRP330 = Explanation(
+        "A variable does not keep its value from call to call.",
+        "The function counts or sums, and starts again in every call.",
+        "Change `name.value` itself, and do not set it at the beginning: `initial_value` does that once.",
+        "{n} variables do not keep their values",
+        Weight.REMARK,
+    )
+    NRP355 = Explanation(
+        "A message is created but not sent, or changed after it was sent.",
+        "Subscribers do not receive the message or its last values.",
+        "Return the message, or pass it to `send_message` when all its fields are set.",
+        "{n} messages are not sent or changed too late",
+        Weight.ALTERED,
+    )
+    NRP356 = Explanation(
+        "The function of a preprocessed topic does not return a value.",
+        "The value of the topic is its result, which is always None.",
+        "Return the converted message.",
+        "{n} functions of preprocessed topics do not return a value",
+        Weight.ALTERED,
+    )
+    NRP357 = Explanation(
+        "A transfer function waits.",
+        "Simulated time advances only between calls, so the wait has no effect or never ends.",
+        "Return, and act in a later call: compare `t` with a time stored in a variable.",
+        "{n} transfer functions wait",
+        Weight.ALTERED,
+    )
+    NRP358 = Explanation(
+        "A bound of a colour that no pixel meets.",
+        "No colour is found, whatever the camera sees.",
+        "Use OpenCV's scale: hue 0 to 179, saturation and value 0 to 255, the lower bound first.",
+        "{n} bounds of colours that no pixel meets",
+        Weight.ALTERED,
+    )
+    NRP370 = Explanation(
+        "A robot with wheels starts tilted or upside down.",
+        "The robot does not stand on its wheels, so its drive does not move it as commanded.",
+        "Correct the angles of its start pose, which are in rad unless a unit is given: `90 deg`.",
+        "{n} robots start tilted",
+        Weight.ALTERED,
+    )
+    NRP371 = Explanation(
+        "Lengths of a model are probably in another unit than metres.",
+        "The model is 100 or 1000 times as large or small as intended.",
+        "Give a mesh the scale 0.001 if it is in mm, or write lengths in m.",
+        "{n} lengths are probably in another unit",
+        Weight.REMARK,
+    )
+    NRP372 = Explanation(
+        "A time step is probably in another unit, does not suit the loop, or does not divide that of the "
+        "loop.",
+        "The run is slow or inaccurate, or the robot reacts late; both sides must reach the end of each loop "
+        "step exactly.",
+        "Write steps with their unit; 20 ms is usual for the loop, and 1 to 5 ms for physics. Choose a "
+        "loop step "
+        "that is a multiple of the time steps of both sides.",
+        "{n} time steps do not suit",
+        Weight.REMARK,
+    )
+    NRP374 = Explanation(
+        "A scanner or camera sees only its own robot.",
+        "Its messages do not depend on the room.",
+        "Move the sensor out of the shape that the message names, or turn it.",
+        "{n} sensors see only their own robot",
+        Weight.ALTERED,
+    )
+    NRP375 = Explanation(
+        "Wheels of a drive do not touch the ground.",
+        "The wheels turn, and the robot does not move as commanded.",
+        "Give each wheel a collision shape that reaches lower than the rest of the robot.",
+        "{n} drives have wheels without contact",
+        Weight.ALTERED,
+    )
+    NRP376 = Explanation(
+        "Two controllers, drives or plugins command one joint.",
+        "They work against each other, or the last command counts.",
+        "Remove one of them, name another joint, or on Gazebo leave the drive to it by `drive: plugin`.",
+        "{n} joints have two controllers",
+        Weight.ALTERED,
+    )
+    NRP377 = Explanation(
+        "The inputs of a population cannot make a cell fire: there are none, or they are too weak.",
+        "The cells never fire, so their targets and devices do not receive spikes.",
+        "Connect the population, increase the weights (nA for cells with currents, uS with conductances), or "
+        "lower the threshold.",
+        "{n} populations cannot fire with the weights of their inputs",
+        Weight.ALTERED,
+    )
+    NRP378 = Explanation(
+        "A function writes a file.",
+        "A replay writes the file again, and a reset does not restore it.",
+        "Record values with the CSV recorder, `nrp.MapCSVRecorder`.",
+        "{n} places where functions write files",
+        Weight.REMARK,
+    )
+    NRP379 = Explanation(
+        "A constant for the time between two calls of a function is not the step of the loop.",
+        "Speeds, integrals and filters of the function are wrong by a factor.",
+        "Take the time since the last call from `t`, or use the `timestep` of the experiment.",
+        "{n} constants for the step of the loop are wrong",
+        Weight.ALTERED,
+    )
+    NRP380 = Explanation(
+        "A distance of a scanner is compared with a number beyond its range.",
+        "The comparison has the same result for all distances; beams that reach nothing are `inf`.",
+        "Use a distance within the range that `nrp inspect` lists.",
+        "{n} distances are compared with numbers beyond the range of the scanner",
+        Weight.ALTERED,
+    )
+    NRP381 = Explanation(
+        "A pose in a model is probably in another unit.",
+        "The part is far from where it should be, or turned.",
+        'Write positions in m and angles in rad; SDF has `<pose degrees="true">`.',
+        "{n} poses are probably in another unit",
+        Weight.REMARK,
+    )
+    NRP382 = Explanation(
+        "A robot of an experiment of the Neurorobotics Platform fell, flew away, or was thrown at the start.",
+        "Whatever it was to do after this time is missing from the run.",
+        "Correct the start pose, put missing meshes where the models are searched, or hold the joints that "
+        "bear "
+        "the robot.",
+        "{n} robots fell, flew away or were thrown",
+        Weight.INCOMPLETE,
+    )
+
+    def __repr__(self) -> str:
+        return f"Code.{self.name}"
+
+    @property
+    def summary(self) -> str:
+        """The mistake, in one sentence."""
+        return self.value.summary
+
+    @property
+    def why(self) -> str:
+        """The consequence."""
+        return self.value.why
+
+    @property
+    def suggestion(self) -> str:
+        """How to fix it."""
+        return self.value.suggestion
+
+    @property
+    def weight(self) -> Weight:
+        """The effect of a warning of this code on a run."""
+        return self.value.weight
+
+    def counted(self, n: int) -> str:
+        """Return the headline of ``n`` findings of this code, n > 1."""
+        return self.value.counted.format(n=n)
