@@ -21,21 +21,20 @@ from nrp_core.scene.devices import GroupController, JointController, Pid, Trajec
 from nrp_core.scene.model import Joint, Link, Model
 from nrp_core.scene.posture import at_start
 from nrp_core.scene.reading.context import Element, Notes, Reading, Resources
+from nrp_core.scene.reading.plugins import find_registered
 from nrp_core.scene.reading.sensors import (
     SENSORS,
     Mount,
     joint_sensors,
     link_sensors,
+    sensor_types,
     with_frames,
     with_sensors,
 )
 from nrp_core.scene.rigid import Pose
-from nrp_core.scene.sdf.vocabulary import check_vocabulary
+from nrp_core.scene.sdf.vocabulary import check_vocabulary, ignored_parameters
 from nrp_core.scene.tessellation import box_around
 from nrp_core.world.controllers.plugins import TOPICS
-
-_WITH_LENSES = ("depth", "dvs", "retina", "rgbd", "segmentation")
-"""Sensors that need a ``<camera>``, besides cameras; without one it has the default optics."""
 
 
 class _SensorError(SceneError):
@@ -94,6 +93,8 @@ def with_added_sensors(model: Model, sensors: Iterable[AddedSensor]) -> Model:
         reading = Reading(Resources(()), notes, robot=model.name)
         read = link_sensors if sensor.link in holders else joint_sensors
         found = list(read([element], mount, reading))
+        for _, message in ignored_parameters(element):
+            raise _unknown(element, message)
         if not found:
             where = "a joint" if sensor.link in holders else "a link"
             raise SceneError(f"a sensor of type '{sensor.type}' is on {where}, which '{sensor.link}' is not")
@@ -118,21 +119,26 @@ def _without_place(notes: Notes) -> Iterator[Finding]:
 
 def _element_of(sensor: AddedSensor) -> Element:
     """Return the ``<sensor>``, of which every element must exist."""
-    if sensor.type not in SENSORS.names():
-        types = [name for name in SENSORS.names() if not name.startswith("plugin.")]
-        raise SceneError(f"'{sensor.type}' is not a type of sensors{did_you_mean(sensor.type, types)}")
+    if sensor.type not in sensor_types():
+        hint = did_you_mean(sensor.type, sensor_types())
+        raise SceneError(f"'{sensor.type}' is not a type of sensors{hint}")
     settings = {"update_rate": f"{sensor.rate_hz:.17g}", **sensor.settings}
     attributes = {"name": sensor.name, "type": sensor.type}
     (element,) = _elements("sensor", settings)
     element.attributes |= attributes
-    if "camera" in sensor.type or sensor.type in _WITH_LENSES:
-        element.children += [] if element.find("camera") else _elements("camera", {})
+    reader = find_registered(SENSORS, sensor.type, element)
+    if reader and "renderers" in reader.needs and not element.find("camera"):
+        element.children += _elements("camera", {})  # of the default optics
     notes = Notes()
     check_vocabulary(element, notes)
-    if notes.findings:
-        unknown = notes.findings[0].message.replace(": ignored", "")
-        raise SceneError(f"the added sensor '{sensor.name}': {unknown}")
+    for finding in notes.findings:
+        raise _unknown(element, finding.message)
     return element
+
+
+def _unknown(sensor: Element, message: str) -> SceneError:
+    text = message.replace(": ignored", "")
+    return SceneError(f"the added sensor '{sensor.attribute('name')}': {text}")
 
 
 def _elements(tag: str, value: Any) -> list[Element]:

@@ -279,6 +279,10 @@ class SensorReader(Protocol):
     def on_joint(self) -> bool:
         """Whether its ``<sensor>`` is in a ``<joint>`` instead of a ``<link>``."""
 
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The capabilities that it needs of an engine."""
+
     def read(self, sensor: Element, mount: Mount, reading: Reading) -> MountedSensor:
         """Read a ``<sensor>``."""
 
@@ -288,6 +292,11 @@ class SensorReader(Protocol):
 
 SENSORS: Registry[SensorReader] = Registry("nrp_core.sensors", "sensor")
 """Sensors by the types of ``<sensor>``, and by :data:`PLUGIN` and the names of plugins of models."""
+
+
+def sensor_types() -> list[str]:
+    """Return the types of ``<sensor>``, which are also the names of elements with their parameters."""
+    return [name for name in SENSORS.names() if not name.startswith(PLUGIN)]
 
 
 def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:
@@ -340,8 +349,7 @@ def _read_sensor(
     kind, name = sensor.attribute("type"), sensor.attribute("name")
     found = find_registered(SENSORS, kind, sensor)
     if found is None:
-        types = [each for each in SENSORS.names() if not each.startswith(PLUGIN)]
-        message = f"sensors of type '{kind}' are not simulated{hint_if_close(kind, types)}"
+        message = f"sensors of type '{kind}' are not simulated{hint_if_close(kind, sensor_types())}"
         reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
     elif found.on_joint != on_joint:
         holder = "joint" if found.on_joint else "link"
@@ -359,7 +367,7 @@ def _warn_of_unread(sensor: Element, reading: Reading) -> None:
     for child in sensor.children:
         if child.tag == "plugin":
             check_parameters(child, reading.notes)
-        elif child.tag not in sensor.asked and (child.tag in SENSORS.names() or child.tag in _UNSIMULATED):
+        elif child.tag not in sensor.asked and child.tag in (*sensor_types(), *_UNSIMULATED):
             message = f"<{child.tag}> has no effect in the sensor '{name}', which is of type '{kind}'"
             reading.notes.warn(child, Code.NRP264, message, subject=child.tag)
 

@@ -52,6 +52,7 @@ from nrp_core.scene.sdf.joints import (
     with_leaders,
 )
 from nrp_core.scene.sdf.links import read_link
+from nrp_core.scene.sdf.vocabulary import check_sensors
 from nrp_core.scene.stand_in import with_sizes
 
 KEYFRAME = "nrp:keyframe"
@@ -188,6 +189,8 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
         mount = Mount(name, partial(frames.place_in, frame=frames.name_of(joint)))
         sensors = joint_sensors(joint.all("sensor"), mount, reading)
         links = with_sensors(links, joint.require("child").text, *sensors)
+    for part in (*own, *model.all("joint")):
+        check_sensors(part.all("sensor"), reading.notes)
     acting = Actuators()
     for inner, parts in nested:
         prefix, frame = model_scope(inner.name, inner.merged)

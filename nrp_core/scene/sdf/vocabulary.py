@@ -6,8 +6,8 @@ accepted, as the specification requires.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from math import isnan
 from typing import Final
@@ -18,6 +18,7 @@ from nrp_core.scene.bodies import TINTS
 from nrp_core.scene.reading.context import Element, Notes
 from nrp_core.scene.reading.plugins import without_truth_value, wrong_file
 from nrp_core.scene.reading.repairs import MASSLESS
+from nrp_core.scene.reading.sensors import sensor_types
 from nrp_core.scene.rigid import ROUNDED_TURN_RAD
 
 _MAPS: Final = "environment_map:t ambient_occlusion_map:t normal_map emissive_map:t light_map"
@@ -152,7 +153,7 @@ _TABLE: Final = {
     "sensor": "@name @type always_on:b update_rate:1 visualize:b enable_metrics:b topic:t frame_id:t "
     "gz_frame_id:t ignition_frame_id:t frame pose plugin air_flow=* air_pressure air_speed altimeter "
     "camera contact=touched dvl=* force_torque gps=navsat imu lidar logical_camera magnetometer=axes "
-    "navsat ray=lidar rfid=* rfidtag=* sonar transceiver event_camera retina",
+    "navsat ray=lidar rfid=* rfidtag=* sonar transceiver",  # and those of registered sensors
     "air_pressure": "reference_altitude:1 pressure=noisy",
     "air_speed": "pressure=noisy",
     "noisy": "noise",
@@ -174,8 +175,6 @@ _TABLE: Final = {
     "intrinsics": "fx:1 fy:1 cx:1 cy:1 s:1",
     "projection": "p_fx:1 p_fy:1 p_cx:1 p_cy:1 tx:1 ty:1",
     "touched": "collision:t topic:t",
-    "event_camera": "threshold:1 spread:1",
-    "retina": "centre:1 surround:1 gain:1 baseline:1 sustained:1 adaptation:1",
     "sonar": "min:1 max:1 radius:1 geometry:t",
     "lidar": "scan range=reach noise visibility_mask:t",
     "scan": "horizontal=beams vertical=beams",
@@ -268,6 +267,8 @@ _TRUTH: Final = ("", "0", "1", "false", "true")
 _OWN: Final = (MASSLESS, TINTS)
 """Attributes that elements have that were converted from another format."""
 _ANY: Final = Rule(free=True)
+_OF_SENSOR: Final = Rule(children={"noise": RULES["noise"]}, free=True)
+"""The element of a registered sensor, which its reader checks; any ``<noise>`` in it is of SDF."""
 _COUNTS: Final = {"c": ((3, 4), "3 or 4 numbers"), "p": ((0, 6, 7), "6 numbers")}
 """The counts of numbers in a colour and in a pose, of which an empty one is none."""
 
@@ -278,10 +279,17 @@ def check_vocabulary(element: Element, notes: Notes) -> None:
 
 
 def _check_inside(element: Element, rule: Rule, around: tuple[Element, Rule] | None, notes: Notes) -> None:
+    if element.tag == "sensor" and not rule.free:
+        rule = _with_registered(element, rule)
+    if rule.free and not rule.children:
+        return
     for child in element.children:
-        if ":" in child.tag or rule.free:
+        if ":" in child.tag:
             continue
         inner = rule.children.get(child.tag)
+        if inner is None and rule.free:
+            _check_inside(child, rule, None, notes)
+            continue
         if inner is None:
             hint = _place_of(child, element, rule, around)
             message = f"<{child.tag}> is not an element of <{element.tag}>: ignored{hint}"
@@ -295,6 +303,12 @@ def _check_inside(element: Element, rule: Rule, around: tuple[Element, Rule] | N
         if child.tag == "pose":
             _check_angles(child, notes)
         _check_inside(child, inner, (element, rule), notes)
+
+
+def _with_registered(sensor: Element, rule: Rule) -> Rule:
+    """Return the rule of a ``<sensor>`` with the elements of its own type and of all registered types."""
+    added = dict.fromkeys([sensor.attributes.get("type", ""), *sensor_types()], _OF_SENSOR)
+    return replace(rule, children={**added, **rule.children})
 
 
 def _place_of(child: Element, parent: Element, rule: Rule, around: tuple[Element, Rule] | None) -> str:
@@ -356,6 +370,37 @@ def _are_numbers(text: str) -> bool:
         return not any(isnan(float(word)) for word in text.split())
     except ValueError:
         return False
+
+
+def check_sensors(sensors: Iterable[Element], notes: Notes) -> None:
+    """Warn of the parameters of registered sensors, which have been read, that their readers do not have."""
+    for sensor in sensors:
+        for element, message in ignored_parameters(sensor):
+            notes.warn(element, Code.NRP264, message, subject=element.tag)
+
+
+def ignored_parameters(sensor: Element) -> Iterator[tuple[Element, str]]:
+    """Yield the elements that the reader of a registered sensor has not looked for, each with a message.
+
+    Args:
+        sensor: the ``<sensor>``, which has been read. In it, only the elements of registered sensors that are
+            not of SDF are examined, without the ``<noise>`` in them.
+    """
+    registered = _with_registered(sensor, RULES["sensor"])
+    for child in sensor.children:
+        if child.tag in sensor.asked and registered.children.get(child.tag) is _OF_SENSOR:
+            yield from _not_asked(child)
+
+
+def _not_asked(holder: Element) -> Iterator[tuple[Element, str]]:
+    for child in holder.children:
+        if ":" in child.tag or child.tag in _OF_SENSOR.children:
+            continue
+        if child.tag in holder.asked:
+            yield from _not_asked(child)
+        else:
+            hint = hint_if_close(child.tag, holder.asked)
+            yield child, f"<{child.tag}> is not an element of <{holder.tag}>: ignored{hint}"
 
 
 def check_names(element: Element) -> None:

@@ -1,5 +1,4 @@
 """Sensors, in modules by what they measure: their data, their elements in files, and their messages.
 
-To add one, add its module and name it under ``nrp_core.sensors`` in ``pyproject.toml``. An element of its own
-in ``<sensor>`` is also named in ``nrp_core/scene/sdf/vocabulary.py``.
+To add one, add its module and name it under ``nrp_core.sensors`` in ``pyproject.toml``.
 """
