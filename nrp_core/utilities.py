@@ -9,6 +9,7 @@ from nrp_core._support.lazy import lazily as _lazily
 TYPE_CHECKING = False  # type checkers know this name; importing typing would take 5 ms
 if TYPE_CHECKING:
     from nrp_core._support import time_limit as time_limit
+    from nrp_core._support.cache import cached_folder as cached_folder
     from nrp_core._support.checked_arguments import checks_arguments as checks_arguments
     from nrp_core._support.checked_arguments import require_fields as require_fields
     from nrp_core._support.checked_arguments import takes as takes

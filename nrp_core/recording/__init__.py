@@ -29,5 +29,15 @@ if TYPE_CHECKING:
     from nrp_core.recording.replay.replay import Replay as Replay
     from nrp_core.recording.replay.replay import ReplayRequest as ReplayRequest
     from nrp_core.recording.replay.replay import ReplayVerdict as ReplayVerdict
+    from nrp_core.recording.writing.frames import SceneFrames as SceneFrames
+    from nrp_core.recording.writing.muscles import MusclePaths as MusclePaths
+    from nrp_core.recording.writing.signals import DeviceRecords as DeviceRecords
+    from nrp_core.recording.writing.signals import LinkTransforms as LinkTransforms
+    from nrp_core.recording.writing.signals import MovingModels as MovingModels
+    from nrp_core.recording.writing.signals import PopulationSpikes as PopulationSpikes
+    from nrp_core.recording.writing.signals import RecordEntry as RecordEntry
+    from nrp_core.recording.writing.signals import Scenery as Scenery
+    from nrp_core.recording.writing.signals import Signal as Signal
+    from nrp_core.recording.writing.signals import TopicMessages as TopicMessages
 else:
     __getattr__, __dir__, __all__ = lazily(__name__)

@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from nrp_core.world.live import LiveScene as LiveScene
     from nrp_core.world.part import Part as Part
     from nrp_core.world.part import PartProxy as PartProxy
+    from nrp_core.world.raycast.solids import width_m as width_m
     from nrp_core.world.render.cameras import DepthArray as DepthArray
     from nrp_core.world.render.cameras import ImageArray as ImageArray
     from nrp_core.world.render.cameras import drawn as drawn

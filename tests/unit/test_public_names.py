@@ -48,7 +48,6 @@ NRP_CORE_4 = "run-an-nrp-core-4-experiment.md"
 def outside() -> list[Path]:
     """What is written as users and authors would: pages, templates, plugins and experiments.
 
-    The cockpit is a part of the platform above the run, as the command line is; contracts of its own hold it.
     The page about NRP-core 4 imports that program's ``nrp_core``.
     """
     patterns = (
@@ -57,7 +56,7 @@ def outside() -> list[Path]:
         "plugins/nrp-*-minimal/tests/*.py",
     )  # fmt: skip
     found = (path for pattern in patterns for path in ROOT.glob(pattern))
-    return sorted(path for path in found if not {"decisions", "nrp-cockpit", NRP_CORE_4} & set(path.parts))
+    return sorted(path for path in found if not {"decisions", NRP_CORE_4} & set(path.parts))
 
 
 def imported(text: str) -> Iterator[tuple[str, str]]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import partial, reduce
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -26,6 +26,7 @@ from nrp_core.network.data import Network
 from nrp_core.network.picking import Selection
 from nrp_core.parameters import FUNCTIONS, Declared, Parameter, Value, fitting, read_parameters
 from nrp_core.registry import Registry
+from nrp_core.scene.clearance import with_clearance
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.reading.context import FindElsewhere, read_without
 from nrp_core.scene.sdf import read_model, read_scene
@@ -160,6 +161,17 @@ class Maker(PartMaker):
 def maker_of(experiment: Experiment) -> PartMaker:
     """Return the maker of an experiment: its own, or the one for our formats."""
     return experiment.maker or Maker()
+
+
+def scene_of(experiment: Experiment) -> Scene:
+    """Return the room of an experiment with its robots, as its files describe them.
+
+    Raises:
+        SceneError: the file of the room or of a robot cannot be read.
+    """
+    maker = maker_of(experiment)
+    robots = [maker.robot(experiment, name) for name in experiment.world.robots]
+    return with_clearance(reduce(Scene.with_model, robots, maker.room(experiment)))
 
 
 def load_function_file(

@@ -59,7 +59,9 @@ def test_weights_are_sent_when_they_change_and_at_most_ten_times_a_second(tmp_pa
 
 def test_only_plastic_ones_of_many_projections_are_offered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     with Run(load_experiment(large_brain(tmp_path, cells=80, packets=1))) as run:
-        described = {each["name"]: each["elements"] for each in weights_data(run.brain.network)}
+        data = list(weights_data(run.brain.network))
+        assert {each["unit"] for each in data} == {"nA"}
+        described = {each["name"]: each["elements"] for each in data}
         assert described[synapses_topic("kick")] == ["0 to 0"]
         assert MOST_STATIC > 1
         monkeypatch.setattr("nrp_cockpit.streaming.weights.MOST_STATIC", 1)

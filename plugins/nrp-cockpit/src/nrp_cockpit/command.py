@@ -121,7 +121,7 @@ def kind_of(path: str) -> Kind | None:
     """Return whether a path is the folder of a recording or a sweep; None: it is an experiment."""
     from nrp_lab.sweep.table import ABOUT
 
-    from nrp_core.recording.layout import RUN_NAME
+    from nrp_core.recording import RUN_NAME
 
     folder = Path(path)
     if (folder / RUN_NAME).is_file():
@@ -186,8 +186,8 @@ def open_run(
     from nrp_cockpit.session.live import LiveSession
     from nrp_cockpit.session.opening import Opening
     from nrp_core.cli.progress import display
-    from nrp_core.experiment.reading.find import load_experiment
-    from nrp_core.recording.folder.used_files import FilesRead
+    from nrp_core.experiment import load_experiment
+    from nrp_core.recording import FilesRead
     from nrp_core.running import open_run as open_checked
 
     with ExitStack() as stack:

@@ -68,7 +68,7 @@ def wanted(file: str, experiment: str | None) -> tuple[Path | None, str, list[st
     Raises:
         ExperimentError: there is no experiment for the file.
     """
-    from nrp_core.experiment.reading.find import load_experiment
+    from nrp_core.experiment import load_experiment
 
     path = Path(file).absolute()
     if path.suffix not in _FILES:
@@ -87,7 +87,7 @@ def wanted(file: str, experiment: str | None) -> tuple[Path | None, str, list[st
 def _beside(path: Path) -> str:
     """Return the experiment in the folder of a model that names it, or else the only one there."""
     from nrp_core.errors import NrpError
-    from nrp_core.experiment.reading.find import READERS, find_file, load_experiment
+    from nrp_core.experiment import READERS, find_file, load_experiment
 
     for file in sorted(one for one in path.parent.iterdir() if one.suffix in READERS.names()):
         try:

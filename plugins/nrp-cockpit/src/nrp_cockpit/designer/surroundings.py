@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from nrp_bibi.model.functions import Bibi
 
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.messages.base import type_name
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.world.topics import Direction, TopicInfo

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from nrp_core.errors import ExperimentError, SceneError, did_you_mean
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.scene.inertia import shape_inertia
-from nrp_core.scene.model import Box, Collision, Cylinder, Geometry, Link, Model, Sphere, Visual
 from nrp_core.scene.rigid import Pose
-from nrp_core.scene.sdf import read_model
+from nrp_core.world import Box, Collision, Cylinder, Geometry, Link, Model, Sphere, Visual, read_model
 from nrp_core.world.robot_setup import RobotSetup, set_up_robot
 
 SHAPES: Final = ("box", "sphere", "cylinder")

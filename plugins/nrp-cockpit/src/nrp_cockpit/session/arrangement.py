@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from nrp_core.errors import did_you_mean
-from nrp_core.experiment.model.section import Section
+from nrp_core.experiment import Section
 
 PANELS: Final = ("scene", "camera", "map", "brain", "spikes", "traces", "parameters", "inspector")
 """The kinds of panels of the page, as in ``page/src/layout/tree.ts``."""

@@ -11,7 +11,7 @@ from nrp_cockpit.session.session import Mode
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.clock import seconds
 from nrp_core.errors import CapabilityError
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 
 
 class Beside(LiveSession):

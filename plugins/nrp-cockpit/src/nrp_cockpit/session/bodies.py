@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from math import hypot, isclose, isfinite
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.messages.base import Duration
 from nrp_core.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.scene.rigid import ModelMotion, Pose
-from nrp_core.world.raycast.solids import width_m
+from nrp_core.world import width_m
 
 _SHORTEST_S = 1e-6
 """Shorter than the step of any engine."""

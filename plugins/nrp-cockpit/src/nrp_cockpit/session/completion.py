@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nrp_core.dsl import __all__ as language
+from nrp_core import dsl
 from nrp_core.dsl import message_packages
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.messages.base import type_name
 
 
@@ -24,7 +24,7 @@ def words_of(run: Run) -> Iterator[dict[str, str]]:
             "type": "variable",
             "detail": f"{population.size} {population.cell_type}",
         }
-    for word in language:
+    for word in dsl.__all__:
         yield {"label": f"nrp.{word}", "type": "function", "detail": "transfer functions"}
     for package, module in message_packages().items():
         for name in module.msg.__all__:

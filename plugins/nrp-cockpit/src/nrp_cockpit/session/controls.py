@@ -23,7 +23,7 @@ from nrp_cockpit.wire.calls import PREFIX
 from nrp_cockpit.wire.hub import Service, Services
 from nrp_core.clock import seconds
 from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
-from nrp_core.experiment.running.commands import commands_of
+from nrp_core.experiment import commands_of
 
 
 def services_of(session: LiveSession) -> Services:

@@ -11,18 +11,17 @@ import numpy as np
 from nrp_cockpit.session.groups import groups_data
 from nrp_cockpit.streaming.weights import weights_data
 from nrp_core import brains, worlds
-from nrp_core.brain.devices.sinks import SinkPort
-from nrp_core.brain.interface import Brain
+from nrp_core.brain import Brain, SinkPort
 from nrp_core.clock import seconds
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.findings import refusals
 from nrp_core.messages.base import type_name
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.network.data import Population
 from nrp_core.recording.folder.recording_folder import lights_data, mounts_data, projection_data, views_data
 from nrp_core.recording.layout import device_topic
+from nrp_core.world import World
 from nrp_core.world.topics import Direction, TopicInfo
-from nrp_core.world.world import World
 
 MOST_POSITIONS = 5_000
 """Positions are not sent for larger populations."""

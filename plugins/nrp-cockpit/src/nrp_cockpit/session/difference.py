@@ -7,11 +7,10 @@ from itertools import chain
 from math import dist
 from typing import Any
 
-from nrp_lab.comparison.divergence import NOISE
+from nrp_lab.comparison import NOISE
 
 from nrp_core.clock import seconds
-from nrp_core.experiment.running.result import Result
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Result, Run
 
 MOST_POINTS = 600
 """Maximum number of points of the distance over time; beyond it, every second point is removed."""

@@ -10,10 +10,7 @@ from nrp_cockpit.session.costs import Cost
 from nrp_core.cle.loop import Failure
 from nrp_core.clock import seconds
 from nrp_core.dsl import TransferFunction
-from nrp_core.experiment.events.criteria import Verdict
-from nrp_core.experiment.model.event_schema import Criterion, Event
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Criterion, Event, Experiment, Run, Verdict
 from nrp_core.findings import Finding, Level, Weight
 
 _OPEN = Verdict(None, None, None, None, None, "not decided")

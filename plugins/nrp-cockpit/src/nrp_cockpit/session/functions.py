@@ -13,12 +13,10 @@ from nrp_cockpit.session.completion import words_of
 from nrp_cockpit.session.costs import Costs
 from nrp_cockpit.session.drafts import Drafts
 from nrp_cockpit.session.findings import finding_data, function_data
-from nrp_core.checks.validate import validate
+from nrp_core import validate
 from nrp_core.checks.warnings import new_warnings
 from nrp_core.errors import ExperimentError, NrpError
-from nrp_core.experiment.making.maker import load_function_file
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Experiment, Run, load_function_file
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 T = TypeVar("T")

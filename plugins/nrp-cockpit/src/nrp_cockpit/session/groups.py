@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray
 from nrp_core.network.data import Network, Projection
 from nrp_core.recording.folder.recording_folder import ranges_of, views_data
 

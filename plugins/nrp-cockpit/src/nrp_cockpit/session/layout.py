@@ -14,8 +14,7 @@ from platformdirs import user_config_path
 from nrp_cockpit.session.arrangement import Arrangement, Curve
 from nrp_cockpit.wire.channels import Channel, Channels
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.model.section import tree_of
-from nrp_core.experiment.reading.reader import form_of, read_form
+from nrp_core.experiment import form_of, read_form, tree_of
 from nrp_core.messages.cdr import Codec
 from nrp_core.recording.layout import device_topic
 

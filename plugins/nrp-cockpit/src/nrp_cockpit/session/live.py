@@ -16,13 +16,13 @@ from nrp_cockpit.session.requests import Requests
 from nrp_cockpit.session.session import Mode, Session
 from nrp_cockpit.streaming.live import LiveStream
 from nrp_cockpit.wire.hub import Hub
-from nrp_core._support.stopwatch import work
 from nrp_core.cle.pacing import AsFastAsPossible, Paced
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, LifecycleError, NrpError
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
+from nrp_core.recording import FilesRead
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.folder.used_files import FilesRead
+from nrp_core.utilities import work
 
 _MOMENT_S = 0.05
 """Below this wall time it only sleeps: waiting for requests as well would cost more."""

@@ -12,7 +12,7 @@ from nrp_cockpit.session.functions import Functions
 from nrp_cockpit.session.past import Past
 from nrp_cockpit.session.reports import Reported, Reports, shares_data
 from nrp_cockpit.streaming.live import LiveStream
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 
 
 class LiveReported(Reported, Protocol):

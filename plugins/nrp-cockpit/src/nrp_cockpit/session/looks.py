@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from nrp_cockpit.session.groups import connections
-from nrp_core._support.arrays import FloatArray
+from nrp_core.brain import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.network.data import Population
 
 BINS = 24

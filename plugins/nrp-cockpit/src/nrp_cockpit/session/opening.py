@@ -15,8 +15,7 @@ from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.wire.hub import Service, Services
 from nrp_core.clock import seconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NrpError
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Experiment, Run
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 
 Read = Callable[[Sequence[str]], Experiment]

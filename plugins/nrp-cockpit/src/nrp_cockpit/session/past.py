@@ -12,7 +12,7 @@ import lz4.block  # type: ignore[import-untyped]
 
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import CapabilityError
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 
 WATCHED_NS, ALONE_NS = NS_PER_S, 5 * NS_PER_S
 """Simulated time between two automatic snapshots, with and without clients."""

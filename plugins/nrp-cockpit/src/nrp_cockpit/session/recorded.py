@@ -18,7 +18,7 @@ from nrp_cockpit.wire.hub import Hub
 from nrp_core.cle.pacing import AsFastAsPossible, Paced, Pacing
 from nrp_core.errors import CapabilityError, LifecycleError
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.recording.recording import Recording
+from nrp_core.recording import Recording
 
 CHECKING = "nrp-cockpit-check"
 """The name of the thread that compares a recording with its digests."""

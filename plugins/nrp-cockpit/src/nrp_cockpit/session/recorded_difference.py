@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from nrp_lab.comparison.divergence import NOISE
+from nrp_lab.comparison import NOISE
 
 from nrp_cockpit.session.difference import MOST_POINTS, beside_data
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain import FloatArray, IntArray
 from nrp_core.clock import seconds
-from nrp_core.recording.layout import Role
-from nrp_core.recording.recording import Recording
+from nrp_core.recording import Recording, Role
 
 
 class RecordedDifference:

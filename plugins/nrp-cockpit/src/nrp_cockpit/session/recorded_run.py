@@ -14,15 +14,12 @@ from nrp_cockpit.session.reports import shares_data
 from nrp_cockpit.streaming.recorded import SCENE_TYPE
 from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.errors import ExperimentError, NrpError
-from nrp_core.experiment.events.criteria import Verdict
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.running.result import recorded_judgement
+from nrp_core.experiment import Experiment, Verdict, recorded_judgement
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.messages.foxglove_msgs import SceneEntity
+from nrp_core.recording import RUN_NAME, RecordedTopic, Recording, Role
 from nrp_core.recording.folder.recording_folder import recorded_experiment
-from nrp_core.recording.layout import RUN_NAME, SCENE, WORLD_FRAME, Role
-from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.recording import Recording
+from nrp_core.recording.layout import SCENE, WORLD_FRAME
 
 FIXED = "a recording cannot be changed; branch a run from it with nrp replay --from"
 """Why requests that change a run are refused."""

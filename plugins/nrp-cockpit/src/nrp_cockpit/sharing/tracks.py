@@ -17,9 +17,8 @@ from nrp_core.errors import ExperimentError
 from nrp_core.messages.base import type_name
 from nrp_core.messages.cdr import Codec
 from nrp_core.messages.sensor_msgs import CompressedImage, Image
-from nrp_core.recording.images import compress, compressible, values_of
-from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.recording import RecordedTopic, Role, values_of
+from nrp_core.recording.images import compress, compressible
 
 MOST_UNPACKED_BYTES = 300_000_000
 """The maximum size of all messages in a browser."""

@@ -12,9 +12,8 @@ from nrp_lab.sweep.table import ABOUT, read_about
 
 from nrp_cockpit.start.pictures import picture_key
 from nrp_core.errors import NrpError
-from nrp_core.experiment.reading.find import experiments_in, load_experiment, shipped
-from nrp_core.recording.layout import RUN_NAME
-from nrp_core.recording.recording import Recording
+from nrp_core.experiment import experiments_in, load_experiment, shipped
+from nrp_core.recording import RUN_NAME, Recording
 
 MOST: Final = 300
 """Maximum number of entries of each kind from a folder."""

@@ -9,19 +9,14 @@ import threading
 from base64 import b64encode
 from collections.abc import Iterable
 from contextlib import suppress
-from functools import reduce
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from nrp_core._support.cache import cached_folder
 from nrp_core.errors import ExperimentError, NrpError
-from nrp_core.experiment.making.maker import maker_of
-from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.scene.clearance import with_clearance
-from nrp_core.scene.model import Scene
+from nrp_core.experiment import Experiment, load_experiment, scene_of
+from nrp_core.utilities import cached_folder
 
 _TYPES: Final = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp"}
 _LARGEST: Final = 1_000_000
@@ -125,10 +120,8 @@ def draw(name: str, target: Path) -> None:
     from nrp_core.world.render.portrait import portrait
 
     experiment = load_experiment(name)
-    maker = maker_of(experiment)
-    robots = [maker.robot(experiment, robot) for robot in experiment.world.robots]
-    scene = with_clearance(reduce(Scene.with_model, robots, maker.room(experiment)))
-    pixels = portrait(scene, _WIDTH, _HEIGHT, of=tuple(experiment.world.robots))  # no wall is before them
+    of = tuple(experiment.world.robots)  # no wall is before them
+    pixels = portrait(scene_of(experiment), _WIDTH, _HEIGHT, of=of)
     cv2.imwrite(str(target), pixels[:, :, ::-1])
 
 

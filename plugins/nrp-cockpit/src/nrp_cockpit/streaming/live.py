@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
-from nrp_cockpit.streaming.weights import ProjectionWeights, synapses_topic, watchable, weights_topic
+from nrp_cockpit.streaming.weights import Add, ProjectionWeights, synapses_topic, watchable, weights_topic
 from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.memory import PAST
-from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.brain import SinkPort
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import TopicError
-from nrp_core.experiment.running.run import Run
+from nrp_core.experiment import Run
 from nrp_core.messages import nrp_msgs
 from nrp_core.messages.cdr import Codec
 from nrp_core.messages.foxglove_msgs import SceneUpdate
@@ -21,37 +21,22 @@ from nrp_core.messages.generated import made
 from nrp_core.messages.sensor_msgs import Image
 from nrp_core.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.network.data import Projection
-from nrp_core.recording.layout import (
-    MUSCLES,
-    SCENE,
-    TRANSFORMS,
-    Images,
-    Role,
-    device_topic,
-    spikes_topic,
-)
-from nrp_core.recording.writing import encoding
-from nrp_core.recording.writing.encoding import Packed, Parts
-from nrp_core.recording.writing.frames import SceneFrames
-from nrp_core.recording.writing.muscles import MusclePaths
-from nrp_core.recording.writing.signals import (
-    PERIOD_NS,
-    Add,
-    CameraImages,
+from nrp_core.recording import (
     DeviceRecords,
     LinkTransforms,
     MovingModels,
+    MusclePaths,
     PopulationSpikes,
     RecordEntry,
+    SceneFrames,
     Scenery,
     Signal,
     TopicMessages,
-    about_role,
 )
-from nrp_core.world.drives.muscles import drawn_muscles
+from nrp_core.recording.layout import MUSCLES, SCENE, TRANSFORMS, device_topic, spikes_topic
+from nrp_core.world import Muscle, World
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.topics import Direction, Stamped, TopicInfo
-from nrp_core.world.world import World
 
 Open = Callable[[], Signal]
 
@@ -59,16 +44,10 @@ ALONE_NS = 30 * NS_PER_S
 """Wall time for which a run is remembered after its last client has left: a page may be opened again."""
 _ALWAYS = ("spikes", "devices", MODEL_STATES)
 """The sources of topics that are remembered as soon as there is a client."""
+PERIOD_NS = 40_000_000
+"""Simulated time between two messages with the poses of models: 25 Hz."""
 _NOW_ONLY = (SCENE, TRANSFORMS)
 """Topics of which the past is not shown."""
-
-
-class WholeImages(CameraImages):
-    """The images of one camera, uncompressed, unlike those in recordings."""
-
-    def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
-        parts = encoding.image(stamped.message, pack=False)
-        return RecordEntry(stamped.t_ns, topic, Image, self._about, parts)
 
 
 class PublishedMessages(Signal):
@@ -78,8 +57,6 @@ class PublishedMessages(Signal):
         world: the world of the topics.
     """
 
-    _about = about_role(Role.PUBLISHED)
-
     def __init__(self, world: World) -> None:
         self._world = world
         self._pending: list[tuple[str, Stamped]] = []
@@ -88,7 +65,7 @@ class PublishedMessages(Signal):
     def take(self, now_ns: int, add: Add) -> None:
         pending, self._pending = self._pending, []
         for topic, stamped in pending:
-            add(RecordEntry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message))
+            add(RecordEntry(stamped.t_ns, topic, type(stamped.message), {}, message=stamped.message))
 
     def close(self) -> None:
         self._world.remove_observer(self._note)
@@ -260,7 +237,7 @@ class LiveStream:
         if entry.topic not in self._wanted:
             return
         try:
-            pieces = _pieces(entry.parts) if entry.parts else (bytes(self._codec.encode(entry.message)),)
+            pieces = tuple(map(bytes, entry.parts)) or (self._codec.encode(entry.message),)
         except TopicError:
             return  # a type of the user's own that ROS 2 cannot carry; recordings report it
         channel = self._hub.channels[entry.topic]
@@ -278,7 +255,7 @@ class LiveStream:
         assert transforms is not None
         self._offer(SCENE, SceneUpdate, SCENE, lambda: Scenery(world, frames))
         self._offer(TRANSFORMS, transforms, TRANSFORMS, lambda: LinkTransforms(frames), Kind.LATEST)
-        if drawn_muscles(world.scene):
+        if _has_muscles(world):
             self._offer(MUSCLES, SceneUpdate, MUSCLES, lambda: MusclePaths(world), Kind.LATEST)
         self._offer(
             MODEL_STATES, ModelStates, MODEL_STATES, lambda: Throttled(MovingModels(world)), Kind.LATEST
@@ -312,13 +289,17 @@ class LiveStream:
         if topic.direction is Direction.IN:
             self._offer(topic.name, topic.type, "published", lambda: PublishedMessages(world))
         elif topic.type is Image:
-            opener = lambda: WholeImages(world, topic, period_ns, Images.EXACT)  # noqa: E731
-            self._offer(topic.name, Image, topic.name, opener, Kind.LATEST)
+            self._offer_messages(topic, Kind.LATEST)
             self._images[topic.name] = round(NS_PER_S / (topic.rate_hz or NS_PER_S / period_ns))
             if topic.name in world.subscribed:
                 self._kept.add(topic.name)
         else:
-            self._offer(topic.name, topic.type, topic.name, lambda: TopicMessages(world, topic, period_ns))
+            self._offer_messages(topic, Kind.EVERY)
+
+    def _offer_messages(self, topic: TopicInfo, lost: Kind) -> None:
+        world, period_ns = self._run.world, self._run.experiment.timestep
+        opener = lambda: TopicMessages(world, topic, period_ns)  # noqa: E731
+        self._offer(topic.name, topic.type, topic.name, opener, lost)
 
     def _offer(self, topic: str, kind: type, source: str, opener: Open, lost: Kind = Kind.EVERY) -> None:
         """Advertise a topic, unless ROS 2 cannot carry its type."""
@@ -347,6 +328,7 @@ class LiveStream:
         self._hub.withdraw(topics)
 
 
-def _pieces(parts: Parts) -> tuple[bytes | memoryview, ...]:
-    """Return the parts of a message without what only recordings know: pixels to be compressed."""
-    return tuple(bytes(part) if isinstance(part, Packed) else part for part in parts)
+def _has_muscles(world: World) -> bool:
+    """Return whether the scene has a muscle with a path."""
+    drives = (drive for model in world.scene.models for drive in model.drives)
+    return any(isinstance(drive, Muscle) and len(drive.path) > 1 for drive in drives)

@@ -15,8 +15,8 @@ from nrp_core.clock import NS_PER_S
 from nrp_core.messages.base import Time, type_name
 from nrp_core.messages.cdr import Codec
 from nrp_core.messages.foxglove_msgs import SceneEntity, SceneEntityDeletion, SceneUpdate
-from nrp_core.recording.layout import SCENE, Role
-from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.recording import RecordedTopic, Role
+from nrp_core.recording.layout import SCENE
 
 SCENE_TYPE = type_name(SceneUpdate)
 """The type of scenes for viewers; recordings of version 0.1 have another type."""

@@ -19,8 +19,8 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from mcap.writer import MCAP0_MAGIC
 
-from nrp_core._support.arrays import IntArray
-from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.brain import IntArray
+from nrp_core.recording import RecordedTopic
 
 Records = Iterator[tuple[int, int, int]]
 """Records of a file: opcode, position of the content, and its length."""

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.interface import Brain
+from nrp_core.brain import Brain, FloatArray
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
 from nrp_core.messages.std_msgs import Float64MultiArray
 from nrp_core.network.data import Network, Projection
-from nrp_core.recording.layout import Role
-from nrp_core.recording.writing import encoding
-from nrp_core.recording.writing.signals import Add, RecordEntry, Signal, about_role
+from nrp_core.recording import RecordEntry, Signal
 
+Add = Callable[[RecordEntry], None]
+"""Takes an entry of a signal."""
 PERIOD_NS = 100 * NS_PER_MS
 """Minimum simulated time between two samples, for each million synapses."""
 MOST_STATIC = 32
@@ -50,7 +49,7 @@ def watchable(network: Network) -> Iterator[Projection]:
 def weights_data(network: Network) -> Iterator[dict[str, Any]]:
     """Yield the descriptions of the topics, each with the names of its numbers."""
     for projection in watchable(network):
-        unit = str(network.populations[projection.post].weight_unit(projection.receptor))
+        unit = network.populations[projection.post].weight_unit(projection.receptor).text
         shared = {"type": "std_msgs/Float64MultiArray", "direction": "out", "unit": unit, "rate_hz": None}
         yield {"name": weights_topic(projection.label), "elements": list(SUMMARY), **shared}
         if projection.rewiring is None:
@@ -72,8 +71,6 @@ class ProjectionWeights(Signal):
         brain: the brain.
         projection: one of :func:`watchable`.
     """
-
-    _about = about_role(Role.SENSOR)
 
     def __init__(self, brain: Brain, projection: Projection) -> None:
         self._brain, self._projection = brain, projection
@@ -104,7 +101,7 @@ class ProjectionWeights(Signal):
         if topic in self._last and np.array_equal(values, self._last[topic]):
             return
         self._last[topic] = values
-        add(RecordEntry(now_ns, topic, Float64MultiArray, self._about, encoding.float64s(values)))
+        add(RecordEntry(now_ns, topic, Float64MultiArray, {}, message=Float64MultiArray(data=values)))
 
 
 def summary(weights: FloatArray) -> FloatArray:

@@ -7,7 +7,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from nrp_lab.sweep.model import SEED
 from nrp_lab.sweep.record import JOURNALS, read_records
 from nrp_lab.sweep.report import remarks, report_data
 from nrp_lab.sweep.table import ABOUT, CSV, Row, SweepTable, read_about, read_table, short_key
@@ -18,6 +17,8 @@ MOST_GROUPS, MOST_RUNS = 400, 200
 """The largest numbers of combinations and of runs in one message."""
 KINDS = {"curve": 1, "heat": 2, "parallel": 1}
 """The figures, with the settings that must vary for each."""
+_SEED = "seed"
+"""The setting that runs of equal other settings differ in."""
 _LAST = ("trajectory_digest", "wall_time_s", "attempts")
 """Columns of the table that the page leaves out."""
 _CHOICES: dict[str, Callable[[Row], bool]] = {
@@ -155,8 +156,8 @@ class Sheet:
         identity = self._about["identity"]
         varied = {key: row[key] for key in identity["vary"] if row.get(key) is not None}
         settings = [*identity["settings"].values(), *(f"{key}={_written(varied[key])}" for key in varied)]
-        if SEED not in varied and row.get(SEED) is not None:
-            settings.append(f"{SEED}={row[SEED]}")
+        if _SEED not in varied and row.get(_SEED) is not None:
+            settings.append(f"{_SEED}={row[_SEED]}")
         return ["nrp", "cockpit", self._about["source"], *(word for one in settings for word in ("-s", one))]
 
 

@@ -12,6 +12,7 @@ from nrp_core.utilities import lazily
 
 TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
 if TYPE_CHECKING:
+    from nrp_lab.comparison.divergence import NOISE as NOISE
     from nrp_lab.comparison.metric import DistanceMetric as DistanceMetric
     from nrp_lab.comparison.metric import Margin as Margin
     from nrp_lab.comparison.metric import ScalarMetric as ScalarMetric

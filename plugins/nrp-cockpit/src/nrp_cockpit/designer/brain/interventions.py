@@ -15,7 +15,7 @@ from nrp_bibi.model.values import NUMBER, WORD, number_text
 from ruamel.yaml import YAML
 
 from nrp_core.clock import milliseconds
-from nrp_core.experiment.model.variant_schema import InterventionSection
+from nrp_core.experiment import InterventionSection
 
 KEY: Final = "brain.interventions"
 FIELD: Final = "intervention"
