@@ -286,7 +286,7 @@ class MapRobotSubscriber(MappingDecorator):
         self.initial_value = initial_value
 
     def _do_bind(self, binding: Binding) -> SubscribedTopic:
-        return SubscribedTopic(binding.world, self.reads, self.initial_value)
+        return SubscribedTopic(binding.world, self.reads, self.initial_value, binding.function)
 
     def __str__(self) -> str:
         return f"reads {self.reads}"

@@ -8,11 +8,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from types import CodeType, TracebackType
-from typing import Any, TypeVar, final
+from typing import Any, NamedTuple, TypeVar, final
 
 import numpy as np
 
 from nrp_core.brain.interface import Brain
+from nrp_core.clock import seconds
 from nrp_core.dsl.messages import message_type
 from nrp_core.dsl.selection import BrainRoot
 from nrp_core.errors import (
@@ -23,6 +24,7 @@ from nrp_core.errors import (
     TransferFunctionError,
     did_you_mean,
 )
+from nrp_core.findings import Code
 from nrp_core.messages.base import type_name
 from nrp_core.world.topics import Publication, Stamped, TopicInfo
 from nrp_core.world.world import World
@@ -228,8 +230,20 @@ class PreprocessedTopic(Topic):
         return self.pre_processing
 
 
+class ReceivedMessage(NamedTuple):
+    """A message on a topic.
+
+    Attributes:
+        t: when it came, s: the time of its sample plus the delay of the topic.
+        value: the message.
+    """
+
+    t: float
+    value: Any
+
+
 class SubscribedTopic(Adapter):
-    """The last message on a topic.
+    """The messages on a topic.
 
     Attributes:
         value: the last message; before the first message, the initial value.
@@ -237,15 +251,21 @@ class SubscribedTopic(Adapter):
             time, such as the poses of all models, has always changed.
     """
 
-    __slots__ = ("_initial", "_process", "_seen", "_subscription", "_world", "changed", "value")
+    __slots__ = (
+        "_dropped", "_function", "_initial", "_new", "_process", "_received", "_seen", "_subscription",
+        "_world", "changed", "value",
+    )  # fmt: skip
 
-    def __init__(self, world: World, topic: Topic, initial: Any = None) -> None:
+    def __init__(self, world: World, topic: Topic, initial: Any = None, function: str = "") -> None:
         _require(topic, world)
-        self._world = world
-        self._subscription = world.subscribe(topic.name)
+        self._world, self._function = world, function
+        self._subscription = world.subscribe(topic.name, depth=None)
         self._initial = initial
         self._process = topic.process
         self._seen: Stamped | None = None
+        self._new: list[Stamped] = []
+        self._received: list[ReceivedMessage] | None = None
+        self._dropped = 0
         self.value = initial
         self.changed = False
         try:
@@ -264,6 +284,30 @@ class SubscribedTopic(Adapter):
         )
 
     @property
+    def messages(self) -> list[ReceivedMessage]:
+        """All messages since the function last ran, oldest first, each with its time.
+
+        The last of them is :attr:`value`. A topic that can be read at any time has one message in each call.
+        If the function has not run for longer than a second, or than the period of its throttling rate, the
+        messages before that are not in it; a finding of the run reports them.
+        """
+        if self._received is None:
+            before, process = self._new[:-1], self._process
+            self._received = [ReceivedMessage(seconds(one.t_ns), process(one.message)) for one in before]
+            self._received += [ReceivedMessage(seconds(one.t_ns), self.value) for one in self._new[-1:]]
+            if self._dropped:
+                self._report_dropped()
+        return self._received
+
+    def _report_dropped(self) -> None:
+        kept_s = seconds(self._subscription.keep_ns)
+        message = (
+            f"'{self._function}' did not run for so long that {self._dropped} messages of '{self.name}' were "
+            f"dropped; '.messages' keeps those of the last {kept_s:g} s before a step"
+        )
+        self._world.warnings.add(Code.NRP282, message, subject=self.name)
+
+    @property
     def info(self) -> TopicInfo:
         """The description of the topic."""
         return self._subscription.topic
@@ -274,35 +318,36 @@ class SubscribedTopic(Adapter):
         return self.info.name
 
     def has_news(self) -> bool:
-        latest = self._subscription.latest
-        return latest is not None and latest is not self._seen
+        return self._subscription.has_news
 
     def refresh(self, now_ns: int) -> None:
-        latest = self._subscription.latest
-        self.changed = latest is not None and latest is not self._seen
-        if latest is not None:
-            if self.changed:
-                self.value = self._process(latest.message)
-            self._seen = latest
+        self._dropped = self._subscription.dropped
+        self._receive(self._subscription.take())
+
+    def _receive(self, new: list[Stamped]) -> None:
+        """Show messages to the function as those since it last ran."""
+        self._new, self._received = new, None
+        self.changed = bool(new)
+        if new:
+            self._seen = new[-1]
+            self.value = self._process(self._seen.message)
 
     def reset(self) -> None:
-        self._seen = None
+        self._seen, self._new, self._received, self._dropped = None, [], None, 0
         self.value = self._initial
         self.changed = False
 
     def save(self) -> Any:
-        kept = self._subscription.messages()
-        is_latest = bool(kept) and kept[-1] is self._seen
-        return self.value, self.changed, self._seen, is_latest, kept
+        stored, untaken = self._subscription.save()
+        return self.value, self.changed, self._seen, not untaken, stored
 
     def restore(self, saved: Any) -> None:
-        self.value, self.changed, self._seen, is_latest, kept = saved
-        if not self._subscription.messages():  # the subscription began after the save
-            for stamped in kept:
-                self._subscription.push(stamped)
-        now_kept = self._subscription.messages()
-        if is_latest and now_kept:
-            self._seen = now_kept[-1]
+        self.value, self.changed, self._seen, is_taken, stored = saved
+        self._new, self._received, self._dropped = [], None, 0
+        if self._subscription.latest is None:  # the subscription began after the save
+            self._subscription.restore(stored)
+        if is_taken:
+            self._subscription.take()
 
     def set_read(self, is_read: bool) -> None:
         self._subscription.is_read = is_read

@@ -362,9 +362,9 @@ class Code(Enum):
         Weight.ALTERED,
     )
     NRP282 = Explanation(
-        "A message from or to another program was dropped, or cannot be carried.",
+        "A message was dropped before its receiver read it, or cannot be carried from or to another program.",
         "The receiver does not get the message.",
-        "Correct the type or the values as the message says.",
+        "Correct the type or the values, or let the function run more often, as the message says.",
         "{n} messages or topics were not carried",
         Weight.ALTERED,
     )

@@ -98,7 +98,7 @@ class WorldBatch(Closing):
         """
         return BatchPublication(self, [world.advertise(topic) for world in self.worlds])
 
-    def subscribe(self, topic: str, *, depth: int = 1) -> tuple[Subscription, ...]:
+    def subscribe(self, topic: str, *, depth: int | None = 1) -> tuple[Subscription, ...]:
         """Subscribe to a topic of every copy; see :meth:`World.subscribe`."""
         return tuple(world.subscribe(topic, depth=depth) for world in self.worlds)
 

@@ -29,6 +29,7 @@ class Saved:
     started: bool
     messages: list[tuple[str, list[Stamped]]]
     in_flight: dict[str, list[Stamped]]
+    untaken: tuple[int | None, ...] = ()
 
 
 @dataclass(slots=True)
@@ -132,12 +133,13 @@ class Switchboard:
         self._topics[name] = TopicInfo(name, type_, Direction.BOTH, what="declared by the experiment")
         self._bus[name] = []
 
-    def subscribe(self, topic: str, *, depth: int = 1) -> Subscription:
+    def subscribe(self, topic: str, *, depth: int | None = 1) -> Subscription:
         """Subscribe to a topic.
 
         Args:
             topic: its name or an alias.
-            depth: number of messages that the subscription keeps.
+            depth: number of messages that the subscription keeps; None: all that came since the last
+                :meth:`.Subscription.take`.
 
         Raises:
             TopicError: there is no such topic, or it can only be published on.
@@ -267,6 +269,13 @@ class Switchboard:
 
     # -- messages
 
+    def drop_old(self) -> None:
+        """Drop the messages that nobody has taken for long; called before each step."""
+        now_ns = self._engine.now_ns
+        for subscription in self._subscriptions:
+            if subscription.depth is None:
+                subscription.drop_old(now_ns)
+
     def push(self, topic: str, stamped: Stamped) -> None:
         """Deliver a message from outside to the subscribers of its topic."""
         for subscription in self._bus.get(topic, ()):
@@ -365,21 +374,23 @@ class Switchboard:
 
     def save(self) -> Saved:
         """Return the messages in subscriptions and in flight."""
-        messages = [(each.topic.name, each.messages()) for each in self._subscriptions]
+        stored = [each.save() for each in self._subscriptions]
+        names = [each.topic.name for each in self._subscriptions]
+        messages = [(name, kept) for name, (kept, _) in zip(names, stored, strict=True)]
         in_flight = {name: list(sampling.in_flight) for name, sampling in self._rated.items()}
-        return Saved(self.started, messages, in_flight)
+        return Saved(self.started, messages, in_flight, tuple(untaken for _, untaken in stored))
 
     def restore(self, saved: Saved) -> None:
         """Restore a saved state; the n-th subscription of a topic gets the messages of the n-th one saved."""
         self._schedule(started=saved.started)
-        by_topic: dict[str, list[list[Stamped]]] = {}
-        for name, messages in saved.messages:
-            by_topic.setdefault(name, []).append(messages)
+        by_topic: dict[str, list[tuple[list[Stamped], int | None]]] = {}
+        untaken = getattr(saved, "untaken", ()) or (None,) * len(saved.messages)  # older ones have none
+        for (name, messages), count in zip(saved.messages, untaken, strict=True):
+            by_topic.setdefault(name, []).append((messages, count))
         self._forget_messages()
         for subscription in self._subscriptions:
-            queue = by_topic.get(subscription.topic.name)
-            for stamped in queue.pop(0) if queue else ():
-                subscription.push(stamped)
+            if queue := by_topic.get(subscription.topic.name):
+                subscription.restore(*queue.pop(0))
         for name, sampling in self._rated.items():
             sampling.in_flight += saved.in_flight.get(name, [])
 

@@ -11,6 +11,7 @@ from enum import Flag, auto
 from math import isfinite
 from typing import Any, Protocol
 
+from nrp_core.clock import NS_PER_S
 from nrp_core.errors import TopicError
 from nrp_core.messages.base import holds_finite_floats, invalid_field, layout_of, type_name
 
@@ -67,23 +68,32 @@ class Stamped:
 
 
 class Subscription:
-    """The messages received on a topic since the subscription; reading does not remove them.
+    """The messages received on a topic since the subscription.
+
+    :attr:`latest` is the last message, and :meth:`take` returns each message once. Without a ``depth``, no
+    message of the present step is dropped, whatever the rate of the topic; of older messages that nobody
+    has taken, those of the last :attr:`keep_ns` before the step stay.
 
     Args:
         topic: the topic.
-        depth: number of messages stored for :meth:`since`.
-        current: returns the current value, for topics without a rate.
+        depth: number of messages stored; None: all until they are taken.
+        current: returns the current value, for topics without a rate; it is the only message then.
 
     Attributes:
         is_read: whether anybody reads the messages; samples that nobody reads are not taken.
+        keep_ns: how long messages that nobody takes are stored, without a depth.
+        dropped: number of messages that were dropped since the last :meth:`take`, without a depth.
     """
 
     def __init__(
-        self, topic: TopicInfo, depth: int = 1, current: Callable[[], Stamped | None] | None = None
+        self, topic: TopicInfo, depth: int | None = 1, current: Callable[[], Stamped | None] | None = None
     ) -> None:
-        self.topic = topic
+        self.topic, self.depth = topic, depth
         self.is_read = True
+        self.keep_ns = NS_PER_S
+        self.dropped = 0
         self._messages: deque[Stamped] = deque(maxlen=depth)
+        self._taken: Stamped | None = None
         self._current = current
 
     @property
@@ -91,26 +101,76 @@ class Subscription:
         """The last message, or None before the first one."""
         if self._current is not None:
             return self._current()
-        return self._messages[-1] if self._messages else None
+        return self._messages[-1] if self._messages else self._taken
+
+    @property
+    def has_news(self) -> bool:
+        """Whether there are messages that :meth:`take` has not returned."""
+        return bool(self._messages) or (self._current is not None and self._current() is not None)
+
+    @property
+    def messages(self) -> tuple[Stamped, ...]:
+        """The stored messages that have not been taken, oldest first; they stay stored."""
+        return (*self._messages, *self._now())
 
     def since(self, t_ns: int) -> list[Stamped]:
-        """Return the stored messages that came after ``t_ns``, oldest first."""
+        """Return the stored messages with times after ``t_ns``, oldest first; they stay stored."""
+        return [stamped for stamped in self.messages if stamped.t_ns > t_ns]
+
+    def take(self, most: int | None = None) -> list[Stamped]:
+        """Return the messages since the last call, oldest first, each with its time.
+
+        Args:
+            most: the largest number of messages, the first ones; None: all. A topic without a rate has one
+                message in each call, its current value.
+        """
+        stored = self._messages
         if self._current is not None:
-            now = self._current()
-            return [now] if now is not None and now.t_ns > t_ns else []
-        return [stamped for stamped in self._messages if stamped.t_ns > t_ns]
+            return self._now()
+        if not stored:
+            return []
+        if most is None or most >= len(stored):
+            taken = list(stored)
+            stored.clear()
+        else:
+            taken = [stored.popleft() for _ in range(most)]
+        if taken:
+            self._taken = taken[-1]
+        self.dropped = 0
+        return taken
 
     def push(self, stamped: Stamped) -> None:
         """Add a message (for the world)."""
         self._messages.append(stamped)
 
-    def clear(self) -> None:
-        """Remove all messages."""
-        self._messages.clear()
+    def drop_old(self, now_ns: int) -> None:
+        """Drop messages that have waited longer than :attr:`keep_ns` (for the world, before each step)."""
+        stored, oldest_ns = self._messages, now_ns - self.keep_ns
+        while len(stored) > 1 and stored[0].t_ns < oldest_ns:
+            stored.popleft()
+            self.dropped += 1
 
-    def messages(self) -> list[Stamped]:
-        """Return all stored messages, oldest first."""
-        return list(self._messages)
+    def clear(self) -> None:
+        """Remove all messages, the last one too."""
+        self._messages.clear()
+        self._taken, self.dropped = None, 0
+
+    def save(self) -> tuple[list[Stamped], int]:
+        """Return the stored messages, else the last one, and how many of them have not been taken."""
+        stored = list(self._messages)
+        return stored or ([] if self._taken is None else [self._taken]), len(stored)
+
+    def restore(self, messages: Sequence[Stamped], untaken: int | None = None) -> None:
+        """Restore a state from :meth:`save`; by default no message has been taken."""
+        self.clear()
+        self._messages.extend(messages)
+        if not untaken and untaken is not None and messages:
+            self._messages.clear()
+            self._taken = messages[-1]
+
+    def _now(self) -> list[Stamped]:
+        now = None if self._current is None else self._current()
+        return [] if now is None else [now]
 
 
 class Board(Protocol):

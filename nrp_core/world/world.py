@@ -17,6 +17,7 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.live import LiveScene
 from nrp_core.world.model_states import StatesPart
 from nrp_core.world.part import Part
+from nrp_core.world.physics_observer import PhysicsObserver
 from nrp_core.world.sensors.contact import ContactsPart
 from nrp_core.world.services.part import Services
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
@@ -36,6 +37,7 @@ class World(Overview, LiveScene):
     def __init__(self, engine: Engine, nominal: Scene | None = None) -> None:
         super().__init__(engine, nominal)
         self._services = Services(self)
+        self._physics_observers: list[PhysicsObserver] = []
         states = [StatesPart(engine)] if engine.capabilities.poses else []
         contacts = [ContactsPart(engine)] if engine.capabilities.contacts else []
         self.parts.open([*states, *contacts, self._services, self.forces])
@@ -101,7 +103,7 @@ class World(Overview, LiveScene):
         self._board.declare(name, type_)
 
     @checks_arguments()
-    def subscribe(self, topic: str, *, depth: int = 1) -> Subscription:
+    def subscribe(self, topic: str, *, depth: int | None = 1) -> Subscription:
         """Subscribe to a topic; see :meth:`.Switchboard.subscribe`."""
         return self._board.subscribe(topic, depth=depth)
 
@@ -121,6 +123,14 @@ class World(Overview, LiveScene):
     def remove_observer(self, observer: Callable[[str, Stamped], None]) -> None:
         """Remove an observer."""
         self._board.observers.remove(observer)
+
+    def add_physics_observer(self, observer: PhysicsObserver) -> None:
+        """Let an observer look at the bodies at physics steps, at the times that it asks for."""
+        self._physics_observers.append(observer)
+
+    def remove_physics_observer(self, observer: PhysicsObserver) -> None:
+        """Remove an observer of physics steps."""
+        self._physics_observers.remove(observer)
 
     def call(self, service: str, /, *values: Any, **fields: Any) -> Any:
         """Call a service, such as ``/gazebo/set_model_state``, and return its answer.
@@ -152,6 +162,7 @@ class World(Overview, LiveScene):
                 f"{milliseconds(t_ns):g} ms is not a multiple of the world's step, "
                 f"{milliseconds(step_ns):g} ms"
             )
+        board.drop_old()
         if not board.started:
             board.started = True
             parts.begin()
@@ -169,14 +180,18 @@ class World(Overview, LiveScene):
                 if deadline_ns is not None and deadline_ns <= stop_ns:
                     part.at_deadline(stop_ns)
             board.sample()
+            for observer in self._physics_observers:
+                if observer.deadline_ns is not None and observer.deadline_ns <= stop_ns:
+                    observer.observe(stop_ns)
         engine.check_finite(t_ns)
 
     def _next_stop(self, timed: Sequence[Part], t_ns: int) -> int:
-        """Return the time of the next sample, deadline of a part or the end, on the grid of steps, ns."""
+        """Return the time of the next sample, deadline, look of an observer or the end, on the grid, ns."""
         due_ns, step_ns = self._board.next_due(), self.engine.capabilities.step_ns
         stop_ns = t_ns if due_ns is None else min(t_ns, due_ns)
-        for part in timed:
-            deadline_ns = part.deadline_ns
+        others: Sequence[Part | PhysicsObserver] = (*timed, *self._physics_observers)
+        for one in others:
+            deadline_ns = one.deadline_ns
             if deadline_ns is not None and deadline_ns < stop_ns:
                 on_grid_ns = -(-deadline_ns // step_ns) * step_ns
                 stop_ns = min(stop_ns, max(on_grid_ns, self.engine.now_ns + step_ns))

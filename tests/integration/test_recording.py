@@ -53,7 +53,7 @@ def test_exact_images_are_what_the_camera_gave(run: Run, tmp_path: Path) -> None
     recording_folder = RecordingFolder(run, tmp_path / "out")
     run.run()
     recording_folder.close("finished")
-    seen = {stamped.t_ns: stamped.message.data for stamped in camera.messages()}
+    seen = {stamped.t_ns: stamped.message.data for stamped in camera.messages}
     recorded = list(Recording(tmp_path / "out").messages({CAMERA}))
     assert [one.t_ns for one in recorded] == list(seen)
     assert all((pixels_of(one.message) == seen[one.t_ns]).all() for one in recorded)

@@ -69,8 +69,8 @@ def test_the_first_message_is_the_observation_of_the_reset(open_world, env):
     world, _ = opened(open_world, env)
     seen = world.subscribe("/env/observation", depth=2)
     world.run_until(world.capabilities.step_ns)
-    assert seen.messages()[0].t_ns == 0
-    assert seen.messages()[0].message.data.tolist() == in_a_loop(env, 1, steps=0)[0][0]
+    assert seen.messages[0].t_ns == 0
+    assert seen.messages[0].message.data.tolist() == in_a_loop(env, 1, steps=0)[0][0]
 
 
 def test_an_engine_that_repeats_the_first_episode_is_seen(open_world, monkeypatch):

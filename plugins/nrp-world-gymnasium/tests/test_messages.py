@@ -41,7 +41,7 @@ def test_observations_arrive_whole_and_actions_reach_the_environment(open_world)
     eye, places, mission, reward, total, image = (each.latest.message for each in subscribed)
     assert (eye.height, eye.width, eye.encoding, eye.step) == (4, 6, "rgb8", 18)
     assert eye.data.ravel().tolist() == [2, *range(1, 72)]
-    assert [each.message.data[0, 0, 0] for each in subscribed[0].messages()] == [0, 1, 2], "images are kept"
+    assert [each.message.data[0, 0, 0] for each in subscribed[0].messages] == [0, 1, 2], "images are kept"
     assert places.data.tolist() == [0.25, 1.25, 2.25, 3.25, 4.25, 5.25]
     assert [(each.size, each.stride) for each in places.layout.dim] == [(2, 6), (3, 3)]
     assert (mission.data, reward.data, total.data) == ("go to 2", -0.75, -1.5)
@@ -133,4 +133,4 @@ def test_no_step_is_left_out_whatever_the_time_step(open_world):
     world = open_world("FrozenLake-v1", timestep="33333333 ns")
     seen = world.subscribe("/env/episode", depth=1000)
     world.run_until(999 * 33_333_333)
-    assert [each.t_ns for each in seen.messages()] == [n * 33_333_333 for n in range(1000)]
+    assert [each.t_ns for each in seen.messages] == [n * 33_333_333 for n in range(1000)]

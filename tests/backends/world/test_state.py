@@ -123,7 +123,7 @@ def test_a_snapshot_can_be_taken_while_samples_and_timeouts_are_pending(open_wor
 
     def messages(subscriptions):
         return [
-            [(stamped.t_ns, repr(stamped.message)) for stamped in each.messages()] for each in subscriptions
+            [(stamped.t_ns, repr(stamped.message)) for stamped in each.messages] for each in subscriptions
         ]
 
     world = open_world(parts.floor(), parts.husky())

@@ -61,6 +61,35 @@ def test_two_equal_messages_are_two_changes() -> None:
         assert topic.changed
 
 
+def test_a_function_gets_all_messages_since_it_last_ran_with_their_times() -> None:
+    world, topic = subscribed()
+    assert topic.messages == []
+    for step in (20, 40, 60):
+        for x in (step, step + 1):
+            world.put("/x", Float64(x))
+        world.run_until(step * 1_000_000)
+    topic.refresh(0)
+    assert [(t, message.data) for t, message in topic.messages] == [
+        (0.0, 20), (0.0, 21), (0.02, 40), (0.02, 41), (0.04, 60), (0.04, 61),
+    ]  # fmt: skip
+    assert topic.messages[-1].value is topic.value
+    topic.refresh(0)
+    assert (topic.messages, topic.value.data, topic.changed) == ([], 61, False)
+
+
+def test_messages_that_a_function_did_not_run_for_are_dropped_and_reported(golden: Golden) -> None:
+    world = MockWorld({"/x": Float64})
+    topic = SubscribedTopic(world, Topic("/x"), function="rarely")
+    for step in range(200):
+        world.put("/x", Float64(step))
+        world.run_until((step + 1) * 10_000_000)
+    topic.refresh(0)
+    assert topic.value.data == 199
+    assert not world.warnings
+    assert len(topic.messages) == 101
+    golden(*(finding.message for finding in world.warnings))
+
+
 def test_messages_between_two_runs_reach_a_rare_reader() -> None:
     world, topic = subscribed()
     world.put("/x", Float64(1.0))

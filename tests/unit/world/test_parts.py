@@ -130,7 +130,7 @@ def test_odometry_starts_at_0_and_moves_in_the_frame_of_the_body(room: Any) -> N
     odometry = room.subscribe("/husky/odom", depth=100)
     room.advertise("/husky/cmd_vel").publish(Twist(Vector3(x=1), Vector3(z=0.5)))
     room.run_until(50 * MS)
-    first, last = odometry.messages()[0].message, odometry.messages()[-1].message
+    first, last = odometry.messages[0].message, odometry.messages[-1].message
     assert (first.pose.pose.position.x, first.pose.pose.position.y) == pytest.approx((0, 0))
     assert last.pose.pose.position.x == pytest.approx(0.05, rel=1e-3)
     assert last.pose.pose.orientation.z == pytest.approx(sin(0.025 / 2))

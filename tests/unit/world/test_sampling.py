@@ -34,7 +34,7 @@ def due(rate_hz: float, until_ns: int) -> list[int]:
 
 
 def stamps(subscription: Any) -> list[int]:
-    return [sample.t_ns for sample in subscription.messages()]
+    return [sample.t_ns for sample in subscription.messages]
 
 
 def test_a_camera_of_30_hz_on_steps_of_2_ms_is_sampled_at_the_first_step_at_or_after_k_thirtieths(
@@ -44,9 +44,9 @@ def test_a_camera_of_30_hz_on_steps_of_2_ms_is_sampled_at_the_first_step_at_or_a
     room.run_until(1000 * MS)
     assert stamps(images)[:5] == [0, 34 * MS, 68 * MS, 100 * MS, 134 * MS]
     assert stamps(images) == due(30.0, 1000 * MS)
-    assert len(images.messages()) == 31
-    assert all(image.message.header.stamp.to_ns() == image.t_ns for image in images.messages())
-    assert [int(image.message.data[0, 0, 0]) for image in images.messages()][:3] == [0, 17, 34]
+    assert len(images.messages) == 31
+    assert all(image.message.header.stamp.to_ns() == image.t_ns for image in images.messages)
+    assert [int(image.message.data[0, 0, 0]) for image in images.messages][:3] == [0, 17, 34]
 
 
 @many

@@ -44,6 +44,36 @@ def test_a_relative_name_lies_below_the_namespace_and_an_absolute_one_stays(
     assert resolve_name(name, namespace) == absolute
 
 
+@given(st.lists(st.one_of(st.integers(0, 40).map(float), st.sampled_from(["take", "some", "save"]))))
+def test_each_message_is_taken_once_in_order(acts: list[float | str]) -> None:
+    subscription, sent, taken = Subscription(NUMBER, None), [], []
+    for act in acts:
+        if act == "save":
+            saved, subscription = subscription.save(), Subscription(NUMBER, None)
+            subscription.restore(*saved)
+        elif isinstance(act, str):
+            taken += subscription.take(None if act == "take" else 2)
+        else:
+            sent.append(Stamped(len(sent), Float64(act)))
+            subscription.push(sent[-1])
+        assert subscription.latest is (sent[-1] if sent else None)
+        assert [*taken, *subscription.messages] == sent
+        assert subscription.has_news == (len(taken) < len(sent))
+
+
+def test_messages_that_nobody_takes_are_dropped_after_a_while_and_counted() -> None:
+    subscription = Subscription(NUMBER, None)
+    subscription.keep_ns = 10
+    for t_ns in range(100):
+        subscription.push(Stamped(t_ns, Float64(t_ns)))
+    assert (len(subscription.messages), subscription.dropped) == (100, 0)  # a step brings any number
+    subscription.drop_old(99)
+    assert ([one.t_ns for one in subscription.take()], subscription.dropped) == (list(range(89, 100)), 0)
+    subscription.push(Stamped(100, Float64(100)))
+    subscription.drop_old(200)
+    assert subscription.latest == Stamped(100, Float64(100)), "the last message stays"
+
+
 def test_a_subscription_is_empty_before_the_first_message() -> None:
     subscription = Subscription(NUMBER)
     assert subscription.latest is None
@@ -59,7 +89,7 @@ def test_a_subscription_keeps_the_last_messages_and_reading_changes_nothing(
         subscription.push(Stamped(t_ns, Float64(t_ns)))
     kept = times[-depth:]
     for _ in range(2):
-        assert [s.t_ns for s in subscription.messages()] == kept
+        assert [s.t_ns for s in subscription.messages] == kept
         assert [s.t_ns for s in subscription.since(since)] == [t for t in kept if t > since]
         assert (subscription.latest.t_ns if subscription.latest else None) == (kept[-1] if kept else None)
     subscription.clear()

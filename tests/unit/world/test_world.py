@@ -54,6 +54,34 @@ def test_every_topic_says_what_it_is(room: Any) -> None:
     assert all(info.what for info in room.topics.values())
 
 
+class Looking:
+    """Looks first at a time, then after the periods that it is given."""
+
+    def __init__(self, world: World, first_ns: int | None, *periods_ns: int) -> None:
+        self.world, self.deadline_ns, self._periods_ns = world, first_ns, list(periods_ns)
+        self.seen: list[tuple[int, float]] = []
+
+    def observe(self, now_ns: int) -> None:
+        self.seen.append((now_ns, self.world.model_motion("husky").pose.position[0]))
+        self.deadline_ns = now_ns + self._periods_ns.pop(0) if self._periods_ns else None
+
+
+def test_an_observer_of_physics_steps_looks_when_it_asks_for_it(room: Any) -> None:
+    room.advertise("/husky/cmd_vel").publish(Twist(Vector3(x=1.0)))
+    late, often = Looking(room, 12 * MS + 1, 50 * MS), Looking(room, 0, 0, 0)
+    for observer in (late, often, Looking(room, None)):
+        room.add_physics_observer(observer)
+    room.run_until(20 * MS)
+    first_ns = room.engine.step_ns
+    assert [t_ns for t_ns, _ in often.seen] == [first_ns, 2 * first_ns, 3 * first_ns]
+    ((t_ns, x),) = late.seen
+    assert 12 * MS < t_ns < 12 * MS + 1 + first_ns
+    assert 0 < x < room.model_motion("husky").pose.position[0]
+    room.remove_physics_observer(late)
+    room.run_until(100 * MS)
+    assert len(late.seen) == 1
+
+
 def test_an_unknown_topic_gets_a_suggestion(room: Any, golden: Golden) -> None:
     with golden.raises(TopicError, match="'/husky/cmd_val'.*'/husky/cmd_vel'"):
         room.advertise("/husky/cmd_val")
@@ -131,7 +159,7 @@ def test_a_declared_topic_carries_what_is_published_on_it(room: Any) -> None:
     publication.publish(Float64(1))
     room.run_until(4 * MS)
     publication.publish(Float64(2))
-    assert [(s.t_ns, s.message.data) for s in mine.messages()] == [(0, 1), (4 * MS, 2)]
+    assert [(s.t_ns, s.message.data) for s in mine.messages] == [(0, 1), (4 * MS, 2)]
 
 
 def test_a_message_that_its_sender_changes_later_arrives_as_it_was_sent(room: Any) -> None:
@@ -171,7 +199,7 @@ def test_after_a_reset_everything_is_as_at_the_beginning(room: Any) -> None:
         room.advertise(GLASS).publish(ColorRGBA(1, 0, 0, 1))
         room.advertise("/mine").publish(Float64(1))
         room.run_until(300 * MS)
-        return room.engine.x, room.engine.y, room.engine.heading, [s.t_ns for s in images.messages()]
+        return room.engine.x, room.engine.y, room.engine.heading, [s.t_ns for s in images.messages]
 
     first = run()
     room.reset()
@@ -210,14 +238,14 @@ def test_running_on_from_a_snapshot_equals_never_having_left(
 
     def run_on() -> tuple[object, ...]:
         world.run_until((saved_at + ends_at) * 2 * MS)
-        held = [(s.t_ns, s.message.data.tolist()) for s in images.messages()]
+        held = [(s.t_ns, s.message.data.tolist()) for s in images.messages]
         return (
             world.engine.x,
             world.engine.y,
             world.engine.heading,
             world.engine.velocity,
             held,
-            mine.messages(),
+            mine.messages,
             world.engine.colors,
         )
 

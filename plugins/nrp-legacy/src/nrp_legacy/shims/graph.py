@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Final, Protocol
+from typing import Any, Protocol
 
 from nrp_core.cle.loop import ClosedLoop
 from nrp_core.clock import seconds
@@ -19,7 +19,7 @@ from nrp_core.dsl import message_type
 from nrp_core.experiment import Run
 from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.messages.std_msgs import String
-from nrp_core.world import Direction, Stamped, Subscription, Vector, World
+from nrp_core.world import Direction, Subscription, Vector, World
 from nrp_core.world.topics import check_message
 from nrp_legacy.documents import ROBOT
 from nrp_legacy.shims.modules import OpenMessage, as_in_ros1, module
@@ -27,8 +27,6 @@ from nrp_legacy.shims.steps import Task
 
 log = logging.getLogger("nrp_legacy")
 """What experiments log."""
-_MESSAGES: Final = 1000
-"""Messages of a topic that wait for their listener, the most in one step."""
 
 
 def absolute(name: str) -> str:
@@ -48,13 +46,12 @@ class Listener:
     def __init__(self, topic: str, kind: type, callback: Callable[[Any], Any]) -> None:
         self.topic, self.kind, self.callback = topic, kind, callback
         self._subscription: Subscription | None = None
-        self._seen: Stamped | None = None
 
     def deliver(self, graph: Graph) -> None:
         """Call back with each message that came; exceptions of the callback are logged, as in ROS."""
         if self._subscription is None:
             self._subscription = graph.awaited(self.topic, self.kind)
-        for stamped in self._new(self._subscription):
+        for stamped in self._subscription.take():
             graph.subscribed[self.topic] = True
             try:
                 self.callback(as_in_ros1(stamped.message))
@@ -63,24 +60,12 @@ class Listener:
 
     def renew(self) -> None:
         """Subscribe again at the next call."""
-        self._subscription = self._seen = None
+        self._subscription = None
 
     def end(self, graph: Graph) -> None:
         """End the subscription."""
         if self._subscription is not None:
             graph.world.unsubscribe(self._subscription)
-
-    def _new(self, subscription: Subscription) -> list[Stamped]:
-        """Return the messages since the last call; of a topic without a rate, its value if it changed."""
-        kept = subscription.messages()
-        if kept:
-            subscription.clear()
-            return kept
-        latest = subscription.latest
-        if latest is None or latest is self._seen:
-            return []
-        self._seen = latest
-        return [latest]
 
 
 class Attendant(Protocol):
@@ -214,7 +199,7 @@ class Graph:
     def awaited(self, topic: str, kind: type) -> Subscription:
         """Subscribe to a topic; messages of another type than the expected one are reported."""
         self.declare(topic, kind)
-        subscription = self.world.subscribe(topic, depth=_MESSAGES)
+        subscription = self.world.subscribe(topic, depth=None)
         expected, actual = (getattr(one, "__msgtype__", "") for one in (kind, subscription.topic.type))
         if expected and actual and expected != actual:
             message = f"'{topic}' carries {actual}, and the code of the experiment expects {expected}"
