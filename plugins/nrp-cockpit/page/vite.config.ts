@@ -33,9 +33,7 @@ const NOT_SHARED = /^.*\/(DesignerView|CompareView|EmbeddedView|StartPage|SweepP
 /** The page for `nrp share`, which puts its one script and one style sheet into a file with a recording. */
 const shared: UserConfig = {
   resolve: {
-    alias: [
-      { find: NOT_SHARED, replacement: fileURLToPath(new URL("src/played/Nothing.tsx", import.meta.url)) },
-    ],
+    alias: [{ find: NOT_SHARED, replacement: fileURLToPath(new URL("src/Nothing.tsx", import.meta.url)) }],
   },
   publicDir: false,
   build: {

@@ -1,6 +1,6 @@
 import { lazy, Suspense } from "react";
 import { App } from "./App";
-import { useStart } from "./start/store";
+import { useStart } from "./state/start";
 import { useSweep } from "./sweep/store";
 
 const StartPage = lazy(() => import("./start/StartPage"));

@@ -1,6 +1,6 @@
 import type { Spans } from "../plots/spans";
 import type { TimeRing } from "../plots/timeRing";
-import type { Grouping } from "./grouping";
+import type { Grouping } from "../state/grouping";
 
 const DECAY_S = 0.1;
 /** After this time a spike adds less than a hundredth. */

@@ -1,6 +1,6 @@
+import { type Role, rolesOf } from "../state/cells";
+import { type Grouping, groupingOf, partName } from "../state/grouping";
 import type { CellGroup, Device, Population, Projection } from "../state/types";
-import { type Role, rolesOf } from "./cells";
-import { type Grouping, groupingOf, partName } from "./grouping";
 
 /** What the graph shows as one thing: a neuron of a small population, a group of cells, or a whole population. */
 export interface Part {

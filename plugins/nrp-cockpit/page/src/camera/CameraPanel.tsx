@@ -1,11 +1,11 @@
 import { useContext, useRef, useState } from "react";
 import { usePanelChoice } from "../state/panelChoices";
+import { PanelContext } from "../state/panelContext";
 import { useRun } from "../state/run";
 import type { TopicInfo } from "../state/types";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
 import { Empty, Panel } from "../ui/Panel";
-import { PanelContext } from "../ui/panelContext";
 import { PAST, type Past, useTopic, wire } from "../wire";
 import { type AnyImage, drawImage } from "./drawImage";
 import "./camera.css";

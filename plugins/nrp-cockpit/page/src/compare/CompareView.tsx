@@ -1,13 +1,13 @@
+import { type Comparison, useComparison } from "../difference/comparison";
+import { verdictOf } from "../difference/words";
 import { part } from "../state/commands";
 import { useBlocked } from "../state/run";
 import { Timeline } from "../timeline/Timeline";
 import { Button } from "../ui/Button";
 import { Begin } from "./Begin";
-import { type Comparison, useComparison } from "./comparison";
 import { DistancePlot } from "./DistancePlot";
 import { embeddedAddress } from "./embedded";
 import { Tables } from "./Tables";
-import { verdictOf } from "./words";
 import "./compare.css";
 
 /** Two runs beside each other, in step, and how they differ. */

@@ -1,5 +1,5 @@
-import type { Comparison } from "./comparison";
-import { distanceOf } from "./words";
+import type { Comparison } from "../difference/comparison";
+import { distanceOf } from "../difference/words";
 
 const WIDTH = 600;
 const HEIGHT = 100;

@@ -1,5 +1,5 @@
-import type { Comparison, Pair } from "./comparison";
-import { differs, passedOf, timeOf } from "./words";
+import type { Comparison, Pair } from "../difference/comparison";
+import { differs, passedOf, timeOf } from "../difference/words";
 
 /** Events, criteria and spikes of both runs beside each other. */
 export function Tables({ comparison }: { comparison: Comparison }) {

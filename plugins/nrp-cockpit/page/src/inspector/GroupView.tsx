@@ -1,6 +1,6 @@
 import type { Between } from "../brain/connections";
-import { cellsIn, sizeOf } from "../brain/grouping";
 import { useConnections } from "../brain/useConnections";
+import { cellsIn, sizeOf } from "../state/grouping";
 import { useRun } from "../state/run";
 import { type Selection, select } from "../state/selection";
 import type { CellGroup, Experiment } from "../state/types";

@@ -1,4 +1,4 @@
-import { sizeOf } from "../brain/grouping";
+import { sizeOf } from "../state/grouping";
 import type { Selection } from "../state/selection";
 import type { Experiment, Projection } from "../state/types";
 

@@ -1,4 +1,5 @@
 import { savingItems } from "../saving/items";
+import { kindOf, numberOf, PANELS, type PanelId } from "../state/panels";
 import { useRun } from "../state/run";
 import { setFull } from "../state/view";
 import { IconButton } from "../ui/Button";
@@ -6,7 +7,7 @@ import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
 import { isShown, panels } from "./panels";
 import { become, close, split, useLayout } from "./store";
-import { kindOf, numberOf, PANELS, type PanelId, panelsOf } from "./tree";
+import { panelsOf } from "./tree";
 
 /** The buttons of a panel: full size, and what can be done with its place. */
 export function FrameTools({ id, full }: { id: PanelId; full: boolean }) {

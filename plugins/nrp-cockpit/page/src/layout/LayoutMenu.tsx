@@ -1,9 +1,9 @@
+import { PANELS } from "../state/panels";
 import { barredBy, useRun } from "../state/run";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
 import { isShown, panels } from "./panels";
 import { add, presetLayout, resetLayout } from "./store";
-import { PANELS } from "./tree";
 
 /** What can be done with the layout as a whole. */
 export function LayoutMenu() {

@@ -1,13 +1,14 @@
 import { type DragEvent, type HTMLAttributes, Suspense, useContext, useMemo, useState } from "react";
+import { PanelContext } from "../state/panelContext";
+import { kindOf, numberOf, type PanelId } from "../state/panels";
 import { useAfterPicture } from "../state/picture";
 import { useView } from "../state/view";
 import { Boundary } from "../ui/Boundary";
 import { Panel } from "../ui/Panel";
-import { PanelContext } from "../ui/panelContext";
 import { FrameTools } from "./FrameTools";
 import { panels } from "./panels";
 import { moveTo, swap } from "./store";
-import { kindOf, numberOf, type PanelId, type Side } from "./tree";
+import type { Side } from "./tree";
 
 const DRAGGED = "application/x-nrp-panel";
 

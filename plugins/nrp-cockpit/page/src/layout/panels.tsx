@@ -6,9 +6,10 @@ import { MapPanel } from "../map/MapPanel";
 import { ParametersPanel } from "../parameters/ParametersPanel";
 import { SpikesPanel } from "../plots/SpikesPanel";
 import { TracesPanel } from "../plots/TracesPanel";
+import type { Kind } from "../state/panels";
+import { kindOf } from "../state/panels";
 import type { Experiment } from "../state/types";
-import type { Kind, Node } from "./tree";
-import { kindOf } from "./tree";
+import type { Node } from "./tree";
 
 interface Shown {
   title: string;

@@ -3,16 +3,14 @@ import { firstTraces } from "../plots/groups";
 import { command } from "../state/commands";
 import { notify } from "../state/notices";
 import { usePanelChoices } from "../state/panelChoices";
+import { type Kind, kindOf, type PanelId } from "../state/panels";
 import { useRun } from "../state/run";
 import { type Trace, useTraces } from "../state/traces";
 import {
   append,
   defaultTree,
   freeId,
-  type Kind,
-  kindOf,
   moveBorder,
-  type PanelId,
   type Path,
   panelsOf,
   putBeside,

@@ -1,19 +1,6 @@
 /** Where the panels stand: nested rows and columns whose parts have relative sizes. */
 
-export const PANELS = [
-  "scene",
-  "camera",
-  "map",
-  "brain",
-  "spikes",
-  "traces",
-  "parameters",
-  "inspector",
-] as const;
-export type Kind = (typeof PANELS)[number];
-
-/** A panel: its kind and, from the second of a kind on, a number, as in `camera 2`. */
-export type PanelId = Kind | `${Kind} ${number}`;
+import type { Kind, PanelId } from "../state/panels";
 
 export interface Split {
   direction: "row" | "column";
@@ -42,10 +29,6 @@ export const defaultTree: Split = {
     "inspector",
   ],
 };
-
-export const kindOf = (id: PanelId): Kind => id.split(" ")[0] as Kind;
-/** Which panel of its kind it is, from 1. */
-export const numberOf = (id: PanelId): number => Number(id.split(" ")[1] ?? 1);
 
 /** The panels from left to right and from top to bottom. */
 export const panelsOf = (node: Node): PanelId[] =>

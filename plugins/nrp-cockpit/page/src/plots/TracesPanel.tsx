@@ -1,9 +1,9 @@
 import { type DragEvent, useContext, useEffect, useMemo } from "react";
+import { PanelContext } from "../state/panelContext";
 import { useRun } from "../state/run";
 import { carriesTrace, dropTrace, useTraces } from "../state/traces";
 import type { Device, TopicInfo } from "../state/types";
 import { Empty, Panel } from "../ui/Panel";
-import { PanelContext } from "../ui/panelContext";
 import { AddTrace } from "./AddTrace";
 import { firstTraces, groupsOf } from "./groups";
 import { TraceGroup } from "./TraceGroup";

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { groupingOf } from "../brain/grouping";
+import { groupingOf } from "../state/grouping";
 import type { CellGroup, Population } from "../state/types";
 import { bandsOf } from "./order";
 

@@ -1,4 +1,4 @@
-import { type Grouping, partName } from "../brain/grouping";
+import { type Grouping, partName } from "../state/grouping";
 import type { Population } from "../state/types";
 
 /** How the cells of a band stand below each other: by number, or those that fired most first, without silent ones. */

@@ -1,4 +1,4 @@
-import type { Role } from "../brain/cells";
+import type { Role } from "../state/cells";
 import type { Selection } from "../state/selection";
 import type { Ordered } from "./order";
 import { drawGaps, MARGIN } from "./pen";

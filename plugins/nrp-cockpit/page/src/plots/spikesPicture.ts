@@ -1,5 +1,5 @@
-import { type Role, rolesOf } from "../brain/cells";
-import { type Grouping, groupingOf } from "../brain/grouping";
+import { type Role, rolesOf } from "../state/cells";
+import { type Grouping, groupingOf } from "../state/grouping";
 import type { Selection } from "../state/selection";
 import type { CellGroup, Device, Population } from "../state/types";
 import { clock } from "./clock";

@@ -1,13 +1,13 @@
-import { kindOf, type PanelId } from "../layout/tree";
 import { groupsOf } from "../plots/groups";
 import { notify } from "../state/notices";
+import { kindOf, type PanelId } from "../state/panels";
 import { useRun } from "../state/run";
 import { useTraces } from "../state/traces";
 import type { MenuItem } from "../ui/Menu";
+import { pngOf, svgOf } from "../ui/picture";
 import { type Column, curvesCsv, spikesCsv } from "./csv";
 import { download } from "./download";
 import { endFilm, startFilm, useFilm } from "./film";
-import { pngOf, svgOf } from "./picture";
 import { type Whole, wholeCurve, wholeSpikes } from "./whole";
 
 /** What of a panel can be saved: items of its menu. */

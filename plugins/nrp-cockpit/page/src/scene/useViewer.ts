@@ -1,8 +1,8 @@
 import { type RefObject, useContext, useEffect, useState } from "react";
+import { PanelContext } from "../state/panelContext";
 import { waitNoLonger } from "../state/picture";
 import { useSelection } from "../state/selection";
 import { useView } from "../state/view";
-import { PanelContext } from "../ui/panelContext";
 import { Viewer } from "./viewer";
 
 /** The viewer of a canvas, for as long as it is mounted; a sentence if the browser cannot draw it. */

@@ -10,10 +10,10 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
-import { REPAINT } from "../saving/picture";
 import { pictureDrawn, waitNoLonger } from "../state/picture";
 import { useRun } from "../state/run";
 import type { Light, Mount } from "../state/types";
+import { REPAINT } from "../ui/picture";
 import { scale } from "../world/scale";
 import type { Change } from "../world/world";
 import { world } from "../world/world";

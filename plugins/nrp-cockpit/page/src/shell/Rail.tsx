@@ -1,5 +1,5 @@
 import { LayoutMenu } from "../layout/LayoutMenu";
-import { leave, useStart } from "../start/store";
+import { leave, useStart } from "../state/start";
 import { setHelp, toggleTheme, useView, VIEWS, type View } from "../state/view";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";

@@ -1,9 +1,9 @@
 // @vitest-environment happy-dom
 import { act, cleanup, fireEvent, render, screen, within } from "@testing-library/react";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { type Entry, useStart } from "../state/start";
 import { wire } from "../wire";
 import StartPage from "./StartPage";
-import { type Entry, useStart } from "./store";
 
 const entry = (name: string, more: Partial<Entry> = {}): Entry => ({
   kind: "experiment",

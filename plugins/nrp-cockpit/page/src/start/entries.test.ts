@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
+import type { Entry } from "../state/start";
 import { partsOf, sectionsOf } from "./entries";
-import type { Entry } from "./store";
 
 const entry = (name: string, more: Partial<Entry> = {}): Entry => ({
   kind: "experiment",

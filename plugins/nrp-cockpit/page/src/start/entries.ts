@@ -1,4 +1,4 @@
-import type { Entry } from "./store";
+import type { Entry } from "../state/start";
 
 export interface Section {
   title: string;

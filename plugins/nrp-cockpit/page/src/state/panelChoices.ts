@@ -1,6 +1,6 @@
 import { useContext } from "react";
 import { create } from "zustand";
-import { PanelContext } from "../ui/panelContext";
+import { PanelContext } from "./panelContext";
 
 interface PanelChoices {
   /** By the panel's id. */

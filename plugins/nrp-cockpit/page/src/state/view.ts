@@ -1,5 +1,5 @@
 import { create } from "zustand";
-import { isPlayed } from "../played/recording";
+import { isPlayed } from "../wire/recording";
 import { keep, kept } from "./kept";
 
 export type View = "cockpit" | "functions" | "designer" | "compare";

@@ -1,4 +1,4 @@
-import type { Comparison } from "../compare/comparison";
+import type { Comparison } from "../difference/comparison";
 import { Tooltip } from "../ui/Tooltip";
 import { type Difference, differencesOf, stretchesOf, stretchWords } from "./differences";
 import { go } from "./go";

@@ -1,5 +1,5 @@
 import { useState } from "react";
-import { useComparison } from "../compare/comparison";
+import { useComparison } from "../difference/comparison";
 import { useRun } from "../state/run";
 import type { TimelineData } from "../state/types";
 import { CriteriaLane } from "./CriteriaLane";

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import type { Comparison } from "../compare/comparison";
+import type { Comparison } from "../difference/comparison";
 import { differencesOf, stretchesOf, stretchWords } from "./differences";
 
 const comparison: Comparison = {

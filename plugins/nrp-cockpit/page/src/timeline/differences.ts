@@ -1,5 +1,5 @@
-import type { Comparison } from "../compare/comparison";
-import { differs, distanceOf, timeOf } from "../compare/words";
+import type { Comparison } from "../difference/comparison";
+import { differs, distanceOf, timeOf } from "../difference/words";
 
 /** A stretch of time in which two runs are about as far apart. */
 export interface Stretch {

@@ -1,5 +1,5 @@
 import { type ReactNode, useContext } from "react";
-import { PanelContext } from "./panelContext";
+import { PanelContext } from "../state/panelContext";
 
 interface PanelProps {
   title: string;

@@ -51,3 +51,15 @@ export function toBase64(bytes: Uint8Array): string {
     characters += String.fromCharCode(...bytes.subarray(at, at + AT_ONCE));
   return btoa(characters);
 }
+
+/** Some messages of a topic, after those that were asked for before. */
+export interface Portion {
+  /** The time from which the topic is known. */
+  from_s: number;
+  /** All messages until this time are here. */
+  until_ns: number;
+  /** Whether there are none after it. */
+  is_all: boolean;
+  /** As `Messages` reads them, in base64. */
+  packed: string;
+}

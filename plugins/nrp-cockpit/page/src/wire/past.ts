@@ -1,5 +1,5 @@
 import { decoderOf } from "./decode";
-import { fromBase64, Messages } from "./messages";
+import { fromBase64, Messages, type Portion } from "./messages";
 import { wire } from "./wire";
 
 /** What the server says before it sends the past of a topic that the page subscribed to. */
@@ -17,18 +17,6 @@ export const PAST = "/cockpit/past";
 
 /** Calls back before the past of any topic comes. */
 export const onPast = (listener: (past: Past) => void): (() => void) => wire.subscribe<Past>(PAST, listener);
-
-/** Some messages of a topic, after those that were asked for before. */
-export interface Portion {
-  /** The time from which the topic is known. */
-  from_s: number;
-  /** All messages until this time are here. */
-  until_ns: number;
-  /** Whether there are none after it. */
-  is_all: boolean;
-  /** As `Messages` reads them, in base64. */
-  packed: string;
-}
 
 /**
  * Gives all messages of a topic that the server knows, also those that were never sent to this page, and returns the

@@ -1,6 +1,6 @@
-import { Player } from "../played/player";
-import { isPlayed } from "../played/recording";
 import { Wire } from "./client";
+import { Player } from "./player";
+import { isPlayed } from "./recording";
 import { addressOf, Socket } from "./socket";
 
 /** The page's connection; `main.tsx` opens it. */

@@ -11,7 +11,7 @@ from nrp_core.errors import did_you_mean
 from nrp_core.experiment import Section
 
 PANELS: Final = ("scene", "camera", "map", "brain", "spikes", "traces", "parameters", "inspector")
-"""The kinds of panels of the page, as in ``page/src/layout/tree.ts``."""
+"""The kinds of panels of the page, as in ``page/src/state/panels.ts``."""
 
 
 def _known(panel: str) -> str:

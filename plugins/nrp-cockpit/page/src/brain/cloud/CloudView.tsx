@@ -1,11 +1,11 @@
 import { useEffect, useRef, useState } from "react";
 import { clock } from "../../plots/clock";
+import { rolesOf } from "../../state/cells";
 import { select } from "../../state/selection";
 import type { Device, Population } from "../../state/types";
 import { useView } from "../../state/view";
 import { Empty } from "../../ui/Panel";
 import { wire } from "../../wire";
-import { rolesOf } from "../cells";
 import { Cloud, type Placed } from "./cloud";
 import { placesIn } from "./places";
 import { steer } from "./steer";

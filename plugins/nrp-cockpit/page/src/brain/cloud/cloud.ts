@@ -10,9 +10,9 @@ import {
   WebGLRenderer,
 } from "three";
 import { spikesOf } from "../../plots/spikeStore";
-import { REPAINT } from "../../saving/picture";
 import { drawingOn } from "../../scene/context";
 import { eyeOf, FOV_RAD, fitted, nearOf, type Orbit, START } from "../../scene/orbit";
+import { REPAINT } from "../../ui/picture";
 import { Rarely } from "../../ui/rarely";
 import { Fired } from "./fired";
 import { ballAround, inUnitBall, spread } from "./places";

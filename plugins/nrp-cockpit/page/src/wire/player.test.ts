@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
-import { readBinary, textOf, writeServiceRequest } from "../wire/frames";
-import { fromBase64, Messages } from "../wire/messages";
+import { readBinary, textOf, writeServiceRequest } from "./frames";
+import { fromBase64, Messages } from "./messages";
 import { Player } from "./player";
 import type { About } from "./recording";
 

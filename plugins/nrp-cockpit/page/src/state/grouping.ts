@@ -1,4 +1,4 @@
-import type { CellGroup, Population } from "../state/types";
+import type { CellGroup, Population } from "./types";
 
 /** The cells of a population, each in exactly one part. */
 export interface Grouping {

@@ -1,4 +1,4 @@
-import type { Device, Population } from "../state/types";
+import type { Device, Population } from "./types";
 
 export type Role = Population["role"];
 

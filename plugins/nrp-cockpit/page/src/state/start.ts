@@ -1,6 +1,6 @@
 import { create } from "zustand";
-import { command } from "../state/commands";
 import { wire } from "../wire";
+import { command } from "./commands";
 
 /** Something that can be opened. */
 export interface Entry {

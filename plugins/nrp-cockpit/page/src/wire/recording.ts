@@ -1,4 +1,4 @@
-import { fromBase64, Messages } from "../wire/messages";
+import { fromBase64, Messages } from "./messages";
 import type { Extent } from "./playing";
 
 /** How much of a topic belongs to a moment: its last message, all changes so far, or its last seconds. */

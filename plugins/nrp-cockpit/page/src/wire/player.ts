@@ -1,15 +1,8 @@
-import {
-  type Channel,
-  readServiceRequest,
-  type ServiceRequest,
-  writeMessage,
-  writeResponse,
-} from "../wire/frames";
-import { fromBase64, type Messages, toBase64 } from "../wire/messages";
-import type { Portion } from "../wire/past";
-import type { Listener, Source } from "../wire/socket";
+import { type Channel, readServiceRequest, type ServiceRequest, writeMessage, writeResponse } from "./frames";
+import { fromBase64, type Messages, type Portion, toBase64 } from "./messages";
 import { Playing } from "./playing";
 import { type About, readAbout, readMessages, type Shown } from "./recording";
+import type { Listener, Source } from "./socket";
 
 /** The time before a moment that is sent too, so that plots are not empty; as the server does it. */
 const WINDOW_NS = 4e9;
