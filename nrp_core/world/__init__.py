@@ -83,7 +83,6 @@ if TYPE_CHECKING:
     from nrp_core.world.engine_kit.jointed import JointedEngine as JointedEngine
     from nrp_core.world.engine_kit.jointed import PhysicsBackend as PhysicsBackend
     from nrp_core.world.engine_kit.jointed import PhysicsOptions as PhysicsOptions
-    from nrp_core.world.live import LiveScene as LiveScene
     from nrp_core.world.part import Part as Part
     from nrp_core.world.part import PartProxy as PartProxy
     from nrp_core.world.raycast.solids import width_m as width_m
@@ -101,7 +100,7 @@ if TYPE_CHECKING:
     from nrp_core.world.sensors.navigation import NavSat as NavSat
     from nrp_core.world.sensors.sensor import Sensor as Sensor
     from nrp_core.world.sensors.sensor import SensorPart as SensorPart
-    from nrp_core.world.services.part import Service as Service
+    from nrp_core.world.service import Service as Service
     from nrp_core.world.topics import Direction as Direction
     from nrp_core.world.topics import Publication as Publication
     from nrp_core.world.topics import Stamped as Stamped
@@ -109,4 +108,4 @@ if TYPE_CHECKING:
     from nrp_core.world.topics import TopicInfo as TopicInfo
     from nrp_core.world.world import World as World
 else:
-    __getattr__, __dir__, __all__ = lazily(__name__)
+    __getattr__, __dir__, __all__ = lazily(__name__, {"LiveScene": "World"})

@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+import nrp_core.world
+
 SCRIPT = """
 import warnings
 with warnings.catch_warnings(record=True) as caught:
@@ -31,3 +33,8 @@ def test_a_module_that_never_was_is_not_found(name: str) -> None:
         [sys.executable, "-c", f"import {name}"], capture_output=True, text=True, check=False
     )
     assert "ModuleNotFoundError" in run.stderr
+
+
+def test_a_class_that_became_a_part_of_another_is_found_by_its_old_name_with_a_warning() -> None:
+    with pytest.warns(DeprecationWarning, match="nrp_core.world.LiveScene is World since 0.4"):
+        assert nrp_core.world.LiveScene is nrp_core.world.World

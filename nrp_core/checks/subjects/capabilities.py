@@ -12,7 +12,7 @@ from nrp_core.findings.refusals import world_lacks
 from nrp_core.scene.model import Scene
 from nrp_core.world.capabilities import needs_of
 from nrp_core.world.sensors.contact import CONTACTS
-from nrp_core.world.services.part import PREFIX
+from nrp_core.world.service import PREFIX
 
 _SERVICES = {
     "set_model_state": "changes", "set_link_state": "changes", "set_model_configuration": "changes",

@@ -14,16 +14,16 @@ from nrp_core.messages.std_msgs import Header
 from nrp_core.scene.model import Model
 from nrp_core.scene.rigid import ModelMotion, Pose, Wrench
 from nrp_core.world.forces import Push
-from nrp_core.world.live import LiveScene
 from nrp_core.world.model_states import pose_of, relative_motion, state_messages, vector_of, world_motion
-from nrp_core.world.services.part import PREFIX, Service
+from nrp_core.world.service import PREFIX, Service
+from nrp_core.world.world import World
 
 _WORLD = ("", "world", "map", "/world", "/map")
 
 
-def body_services(live: LiveScene) -> list[Service]:
+def body_services(world: World) -> list[Service]:
     """Return the services of :class:`BodyRequests`."""
-    bodies = BodyRequests(live)
+    bodies = BodyRequests(world)
     return [
         Service(PREFIX + "get_model_state", srv.GetModelStateRequest, bodies.model_state),
         Service(PREFIX + "set_model_state", srv.SetModelStateRequest, bodies.set_model_state),
@@ -44,23 +44,23 @@ class BodyRequests:
     """Answers requests about bodies and joints.
 
     Args:
-        live: the current scene.
+        world: the world.
     """
 
-    def __init__(self, live: LiveScene) -> None:
-        self._live = live
+    def __init__(self, world: World) -> None:
+        self._world = world
 
     def model_state(self, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
         """Return the state of a model."""
-        model = self._live.scene.model(request.model_name)
+        model = self._world.scene.model(request.model_name)
         motion = self._relative_motion(self._motion(model), request.relative_entity_name)
-        header = Header(Time.from_ns(self._live.now_ns), request.relative_entity_name)
+        header = Header(Time.from_ns(self._world.now_ns), request.relative_entity_name)
         return srv.GetModelStateResponse(header, *state_messages(motion))
 
     def set_model_state(self, request: srv.SetModelStateRequest) -> srv.SetModelStateResponse:
         """Set the state of a model."""
         state = request.model_state
-        self._live.place(state.model_name, self._world_motion_of(state))
+        self._world.place(state.model_name, self._world_motion_of(state))
         return srv.SetModelStateResponse()
 
     def link_state(self, request: srv.GetLinkStateRequest) -> srv.GetLinkStateResponse:
@@ -78,16 +78,16 @@ class BodyRequests:
             raise SceneError(
                 f"only the base link '{base.name}' of '{model.name}' can be placed, not '{link}'"
             )
-        self._live.place(model.name, self._world_motion_of(state).at(base.pose.inverse()))
+        self._world.place(model.name, self._world_motion_of(state).at(base.pose.inverse()))
         return srv.SetLinkStateResponse()
 
     def joint_properties(self, request: srv.GetJointPropertiesRequest) -> srv.GetJointPropertiesResponse:
         """Return the properties and the state of a joint."""
         model, joint = self._joint(request.joint_name)
-        joints = self._live.engine.joint_states(model)
+        joints = self._world.engine.joint_states(model)
         index = joints.names.index(joint)
         position, rate = float(joints.positions[index]), float(joints.velocities[index])
-        found = next(each for each in self._live.scene.model(model).joints if joint in each.coordinates)
+        found = next(each for each in self._world.scene.model(model).joints if joint in each.coordinates)
         kind = getattr(srv.GetJointPropertiesResponse, found.kind.upper())
         return srv.GetJointPropertiesResponse(kind, [found.damping], [position], [rate])
 
@@ -99,13 +99,13 @@ class BodyRequests:
         if len(names) != len(positions):
             raise SceneError(f"{len(names)} joints need {len(names)} positions, not {len(positions)}")
         joints = [self._joint(f"{request.model_name}::{name}")[1] for name in names]
-        self._live.set_joints(request.model_name, dict(zip(joints, map(float, positions), strict=True)))
+        self._world.set_joints(request.model_name, dict(zip(joints, map(float, positions), strict=True)))
         return srv.SetModelConfigurationResponse()
 
     def apply_wrench(self, request: srv.ApplyBodyWrenchRequest) -> srv.ApplyBodyWrenchResponse:
         """Apply a wrench to a link at one of its points; it keeps its direction in the world."""
         model, link = self._link(request.body_name)
-        here = self._live.engine.link_motion(model.name, link).pose
+        here = self._world.engine.link_motion(model.name, link).pose
         reference = request.reference_frame
         frame = ModelMotion(Pose()) if reference in _WORLD else self._reference(reference)
         force = frame.pose.rotate(vector_of(request.wrench.force))
@@ -123,7 +123,7 @@ class BodyRequests:
     def clear_wrenches(self, request: srv.BodyRequestRequest) -> srv.BodyRequestResponse:
         """End all wrenches on a link."""
         model, link = self._link(request.body_name)
-        self._live.forces.clear(model.name, link, Wrench, self._live.now_ns)
+        self._world.forces.clear(model.name, link, Wrench, self._world.now_ns)
         return srv.BodyRequestResponse()
 
     def apply_effort(self, request: srv.ApplyJointEffortRequest) -> srv.ApplyJointEffortResponse:
@@ -133,7 +133,7 @@ class BodyRequests:
 
     def clear_efforts(self, request: srv.JointRequestRequest) -> srv.JointRequestResponse:
         """End all efforts on a joint."""
-        self._live.forces.clear(*self._joint(request.joint_name), float, self._live.now_ns)
+        self._world.forces.clear(*self._joint(request.joint_name), float, self._world.now_ns)
         return srv.JointRequestResponse()
 
     # -- names
@@ -142,11 +142,11 @@ class BodyRequests:
         """Return the model and link of ``model::link``; for a name alone, the only model that has it."""
         model_name, found, link = name.replace("/", "::").rpartition("::")
         if found:
-            model = self._live.scene.model(model_name)
+            model = self._world.scene.model(model_name)
             return model, model.link(link).name
-        owners = [model for model, each in self._live.scene.links() if each.name == name]
+        owners = [model for model, each in self._world.scene.links() if each.name == name]
         if len(owners) != 1:
-            known = [f"{model.name}::{each.name}" for model, each in self._live.scene.links()]
+            known = [f"{model.name}::{each.name}" for model, each in self._world.scene.links()]
             many = "more than one model has" if owners else "no model has"
             raise SceneError(f"{many} a link '{name}'; name it model::link{did_you_mean(name, known)}")
         return owners[0], name
@@ -154,7 +154,7 @@ class BodyRequests:
     def _joint(self, name: str) -> tuple[str, str]:
         """Return the model and joint of ``model::joint``; for a name alone, the only model that has it."""
         model_name, found, joint = name.replace("/", "::").rpartition("::")
-        models = [self._live.scene.model(model_name)] if found else list(self._live.scene.models)
+        models = [self._world.scene.model(model_name)] if found else list(self._world.scene.models)
         owners = [m.name for m in models if any(joint in j.coordinates for j in m.joints)]
         if len(owners) != 1:
             known = [name for m in models for j in m.joints for name in j.coordinates]
@@ -166,18 +166,18 @@ class BodyRequests:
     # -- motions
 
     def _motion(self, model: Model) -> ModelMotion:
-        return ModelMotion(model.pose) if model.static else self._live.engine.model_motion(model.name)
+        return ModelMotion(model.pose) if model.static else self._world.engine.model_motion(model.name)
 
     def _link_motion(self, link: str) -> ModelMotion:
         model, name = self._link(link)
         if model.static:
             return ModelMotion(model.pose @ model.link(name).pose)
-        return self._live.engine.link_motion(model.name, name)
+        return self._world.engine.link_motion(model.name, name)
 
     def _reference(self, name: str) -> ModelMotion:
         """Return the motion of a frame of reference: a model or a link."""
-        names = [model.name for model in self._live.scene.models]
-        return self._motion(self._live.scene.model(name)) if name in names else self._link_motion(name)
+        names = [model.name for model in self._world.scene.models]
+        return self._motion(self._world.scene.model(name)) if name in names else self._link_motion(name)
 
     def _relative_motion(self, motion: ModelMotion, reference: str) -> ModelMotion:
         return motion if reference in _WORLD else relative_motion(self._reference(reference), motion)
@@ -190,7 +190,7 @@ class BodyRequests:
         return motion if reference in _WORLD else world_motion(self._reference(reference), motion)
 
     def _push(self, model: str, name: str, load: Wrench | float, request: Any) -> None:
-        now_ns = self._live.now_ns
+        now_ns = self._world.now_ns
         start_ns = max(now_ns, ns_of(request.start_time))
         lasts_ns = ns_of(request.duration)
         end_ns = None if lasts_ns < 0 else start_ns + lasts_ns
@@ -199,4 +199,4 @@ class BodyRequests:
                 f"a force on '{name}' that lasts 0 s has no effect: give it a 'duration', or -1 s for ever"
             )
         if end_ns is None or end_ns > start_ns:
-            self._live.forces.add(Push(model, name, load, start_ns, end_ns), now_ns)
+            self._world.forces.add(Push(model, name, load, start_ns, end_ns), now_ns)

@@ -16,14 +16,14 @@ from nrp_core.messages.std_srvs import EmptyRequest, EmptyResponse
 from nrp_core.scene.materials import color_of, glows
 from nrp_core.scene.model import Light, Model, Rgba
 from nrp_core.scene.rigid import Pose
-from nrp_core.world.live import LiveScene
 from nrp_core.world.model_states import pose_of, vector_of
-from nrp_core.world.services.part import PREFIX, Service
+from nrp_core.world.service import PREFIX, Service
+from nrp_core.world.world import World
 
 
-def physics_services(live: LiveScene) -> list[Service]:
+def physics_services(world: World) -> list[Service]:
     """Return the services of :class:`PhysicsRequests`."""
-    physics = PhysicsRequests(live)
+    physics = PhysicsRequests(world)
     return [
         Service(PREFIX + "get_physics_properties", srv.GetPhysicsPropertiesRequest, physics.properties),
         Service(PREFIX + "set_physics_properties", srv.SetPhysicsPropertiesRequest, physics.set_properties),
@@ -34,32 +34,32 @@ class PhysicsRequests:
     """Answers requests about physics.
 
     Args:
-        live: the current scene.
+        world: the world.
     """
 
-    def __init__(self, live: LiveScene) -> None:
-        self._live = live
+    def __init__(self, world: World) -> None:
+        self._world = world
 
     def properties(self, _request: srv.GetPhysicsPropertiesRequest) -> srv.GetPhysicsPropertiesResponse:
         """Return the physics step and gravity; for Gazebo's other settings, their defaults."""
-        step_s, gravity = seconds(self._live.engine.step_ns), Vector3(*self._live.scene.gravity)
-        return srv.GetPhysicsPropertiesResponse(step_s, self._live.paused, 1.0 / step_s, gravity)
+        step_s, gravity = seconds(self._world.engine.step_ns), Vector3(*self._world.scene.gravity)
+        return srv.GetPhysicsPropertiesResponse(step_s, self._world.paused, 1.0 / step_s, gravity)
 
     def set_properties(self, request: srv.SetPhysicsPropertiesRequest) -> srv.SetPhysicsPropertiesResponse:
         """Set gravity."""
-        step_s, asked_s = seconds(self._live.engine.step_ns), float(request.time_step)
+        step_s, asked_s = seconds(self._world.engine.step_ns), float(request.time_step)
         if asked_s and not isclose(asked_s, step_s):
             raise TimestepError(
                 f"the physics step is {step_s:g} s for the whole run and cannot be changed to {asked_s:g} s; "
                 "set it with the option timestep of the experiment's world"
             )
-        self._live.set_gravity(vector_of(request.gravity))
+        self._world.set_gravity(vector_of(request.gravity))
         return srv.SetPhysicsPropertiesResponse()
 
 
-def scene_services(live: LiveScene) -> list[Service]:
+def scene_services(world: World) -> list[Service]:
     """Return the services of :class:`SceneRequests`."""
-    scenes = SceneRequests(live)
+    scenes = SceneRequests(world)
     return [
         Service(PREFIX + "get_model_properties", srv.GetModelPropertiesRequest, scenes.model_properties),
         Service(PREFIX + "get_world_properties", srv.GetWorldPropertiesRequest, scenes.world_properties),
@@ -83,15 +83,15 @@ class SceneRequests:
     """Answers requests about the scene.
 
     Args:
-        live: the current scene.
+        world: the world.
     """
 
-    def __init__(self, live: LiveScene) -> None:
-        self._live = live
+    def __init__(self, world: World) -> None:
+        self._world = world
 
     def model_properties(self, request: srv.GetModelPropertiesRequest) -> srv.GetModelPropertiesResponse:
         """Return the parts of a model."""
-        model = self._live.scene.model(request.model_name)
+        model = self._world.scene.model(request.model_name)
         return srv.GetModelPropertiesResponse(
             canonical_body_name=model.links[0].name,
             body_names=[link.name for link in model.links],
@@ -102,40 +102,40 @@ class SceneRequests:
 
     def world_properties(self, _request: srv.GetWorldPropertiesRequest) -> srv.GetWorldPropertiesResponse:
         """Return the names of the models."""
-        names = [model.name for model in self._live.scene.models]
-        return srv.GetWorldPropertiesResponse(seconds(self._live.now_ns), names)
+        names = [model.name for model in self._world.scene.models]
+        return srv.GetWorldPropertiesResponse(seconds(self._world.now_ns), names)
 
     def spawn(self, request: srv.SpawnModelRequest) -> srv.SpawnModelResponse:
         """Add a model or a light, from the text of its file."""
         pose = pose_of(request.initial_pose)
         if request.reference_frame not in ("", "world"):
-            reference = self._live.scene.model(request.reference_frame)
-            pose = self._live.engine.model_motion(reference.name).pose @ pose
+            reference = self._world.scene.model(request.reference_frame)
+            pose = self._world.engine.model_motion(reference.name).pose @ pose
         added = _read(request.model_name, request.model_xml, pose)
         if isinstance(added, Model):
-            self._live.spawn(added)
+            self._world.spawn(added)
             return srv.SpawnModelResponse()
-        lights = self._live.scene.lights
+        lights = self._world.scene.lights
         if any(light.name == added.name for light in lights):
             raise SceneError(f"the scene already has a light '{added.name}'")
-        self._live.set_lights((*lights, added))
+        self._world.set_lights((*lights, added))
         return srv.SpawnModelResponse()
 
     def delete(self, request: srv.DeleteModelRequest) -> srv.DeleteModelResponse:
         """Delete a model."""
-        self._live.delete(request.model_name)
+        self._world.delete(request.model_name)
         return srv.DeleteModelResponse()
 
     def set_visual(self, request: srv.SetVisualPropertiesRequest) -> srv.SetVisualPropertiesResponse:
         """Set the colour of a visual."""
         path = f"{request.model_name}/{request.link_name}/{request.visual_name}"
-        self._live.scene.visual(path)
-        self._live.set_material(path, *_read_color(request.property_name, request.property_value))
+        self._world.scene.visual(path)
+        self._world.set_material(path, *_read_color(request.property_name, request.property_value))
         return srv.SetVisualPropertiesResponse()
 
     def light_names(self, _request: srv.GetLightsNameRequest) -> srv.GetLightsNameResponse:
         """Return the names of the lights."""
-        return srv.GetLightsNameResponse([light.name for light in self._live.scene.lights])
+        return srv.GetLightsNameResponse([light.name for light in self._world.scene.lights])
 
     def light(self, request: srv.GetLightPropertiesRequest) -> srv.GetLightPropertiesResponse:
         """Return the colour and attenuation of a light."""
@@ -146,39 +146,39 @@ class SceneRequests:
         """Set the colour of a light."""
         light, color = self._light(request.light_name), request.diffuse
         diffuse = float(color.r), float(color.g), float(color.b), float(color.a)
-        self._live.set_lights(
-            replace(each, diffuse=diffuse) if each is light else each for each in self._live.scene.lights
+        self._world.set_lights(
+            replace(each, diffuse=diffuse) if each is light else each for each in self._world.scene.lights
         )
         return srv.SetLightPropertiesResponse()
 
     def delete_light(self, request: srv.DeleteLightRequest) -> srv.DeleteLightResponse:
         """Delete a light."""
         light = self._light(request.light_name)
-        self._live.set_lights(each for each in self._live.scene.lights if each is not light)
+        self._world.set_lights(each for each in self._world.scene.lights if each is not light)
         return srv.DeleteLightResponse()
 
     def pause(self, _request: EmptyRequest) -> EmptyResponse:
         """Pause all motion."""
-        self._live.paused = True
+        self._world.paused = True
         return EmptyResponse()
 
     def unpause(self, _request: EmptyRequest) -> EmptyResponse:
         """Resume all motion."""
-        self._live.paused = False
+        self._world.paused = False
         return EmptyResponse()
 
     def reset_world(self, _request: EmptyRequest) -> EmptyResponse:
         """Reset the poses of all models; the time continues."""
-        self._live.reset("poses")
+        self._world.reset("poses")
         return EmptyResponse()
 
     def reset_simulation(self, _request: EmptyRequest) -> EmptyResponse:
         """Reset everything except the time, which belongs to the run."""
-        self._live.reset("state")
+        self._world.reset("state")
         return EmptyResponse()
 
     def _light(self, name: str) -> Light:
-        lights = {light.name: light for light in self._live.scene.lights}
+        lights = {light.name: light for light in self._world.scene.lights}
         if name not in lights:
             raise SceneError(f"the scene has no light '{name}'{did_you_mean(name, lights)}")
         return lights[name]

@@ -9,7 +9,7 @@ from nrp_core.errors import BackendLoadError, TopicError
 from nrp_core.messages.gazebo_srvs import GetWorldPropertiesResponse
 from nrp_core.messages.std_srvs import SetBoolRequest, SetBoolResponse
 from nrp_core.world import Scene
-from nrp_core.world.services.part import SERVICES
+from nrp_core.world.world import SERVICES
 
 COUNTING = """
 from nrp_core.world import Service

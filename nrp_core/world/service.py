@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, TypeAlias
+from typing import Any
 
 from nrp_core.errors import NrpError, TopicError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.messages import base
 from nrp_core.messages.base import type_name
-from nrp_core.registry import Registry
-from nrp_core.world.live import LiveScene
+from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
 from nrp_core.world.topics import Direction, TopicInfo
 
@@ -46,28 +45,22 @@ class Service:
         return found
 
 
-Provider: TypeAlias = Callable[[LiveScene], Iterable[Service]]
-
-SERVICES: Registry[Provider] = Registry("nrp_core.services", "provider of services")
-"""Functions that return the services of a world, by any name."""
-
-
 class Services(Part):
     """All services of a world.
 
     Args:
-        live: the current scene.
+        engine: the engine of the world, which may answer itself.
+        provided: the services of each provider.
 
     Raises:
-        BackendError: a provider of services cannot be used.
         TopicError: two providers have a service of the same name.
     """
 
-    def __init__(self, live: LiveScene) -> None:
-        self._live = live
+    def __init__(self, engine: Engine, provided: Mapping[str, Iterable[Service]]) -> None:
+        self._engine = engine
         self._table: dict[str, Service] = {}
-        for provider, services in SERVICES.load_all().items():
-            for service in services(live):
+        for provider, services in provided.items():
+            for service in services:
                 if service.name in self._table:
                     raise TopicError(
                         f"'{provider}' provides the service '{service.name}', which exists already"
@@ -89,7 +82,7 @@ class Services(Part):
         if not getattr(answer, "success", True):
             reason = reason_field(type(answer))
             message = f"{topic}: {getattr(answer, reason) if reason else 'failed'}"
-            self._live.warnings.add(Code.NRP280, message, subject=topic)
+            self._engine.warnings.add(Code.NRP280, message, subject=topic)
 
     def request(self, name: str, values: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
         """Build a request from values and named fields.
@@ -111,7 +104,7 @@ class Services(Part):
         """Handle a request and return the answer; a failure is reported in the answer."""
         service = self._table[name]
         try:
-            remote = self._live.engine.answer(name, request, service.response)
+            remote = self._engine.answer(name, request, service.response)
             return service.answer(request) if remote is None else remote
         except NrpError as error:
             reason = reason_field(service.response)
