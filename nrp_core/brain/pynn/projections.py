@@ -84,6 +84,7 @@ class Projection(common.Projection):
         label = label or "→".join(str(getattr(cells, "label", cells)) for cells in ends)
         for (what, kinds, valid), part in zip(_PARTS, (*ends, connector, synapse_type, space), strict=True):
             require_kind(f"projection '{label}'", what, part, kinds, valid)
+        _complete(connector)
         if getattr(synapse_type, "kind", None) == ELECTRICAL:  # PyNN names the places of both halves
             source, receptor_type = (None if each in _OF_POINTS else each for each in (source, receptor_type))
         usual = receptors = postsynaptic_population.receptor_types
@@ -338,6 +339,13 @@ class Projection(common.Projection):
             return {}
         rule = f"from 0 ms to max_delay of setup, {self._simulator.state.max_delay:g} ms"
         return {"delay": Limit(rule, lambda delays_ms: (delays_ms >= 0) & (delays_ms <= longest_ms))}
+
+
+def _complete(connector: Any) -> None:
+    """Give a connector of a user the attributes that it lacks if it does not call its base's constructor."""
+    usual = {"safe": True, "callback": None, "location_selector": None, "parameter_names": ()}
+    for name in [each for each in usual if not hasattr(connector, each)]:
+        setattr(connector, name, usual[name])
 
 
 def _line_of_the_script() -> tuple[str, int] | None:

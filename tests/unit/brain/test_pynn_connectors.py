@@ -11,7 +11,9 @@ import pytest
 from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pyNN.connectors import MapConnector
 from pyNN.core import IndexBasedExpression
+from pyNN.parameters import LazyArray
 
 from nrp_core.brain.pynn import builder
 from nrp_core.brain.pynn.rng import random_pairs
@@ -188,6 +190,31 @@ def test_an_assembly_knows_its_cells_in_another_assembly() -> None:
     connector = sim.AllToAllConnector(allow_self_connections=False)
     projection = sim.Projection(a + b, b + a[2:4], connector, sim.StaticSynapse(weight=0.1))
     assert len(projection) == 11 * 7 - 7
+
+
+class Ring(MapConnector):  # type: ignore[misc]
+    """A connector of a user, who names no parameters and does not call the constructor of the base."""
+
+    def __init__(self, step: int) -> None:
+        self.step = step
+
+    def connect(self, projection: Any) -> None:
+        n, m = projection.pre.size, projection.post.size
+        self._connect_with_map(projection, LazyArray(lambda i, j: (j - i) % m == self.step, shape=(n, m)))
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_a_connector_of_a_user_connects_and_is_described_with_the_parameters_that_it_names(
+    named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if named:
+        monkeypatch.setattr(Ring, "parameter_names", ("step",), raising=False)
+    (ring,) = network_of(lambda sim, rng: Ring(2)).projections
+    order = np.argsort(ring.pre_index)
+    assert ring.pre_index[order].tolist() == list(range(20))
+    assert ring.post_index[order].tolist() == [(cell + 2) % 20 for cell in range(20)]
+    assert ring.origin is not None
+    assert (ring.origin.connector, ring.origin.parameters) == ("Ring", {"step": 2} if named else {})
 
 
 def test_progress_is_reported_for_an_assembly_too() -> None:

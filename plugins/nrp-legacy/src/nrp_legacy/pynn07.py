@@ -140,7 +140,6 @@ def _projection(sim: ModuleType, today: type) -> type:
             *values: Any, method: Any = None, **more: Any,
         ) -> None:  # fmt: skip
             connector = method if connector is None else connector
-            _complete(connector)
             given = [one for one in (*values, *more.values()) if isinstance(one, str)]
             self._all_inhibit = "inhibitory" in given and postsynaptic_population.conductance_based
             super().__init__(presynaptic_population, postsynaptic_population, connector, *values, **more)
@@ -182,10 +181,3 @@ def _projection(sim: ModuleType, today: type) -> type:
 
     Projection.__name__ = Projection.__qualname__ = today.__name__
     return Projection
-
-
-def _complete(connector: Any) -> None:
-    """Give a connector of a user, which may not call the constructor of its base, the attributes of it."""
-    for name, value in (("safe", True), ("callback", None), ("parameter_names", ())):
-        if connector is not None and not hasattr(connector, name):
-            setattr(connector, name, value)
