@@ -36,6 +36,7 @@ OPTIONAL: Final[Mapping[str, Mapping[str, Sequence[str]]]] = {
     },
     "nrp-formats": {
         "nrp_core.commands": ["import-connectome"],
+        "nrp_core.exporters": ["nwb", "sonata"],
         "nrp_core.networks": [".json", ".nir"],
     },
     "nrp-lab": {"nrp_core.commands": ["benchmark", "diff", "evolve", "paper", "sweep"]},

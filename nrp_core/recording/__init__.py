@@ -7,6 +7,7 @@ from nrp_core._support.lazy import lazily
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing would take 5 ms
 if TYPE_CHECKING:
+    from nrp_core.recording.export import Exporter as Exporter
     from nrp_core.recording.export.numbers import Numbers as Numbers
     from nrp_core.recording.export.numbers import Series as Series
     from nrp_core.recording.export.numbers import groups_of as groups_of

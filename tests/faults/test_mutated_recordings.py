@@ -11,7 +11,7 @@ from mutations import Tally, mutated, numbered
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.export import Format, export
+from nrp_core.recording.export import export
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import FILES_FOLDER, MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recover import recover
@@ -57,7 +57,7 @@ def test_a_mutated_recording_yields_its_intact_part_or_is_refused(whole: Path, t
         recovered = recover(recording, target / "recovered.mcap") if not recording.complete else None
         assert recovered is None or recovered.messages == len(read)
         assert isinstance(recording.run, dict)
-        export(recording, Format.CSV, target / "csv")
+        export(recording, "csv", target / "csv")
         if number % REPLAYED == 0:
             with Replay(recording, ReplayRequest()) as replay:
                 outcome = replay.verify()

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 import nrp_core
-from nrp_core.recording.export import Format, export
+from nrp_core.recording.export import export
 from nrp_core.recording.recording import Recording
 
 PULLS, SIDES = "/brain/devices/turn/pulls", "/brain/devices/see/sides"
@@ -38,7 +38,7 @@ def test_a_group_is_a_table_with_a_column_for_each_device(recording: Recording, 
 
 
 def test_a_group_is_one_file_of_an_export(recording: Recording, tmp_path: Path) -> None:
-    files = {path.name: path for path in export(recording, Format.CSV, tmp_path / "csv")}
+    files = {path.name: path for path in export(recording, "csv", tmp_path / "csv")}
     table = pd.read_csv(files["brain.devices.turn.pulls.rate.csv"], index_col="time_s")
     assert list(table.columns) == [f"{number} [Hz]" for number in range(4)]
     np.testing.assert_array_equal(table, recording.frame(f"{PULLS}/*/rate"))

@@ -14,7 +14,7 @@ import pytest
 
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.recording.export import Format, export
+from nrp_core.recording.export import export
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
@@ -45,7 +45,7 @@ def test_a_table_and_a_figure_have_a_column_and_a_curve_for_each_muscle(
     recorded: tuple[Path, dict[str, Any]], tmp_path: Path
 ) -> None:
     recording, last = Recording(recorded[0]), recorded[1]
-    export(recording, Format.CSV, tmp_path / "out")
+    export(recording, "csv", tmp_path / "out")
     commands = _rows(tmp_path / "out" / "arm.muscles.cmd.csv")
     assert list(commands[0]) == ["time_s", *(f"data.{name}" for name in NAMES)]
     states = _rows(tmp_path / "out" / "arm.muscles.state.csv")

@@ -9,10 +9,22 @@ import typer
 
 from nrp_core.cli.options import Json, RecordingPath, beginning_with, open_recording, usage_errors
 from nrp_core.cli.output import document
+from nrp_core.registry import OPTIONAL, Registry
 
-FORMATS = ("nwb", "sonata", "csv")
+_FORMATS: Registry[object] = Registry("nrp_core.exporters", "export format")
 _FILES = (".csv", ".h5", ".nwb")
 """Suffixes of the files in an exported folder, or of one that is a file itself."""
+
+
+def _formats() -> str:
+    """Return the installed formats, and those of our distributions that are not installed."""
+    names = _FORMATS.names()
+    missing = [
+        f"{', '.join(sorted(more))} with pip install {distribution}"
+        for distribution, groups in OPTIONAL.items()
+        if (more := set(groups.get(_FORMATS.group, ())) - set(names))
+    ]
+    return "; ".join([", ".join(names), *missing])
 
 
 def recover(
@@ -54,9 +66,9 @@ def export(
         typer.Option(
             "--format",
             "-f",
-            metavar="|".join(FORMATS),
-            help="The format to write.",
-            autocompletion=beginning_with(lambda: FORMATS),
+            metavar="FORMAT",
+            help=f"The format to write: {_formats()}.",
+            autocompletion=beginning_with(_FORMATS.names),
         ),
     ],
     output: Annotated[
@@ -66,30 +78,30 @@ def export(
             "-o",
             metavar="PATH",
             envvar="NRP_OUTPUT",
-            help="A new file (nwb) or folder; by default named after DIR, in the current folder.",
+            help="A new file or folder, as the format needs; by default named after DIR, "
+            "in the current folder.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Write a recording as NWB, SONATA or CSV."""
-    if kind not in FORMATS:
-        from nrp_core.errors import did_you_mean
-
-        raise typer.BadParameter(
-            f"unknown format '{kind}'{did_you_mean(kind, FORMATS)}", param_hint="--format"
-        )
-    from nrp_core.recording.export import Format
+    """Write a recording in a format of other programs."""
+    from nrp_core.errors import UnknownBackendError
     from nrp_core.recording.export import export as write
+    from nrp_core.recording.export import find_exporter
 
+    try:
+        suffix = find_exporter(kind).suffix
+    except UnknownBackendError as error:
+        raise typer.BadParameter(str(error), param_hint="--format") from error
     source = open_recording(recording, "exported")
     name = source.folder.resolve().name
-    target = output or Path(f"{name}.nwb" if kind == Format.NWB else f"{name}-{kind}")
-    if kind != Format.NWB and target.suffix in _FILES:
+    target = output or Path(f"{name}{suffix}" if suffix else f"{name}-{kind}")
+    if not suffix and target.suffix in _FILES:
         raise typer.BadParameter(
             f"{kind} is written as a folder of files, and '{target.name}' is the name of a file",
             param_hint="--output",
         )
-    files = write(source, Format(kind), target)
+    files = write(source, kind, target)
     if json:
         document({"format": kind, "files": files, "complete": source.complete})
     else:

@@ -1,40 +1,63 @@
-"""Export of recordings to other formats: NWB, SONATA and CSV.
+"""Export of recordings to other formats.
 
-To add one, write its module and name it in :class:`Format`, in ``_write`` below, and in the command,
-``nrp_core/cli/commands/recordings.py``.
+Distributions add formats in the entry-point group ``nrp_core.exporters``; the name of the entry point is that
+of the format. Ours, CSV, is :data:`nrp_core.recording.export.numbers.CSV`.
 """
 
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from enum import StrEnum
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from nrp_core._support.files import writing
-from nrp_core.errors import CapabilityError, ExperimentError
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.errors import BackendLoadError, ExperimentError
+from nrp_core.recording.recording import Recording
+from nrp_core.registry import Registry
 
 
-class Format(StrEnum):
-    """The formats of an export."""
+@dataclass(frozen=True, slots=True)
+class Exporter:
+    """A format in which recordings can be written.
 
-    NWB = "nwb"
-    """Neurodata Without Borders, one file: spikes, devices, poses, commands and images."""
-    SONATA = "sonata"
-    """A folder with the spikes, the devices as a report, and the named groups of neurons."""
-    CSV = "csv"
-    """A folder with a table of the spikes and one for each topic that carries numbers."""
+    Args:
+        write: writes a recording to a path that does not exist, and returns the files that it wrote; of a
+            damaged recording, the intact part.
+        suffix: the suffix of its file, such as ``.nwb``; empty for a format that is a folder of files.
+    """
+
+    write: Callable[[Recording, Path], Sequence[Path]]
+    suffix: str = ""
 
 
-def export(recording: RecordingReader, kind: Format, target: Path) -> list[Path]:
+EXPORTERS: Final[Registry[Exporter]] = Registry("nrp_core.exporters", "export format")
+"""The formats by name."""
+
+
+def find_exporter(name: str) -> Exporter:
+    """Return the exporter of a format.
+
+    Raises:
+        BackendError: no distribution provides it, two do, or it cannot be used.
+    """
+    exporter = EXPORTERS.load(name)
+    if not isinstance(exporter, Exporter):
+        provider = EXPORTERS.provider(name)
+        raise BackendLoadError(
+            f"the {EXPORTERS.kind} '{name}' of {provider} is a {type(exporter).__name__}, not an Exporter"
+        )
+    return exporter
+
+
+def export(recording: Recording, name: str, target: Path) -> list[Path]:
     """Write a recording in another format.
 
     Args:
         recording: the recording; of a damaged one, the intact part is written.
-        kind: the format.
+        name: the name of the format.
         target: a new file, or a new folder for the formats that take several files.
 
     Returns:
@@ -43,23 +66,19 @@ def export(recording: RecordingReader, kind: Format, target: Path) -> list[Path]
     Raises:
         ExperimentError: no part of the recording is intact, the target exists, its folder is missing, or it
             cannot be written; then it is removed.
-        CapabilityError: the packages that the format needs are not installed.
+        BackendError: the format, or a package that it needs, is not installed.
     """
-    if kind is Format.NWB and target.suffix != ".nwb":
-        raise ExperimentError(f"an NWB file is called .nwb, not '{target.name}'")
+    exporter = find_exporter(name)
+    if exporter.suffix and target.suffix != exporter.suffix:
+        raise ExperimentError(f"the name of a file in {name} ends in {exporter.suffix}: '{target.name}'")
     if not recording.topics and not recording.run:
         raise ExperimentError("not a recording, or no part of it is intact", path=recording.file)
     if target.exists():
         raise ExperimentError("it exists already", path=target)
     if not target.absolute().parent.is_dir():
         raise ExperimentError("the folder does not exist", path=target.absolute().parent)
-    try:
-        with writing(target), _nothing_left(target):
-            return _write(recording, kind, target)
-    except ModuleNotFoundError as error:
-        raise CapabilityError(
-            f"{kind} needs the package {error.name}: pip install 'nrp-core[export]'"
-        ) from error
+    with writing(target), _nothing_left(target):
+        return list(exporter.write(recording, target))
 
 
 @contextmanager
@@ -72,20 +91,3 @@ def _nothing_left(target: Path) -> Iterator[None]:
             shutil.rmtree(target, ignore_errors=True)
         target.unlink(missing_ok=True)
         raise
-
-
-def _write(recording: RecordingReader, kind: Format, target: Path) -> list[Path]:
-    if kind is Format.CSV:
-        from nrp_core.recording.export.numbers import write_csv
-
-        return write_csv(recording, target)
-    if kind is Format.NWB:
-        os.environ.setdefault(
-            "PYNWB_NO_CACHE_DIR", "1"
-        )  # a cache cut short by a full disk breaks later imports
-        from nrp_core.recording.export.nwb import write_nwb
-
-        return write_nwb(recording, target)
-    from nrp_core.recording.export.sonata import write_sonata
-
-    return write_sonata(recording, target)

@@ -7,12 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
+from nrp_core.recording.export import Exporter
 from nrp_core.recording.layout import Role, device_group
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import RecordingReader
@@ -167,13 +168,8 @@ def groups_of(run: dict[str, Any]) -> dict[str, dict[str, list[int]]]:
     }
 
 
-def file_name(topic: str) -> str:
-    """Return the name of a file or object for a topic."""
-    return topic.strip("/").replace("/", ".")
-
-
 def write_csv(recording: RecordingReader, folder: Path) -> list[Path]:
-    """Write the tables into a new folder and return them."""
+    """Write the tables into a new folder and return them; a table is named after its topic."""
     numbers = Numbers.of(recording)
     folder.mkdir()
     rows = [
@@ -190,7 +186,9 @@ def write_csv(recording: RecordingReader, folder: Path) -> list[Path]:
             headers = [_with_unit(column, series.unit_of(column)) for column in series.columns]
         else:
             headers, table = _joined(members)
-        files.append(_write(folder / f"{file_name(name)}.csv", ("time_s", *headers), table.tolist()))
+        files.append(
+            _write(folder / f"{name.strip('/').replace('/', '.')}.csv", ("time_s", *headers), table.tolist())
+        )
     return files
 
 
@@ -228,3 +226,7 @@ def _write(path: Path, headers: Sequence[str], rows: Iterable[Sequence[Any]]) ->
         writer.writerow(headers)
         writer.writerows(rows)
     return path
+
+
+CSV: Final = Exporter(write_csv)
+"""A folder with a table of the spikes and one for each topic that carries numbers."""

@@ -8,11 +8,9 @@ import sys
 import pytest
 
 from nrp_core.cli.commands.plot import FIGURES, PANELS
-from nrp_core.cli.commands.recordings import FORMATS
 from nrp_core.cli.commands.video import VIEWS
 from nrp_core.experiment.reading.find import shipped
 from nrp_core.findings import Code
-from nrp_core.recording.export import Format
 from nrp_core.recording.figures import What
 from nrp_core.recording.figures.style import Panel
 from nrp_core.recording.video import ViewKind
@@ -53,7 +51,6 @@ def test_a_shell_completes(words: tuple[str, ...], proposals: set[str]) -> None:
 
 
 def test_completion_offers_exactly_the_valid_values() -> None:
-    assert set(FORMATS) == {str(one) for one in Format}
     assert set(FIGURES) == {str(one) for one in What}
     assert set(PANELS) == {str(one) for one in Panel}
     assert set(VIEWS) == {str(one) for one in ViewKind}

@@ -1,42 +1,17 @@
 """Recordings in other formats, read by the programs that they are for."""
 
-import builtins
 import csv
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
+from experiment_fixtures import Install
 from golden import Golden
+from recording_fixtures import STEPS
 
-from nrp_core.errors import CapabilityError, ExperimentError
-from nrp_core.messages.std_msgs import ColorRGBA
-from nrp_core.recording.export import Format, export
-from nrp_core.recording.layout import RUN_NAME
+from nrp_core.errors import BackendLoadError, ExperimentError, UnknownBackendError
+from nrp_core.recording.export import EXPORTERS, export
 from nrp_core.recording.recording import Recording
-from nrp_core.recording.sealing import seal
-
-STEPS = 10
-
-
-@pytest.fixture
-def recording(rig: Any) -> Recording:
-    for _ in range(STEPS):
-        rig.step()
-    rig.world.advertise("/wall/body/glass/color").publish(ColorRGBA(1.0))
-    rig.recorder.step()
-    rig.recorder.close()
-    run = {
-        "experiment": "driving", "recorded": "2026-01-02T03:04:05+00:00", "seed": 3,
-        "brain": {
-            "backend": "mock",
-            "populations": {"eyes": {"size": 3, "cell_type": "c"}, "wheels": {"size": 2, "cell_type": "c"}},
-            "views": {"left": {"eyes": [[0, 1]], "wheels": [[0, 1]]}, "seeing": {"eyes": [[0, 2]]}},
-        },
-        "settings": {"timestep": 20_000_000, "description": "a drive"},
-    }  # fmt: skip
-    (rig.folder / RUN_NAME).write_bytes(seal(run))
-    return Recording(rig.folder)
+from nrp_core.registry import OPTIONAL
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -44,8 +19,8 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_tables_hold_every_spike_and_every_number(recording: Recording, tmp_path: Path) -> None:
-    files = {path.name: rows(path) for path in export(recording, Format.CSV, tmp_path / "out")}
+def test_tables_hold_every_spike_and_every_number(recorded_drive: Recording, tmp_path: Path) -> None:
+    files = {path.name: rows(path) for path in export(recorded_drive, "csv", tmp_path / "out")}
     spikes = files["spikes.csv"]
     assert len(spikes) == 2 * STEPS
     assert spikes[0] == {"time_ms": "14.5", "population": "eyes", "neuron": "0"}
@@ -59,11 +34,11 @@ def test_tables_hold_every_spike_and_every_number(recording: Recording, tmp_path
 
 
 def test_headers_of_tables_have_units_and_pandas_reads_the_numbers(
-    recording: Recording, tmp_path: Path
+    recorded_drive: Recording, tmp_path: Path
 ) -> None:
     import pandas as pd
 
-    export(recording, Format.CSV, tmp_path / "out")
+    export(recorded_drive, "csv", tmp_path / "out")
     command = pd.read_csv(tmp_path / "out" / "husky.cmd_vel.csv", index_col="time_s")
     assert list(command) == [
         *(f"linear.{axis} [m/s]" for axis in "xyz"), *(f"angular.{axis} [rad/s]" for axis in "xyz")
@@ -77,95 +52,56 @@ def test_headers_of_tables_have_units_and_pandas_reads_the_numbers(
     assert list(voltage) == ["data [mV]"]
 
 
-def test_the_inspector_of_dandi_has_no_critical_finding(recording: Recording, tmp_path: Path) -> None:
-    from nwbinspector import Importance, inspect_nwbfile, load_config
-
-    (path,) = export(recording, Format.NWB, tmp_path / "out.nwb")
-    found = inspect_nwbfile(
-        nwbfile_path=path, config=load_config("dandi"), importance_threshold=Importance.CRITICAL
-    )
-    assert [str(message) for message in found] == []
-
-
-def test_nwb_is_valid_and_read_by_neo(recording: Recording, tmp_path: Path) -> None:
-    import pynwb
-    from neo.io import NWBIO
-
-    (path,) = export(recording, Format.NWB, tmp_path / "out.nwb")
-    assert pynwb.validate(path=str(path)) == []
-    with pynwb.NWBHDF5IO(path, "r") as file:
-        nwb = file.read()
-        assert nwb.session_description == "driving"
-        units = nwb.units.to_dataframe()
-        assert units["population"].tolist() == ["eyes"] * 3 + ["wheels"] * 2
-        assert units["groups"].tolist() == ["left seeing", "seeing", "", "left", ""]
-        assert [len(times) for times in units["spike_times"]] == [STEPS, 0, 0, 0, STEPS]
-        assert nwb.units.resolution > 0
-        assert nwb.subject.species.endswith("NCBITaxon_32644")  # "unidentified"
-        np.testing.assert_allclose(units["spike_times"][0][:2], [0.0145, 0.0345])
-        place = nwb.processing["behavior"]["Position"]["husky"]
-        assert place.data.shape == (STEPS + 1, 3)
-        assert (place.starting_time, place.rate, place.timestamps) == (0.0, 50.0, None)
-        assert nwb.acquisition["husky.camera.compressed"].data.shape[1:] == (2, 2, 3)
-        assert nwb.acquisition["brain.devices.steer.left.voltage"].unit == "mV"
-        assert "husky.cmd_vel" in nwb.processing["commands"].data_interfaces
-    reader = NWBIO(str(path), mode="r")
-    (block,) = reader.read_all_blocks()
-    trains = block.segments[0].spiketrains
-    assert sorted(len(train) for train in trains) == [0, 0, 0, STEPS, STEPS]
-    reader._io_nwb.close()
-
-
-def test_sonata_is_read_by_libsonata(recording: Recording, tmp_path: Path) -> None:
-    import libsonata
-
-    folder = tmp_path / "out"
-    export(recording, Format.SONATA, folder)
-    spikes = libsonata.SpikeReader(str(folder / "spikes.h5"))
-    assert sorted(spikes.get_population_names()) == ["eyes", "wheels"]
-    assert spikes["eyes"].get()[:2] == [(0, 14.5), (0, 34.5)]
-    report = libsonata.SomaReportReader(str(folder / "devices.h5"))["devices"]
-    values = report.get()
-    assert report.times[2] == 20.0
-    assert values.data.shape == (STEPS + 1, 1)
-    assert values.data[-1, 0] != values.data[1, 0]
-    sets = libsonata.NodeSets.from_file(str(folder / "node_sets.json"))
-    assert sets.names == {"eyes", "wheels", "left", "left.eyes", "left.wheels", "seeing"}
-
-
-@pytest.mark.parametrize("kind", list(Format))
-def test_a_cut_recording_is_exported_up_to_the_cut(
-    recording: Recording, tmp_path: Path, kind: Format
-) -> None:
-    whole = recording.file.read_bytes()
+def test_a_cut_recording_is_exported_up_to_the_cut(recorded_drive: Recording, tmp_path: Path) -> None:
+    whole = recorded_drive.file.read_bytes()
     for part in range(5):
-        recording.file.write_bytes(whole[: len(whole) * part // 4 - 1] if part else b"")
-        name = f"{part}.nwb" if kind is Format.NWB else str(part)
-        assert export(Recording(recording.folder), kind, tmp_path / name)
+        recorded_drive.file.write_bytes(whole[: len(whole) * part // 4 - 1] if part else b"")
+        assert export(Recording(recorded_drive.folder), "csv", tmp_path / str(part))
 
 
-def test_nothing_is_overwritten_and_names_are_checked(
-    recording: Recording, tmp_path: Path, golden: Golden
-) -> None:
+def test_nothing_is_overwritten(recorded_drive: Recording, tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "there").mkdir()
     with golden.raises(ExperimentError):
-        export(recording, Format.CSV, tmp_path / "there")
+        export(recorded_drive, "csv", tmp_path / "there")
     with golden.raises(ExperimentError):
-        export(recording, Format.CSV, tmp_path / "nowhere" / "out")
-    with golden.raises(ExperimentError, match=r"'out\.h5'"):
-        export(recording, Format.NWB, tmp_path / "out.h5")
+        export(recorded_drive, "csv", tmp_path / "nowhere" / "out")
 
 
-def test_a_missing_package_is_named_with_what_installs_it(
-    recording: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, golden: Golden
+COUNTER = """
+from nrp_core.recording import Exporter, Numbers
+
+def write(recording, path):
+    counts = {label: len(ids) for label, (ids, _) in Numbers.of(recording).spikes.items()}
+    path.write_text(str(counts))
+    if "full" in path.name:
+        raise OSError(28, "No space left on device")
+    return [path]
+
+COUNTS = Exporter(write, ".txt")
+NONE = write
+"""
+ENTRY_POINTS = "[nrp_core.exporters]\ncounts = lab_counts:COUNTS\nwrong = lab_counts:NONE\n"
+
+
+@pytest.mark.usefixtures("site")
+def test_the_format_of_a_package_is_written_and_its_suffix_demanded(
+    recorded_drive: Recording, install: Install, tmp_path: Path, golden: Golden
 ) -> None:
-    real = builtins.__import__
+    install("lab_counts", ENTRY_POINTS, COUNTER)
+    (file,) = export(recorded_drive, "counts", tmp_path / "out.txt")
+    assert file.read_text() == f"{{'eyes': {STEPS}, 'wheels': {STEPS}}}"
+    with golden.raises(ExperimentError, match=r"'out\.csv'"):
+        export(recorded_drive, "counts", tmp_path / "out.csv")
+    with golden.raises(ExperimentError, match="No space left"):
+        export(recorded_drive, "counts", tmp_path / "full.txt")
+    assert not (tmp_path / "full.txt").exists()
+    with golden.raises(BackendLoadError, match=r"'wrong'.*lab_counts 1\.0"):
+        export(recorded_drive, "wrong", tmp_path / "out.txt")
 
-    def without(name: str, *args: Any, **kwargs: Any) -> Any:
-        if name.startswith("nrp_core.recording.export.nwb"):
-            raise ModuleNotFoundError("No module named 'pynwb'", name="pynwb")
-        return real(name, *args, **kwargs)
 
-    monkeypatch.setattr(builtins, "__import__", without)
-    with golden.raises(CapabilityError, match=r"'nrp-core\[export\]'"):
-        export(recording, Format.NWB, tmp_path / "out.nwb")
+def test_a_format_that_is_not_installed_is_named_with_its_distribution(
+    recorded_drive: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(OPTIONAL, "acme-formats", {EXPORTERS.group: ["edf"]})
+    with pytest.raises(UnknownBackendError, match="'edf' is in acme-formats, which is not installed"):
+        export(recorded_drive, "edf", tmp_path / "out.edf")

@@ -1,4 +1,4 @@
-"""Networks in the files of other programs: NIR, SONATA and tables of connectomes.
+"""Networks and recordings in the files of other programs: NIR, SONATA, tables of connectomes, NWB.
 
 An experiment names a file ``.nir`` or ``.json`` as its brain. A brain script builds a part of its network
 from one::

@@ -9,12 +9,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core._support.hdf5 import new_file
+from nrp_core.brain import FloatArray
 from nrp_core.clock import seconds
-from nrp_core.recording.export.numbers import Numbers, Series, groups_of
-from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording import Numbers, Recording, Role, Series, groups_of
+from nrp_core.utilities import new_file
 
 _MAGIC, _VERSION = 0x0A7A, (0, 1)
 _SORTING = h5py.enum_dtype({"none": 0, "by_id": 1, "by_time": 2}, basetype="u1")
@@ -23,7 +21,7 @@ DEVICES = "devices"
 """Name of the population of devices in the report."""
 
 
-def write_sonata(recording: RecordingReader, folder: Path) -> list[Path]:
+def write_sonata(recording: Recording, folder: Path) -> list[Path]:
     """Write spikes, node sets and the report of devices, if there are any; return the files."""
     numbers = Numbers.of(recording)
     folder.mkdir()

@@ -17,23 +17,22 @@ from pynwb.file import Subject
 from pynwb.image import ImageSeries
 from pynwb.misc import Units
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core._support.hdf5 import new_file
+from nrp_core.brain import FloatArray
 from nrp_core.clock import seconds
-from nrp_core.recording.export.numbers import Numbers, Series, file_name, groups_of
-from nrp_core.recording.images import values_of
-from nrp_core.recording.layout import STEPS, Role
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording import Numbers, Recording, Role, Series, groups_of, values_of
+from nrp_core.utilities import new_file
 
 _FRAME = "the world's: x, y and z in m, z up"
 _UNKNOWN = "n/a"
 _SPECIES = "http://purl.obolibrary.org/obo/NCBITaxon_32644"
 """NCBI's taxon for what has no species; DANDI demands one."""
+_STEPS = "/nrp/steps"
+"""The topic with the hash of every step of a run."""
 _TOLERANCE_S = 1e-9
 """Times of messages are whole nanoseconds."""
 
 
-def write_nwb(recording: RecordingReader, path: Path) -> list[Path]:
+def write_nwb(recording: Recording, path: Path) -> list[Path]:
     """Write one file and return it."""
     numbers = Numbers.of(recording)
     file = _file(recording, numbers)
@@ -55,7 +54,7 @@ def write_nwb(recording: RecordingReader, path: Path) -> list[Path]:
     return [path]
 
 
-def _file(recording: RecordingReader, numbers: Numbers) -> Any:
+def _file(recording: Recording, numbers: Numbers) -> Any:
     run = numbers.run
     begun = str(run.get("recorded") or datetime.fromtimestamp(0, UTC).isoformat())
     settings = dict(run.get("settings") or {})
@@ -77,10 +76,10 @@ def _file(recording: RecordingReader, numbers: Numbers) -> Any:
     )
 
 
-def _last_hash(recording: RecordingReader) -> str:
+def _last_hash(recording: Recording) -> str:
     """Return the end of the chain of hashes, which identifies the run."""
     last = ""
-    for one in recording.messages({STEPS}):
+    for one in recording.messages({_STEPS}):
         last = one.message.chain
     return last or recording.file.name
 
@@ -116,11 +115,16 @@ def _trains(ids: Any, times_ms: Any, size: int) -> list[Any]:
     return np.split(times_ms[order] * 1e-3, cuts)
 
 
+def _object_name(topic: str) -> str:
+    """Return the name of an object in a file, where ``/`` separates groups."""
+    return topic.strip("/").replace("/", ".")
+
+
 def _series(series: Series) -> Any:
     values = series.values
     columns = ", ".join(series.columns)
     return TimeSeries(
-        name=file_name(series.name),
+        name=_object_name(series.name),
         data=values[:, 0] if values.shape[1] == 1 else values,
         unit=series.unit or _UNKNOWN,
         description=f"{series.about.get('device', series.name)}: {columns}",
@@ -170,7 +174,7 @@ def _add_motion(file: Any, models: list[Series]) -> None:
     module.add(places)
 
 
-def _add_images(file: Any, recording: RecordingReader, topic: str) -> None:
+def _add_images(file: Any, recording: Recording, topic: str) -> None:
     """Write the images of a camera one by one, to hold only one in memory."""
     times_s = [seconds(message.log_time) for _, message in recording.raw({topic})]
     frames = _frames(recording, topic)
@@ -184,13 +188,13 @@ def _add_images(file: Any, recording: RecordingReader, topic: str) -> None:
     )
     file.add_acquisition(
         ImageSeries(
-            name=file_name(topic), data=H5DataIO(data, compression="gzip", chunks=(1, *first.shape)),
+            name=_object_name(topic), data=H5DataIO(data, compression="gzip", chunks=(1, *first.shape)),
             unit=_UNKNOWN, format="raw", description="row, column, RGB or one value",
             **_times(np.array(times_s)),
         )
     )  # fmt: skip
 
 
-def _frames(recording: RecordingReader, topic: str) -> Iterator[Any]:
+def _frames(recording: Recording, topic: str) -> Iterator[Any]:
     for one in recording.messages({topic}):
         yield values_of(one.message)
