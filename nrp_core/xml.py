@@ -7,6 +7,7 @@ the line on which the start tag ends, while messages need the lines on which an 
 from __future__ import annotations
 
 import re
+import stat
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from math import hypot, isnan
@@ -82,6 +83,7 @@ def _decode(data: bytes) -> str:
 
 
 _MAX_DEPTH = 100
+_MOST_BYTES, _MOST_MARKS = 50_000_000, 1_000_000
 _LARGEST = 1e30  # surely a mistake in any unit, and its powers overflow
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
 _XML_NAMESPACE = "http://www.w3.org/XML/1998/namespace"
@@ -247,6 +249,10 @@ def read_xml(path: Path, kind: type[ExperimentError]) -> Element:
         ExperimentError: of the given kind: it cannot be read, is not well-formed, or has a document type.
     """
     try:
+        status = path.stat()
+        is_endless = not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode))
+        if is_endless or status.st_size > _MOST_BYTES:
+            raise kind(f"{path} is not a file of at most {_MOST_BYTES // 10**6} MB")
         return parse_xml(path.read_bytes(), path, kind)
     except FileNotFoundError:
         if not path.parent.is_dir():
@@ -266,6 +272,8 @@ def parse_xml(data: bytes, path: Path, kind: type[ExperimentError]) -> Element:
     """
     try:
         text = strict_xml(data)
+        if text.count("<") + text.count("=") > _MOST_MARKS:
+            raise XmlError(f"this XML has more than {_MOST_MARKS} tags and attributes", 1)
         root = _parse(text)
     except XmlError as error:
         raise kind(str(error), path=path, line=error.line) from None

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr
 from functools import partial
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeGuard
+from typing import Any
+from xml.dom import minidom
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.scene.reading.context import (
@@ -21,13 +22,16 @@ from nrp_core.scene.reading.context import (
     read_xml,
     without_lines,
 )
+from nrp_core.scene.urdf.expressions import Budget, Evaluator
 from nrp_core.xml import strict_xml
 
 _PACKAGE = "package://"
 _SUBSTITUTION = ("$(", "${")
 _ARGUMENT = re.compile(r"\$\(arg (\w+)\)")
 _WITHOUT_VALUE = re.compile(r"Undefined substitution argument (\w+)")
-_MAX_POWER_BITS = 10_000
+_YAML_BYTES = 1_000_000
+_GLOB = re.compile(r"[^/]*[*?\[][^/]*")
+_MOST_GLOBS = 2
 _CLASS = re.compile(r"<class '[\w.]+'>: ")
 """How xacro writes the class of an error that a substitution raises."""
 
@@ -51,7 +55,8 @@ def expand_xacro(
     """Return the expanded ``<robot>`` of a xacro file.
 
     Lines are unknown after the expansion: all elements are in line 1. ``$(find name)`` of a package that is
-    not here is ``package://name``, so that only what needs its files fails.
+    not here is ``package://name``, so that only what needs its files fails. Expressions are evaluated by
+    :mod:`nrp_core.scene.urdf.expressions`, never by Python.
 
     Args:
         path: the file.
@@ -74,17 +79,22 @@ def expand_xacro(
         raise SceneError(message, path=path) from None
 
     declared: set[str] = set()
-    find = partial(_folder_of, package)
+    find, budget = partial(_folder_of, package), Budget()
+    names = _names_of_eval(xacro, substitution_args, find)
+    evaluator = _evaluator(xacro, budget, names)
     functions = {
-        "parse": _checked_parse(xacro.parse, declared),
-        "safe_eval": _bounded_eval(xacro.safe_eval),
+        "parse": _checked_parse(xacro.parse, declared, budget),
+        "safe_eval": lambda expression, names, _=None: evaluator.evaluate(expression, names),
+        "eval_all": _counted(xacro.eval_all, budget.element),
         **_without_missing(xacro, leave_out),
     }
+    resolve = {"_eval_find": find, "_eval": _eval(evaluator, substitution_args.convert_value, names)}
+    copy = _counted(vars(minidom)["_clone_node"], budget.copy)
     try:
         # `$(find ...)` is resolved here, because xacro needs an installation of ROS for it
         with (
-            _patched(vars(substitution_args), _eval_find=find),
-            _patched(substitution_args._eval_dict, find=find),
+            _patched(vars(substitution_args), **resolve),
+            _patched(vars(minidom), _clone_node=copy),
             _patched(vars(xacro), **functions),
             redirect_stderr(StringIO()),
         ):
@@ -127,6 +137,8 @@ def _without_missing(xacro: Any, leave_out: Callable[[str], None] | None) -> dic
     missing: list[str] = []
 
     def included(spec: str, symbols: Any) -> Iterator[str]:
+        if len(_GLOB.findall(str(xacro.eval_text(spec, symbols)))) > _MOST_GLOBS:
+            raise SceneError(f"'{spec}' has a wildcard in more than {_MOST_GLOBS} folders")
         for file in include(spec, symbols):
             _, is_missing, rest = file.partition(_PACKAGE)
             if not is_missing:
@@ -190,7 +202,7 @@ def _arguments(element: Element) -> Iterator[str]:
         yield from _arguments(child)
 
 
-def _checked_parse(own: Callable[..., Any], declared: set[str]) -> Callable[..., Any]:
+def _checked_parse(own: Callable[..., Any], declared: set[str], budget: Budget) -> Callable[..., Any]:
     """Return a parser that checks files with ours first, included ones as well, and collects the arguments.
 
     Our parser refuses document types, and accepts comments that xacro's parser refuses.
@@ -200,32 +212,68 @@ def _checked_parse(own: Callable[..., Any], declared: set[str]) -> Callable[...,
         if inp is None and filename is not None:
             declared.update(_arguments(read_xml(Path(filename))))
             inp = strict_xml(Path(filename).read_bytes())
+            budget.spend(len(inp))
         return own(inp, filename)
 
     return parse
 
 
-def _bounded_eval(own: Callable[..., Any]) -> Callable[..., Any]:
-    """Return an evaluation that refuses powers of whole numbers that would take minutes or all memory."""
+def _evaluator(xacro: Any, budget: Budget, others: Mapping[str, Any]) -> Evaluator:
+    """Return the evaluator of a file, which knows the functions of xacro and some others."""
+    spaces = [space for space in xacro._global_symbols.values() if isinstance(space, xacro.NameSpace)]
+    functions = [pair for names in (xacro._global_symbols, *spaces, others) for pair in names.items()]
+    own = [(name, value) for name, value in functions if callable(value) and not name.startswith("_")]
+    return Evaluator(own, budget, {"load_yaml": partial(_load_yaml, xacro, budget)})
 
-    def evaluate(expression: str, names: Any, more: Any = None) -> Any:
-        powers = [node for node in ast.walk(_tree(expression)) if _is_power(node)]
-        for power in reversed(powers):  # the inner ones come last
-            base, exponent = (own(ast.unparse(side), names, more) for side in (power.left, power.right))
-            are_whole = isinstance(base, int) and isinstance(exponent, int)
-            if are_whole and base.bit_length() * exponent > _MAX_POWER_BITS:
-                raise SceneError(f"the power '{ast.unparse(power)}' has more than {_MAX_POWER_BITS} bits")
-        return own(expression, names, more)
+
+def _names_of_eval(xacro: Any, substitution_args: Any, find: Callable[[str], str]) -> dict[str, Any]:
+    """Return the names in ``$(eval ...)``, besides those of arguments."""
+    context = xacro.substitution_args_context
+
+    def arg(name: str) -> Any:
+        return substitution_args.convert_value(substitution_args._eval_arg(name, context["arg"]), "auto")
+
+    def dirname() -> Any:
+        return substitution_args._eval_dirname(context["filename"])
+
+    names = {**xacro._global_symbols["python"], **substitution_args._eval_dict}
+    return {**names, "arg": arg, "dirname": dirname, "find": find}
+
+
+def _eval(
+    evaluator: Evaluator, typed: Callable[[str, str], Any], names: Mapping[str, Any]
+) -> Callable[[str, dict[str, Any]], str]:
+    """Return what evaluates ``$(eval ...)``."""
+
+    def evaluate(expression: str, context: dict[str, Any]) -> str:
+        arguments = {name: typed(text, "auto") for name, text in context.get("arg", {}).items()}
+        return str(evaluator.evaluate(expression, {**arguments, **names}))
 
     return evaluate
 
 
-def _tree(expression: str) -> ast.AST:
-    try:
-        return ast.parse(expression.strip(), mode="eval")
-    except SyntaxError:
-        return ast.Pass()  # xacro reports it
+def _counted(own: Callable[..., Any], count: Callable[[], None]) -> Callable[..., Any]:
+    """Return a function that counts its calls."""
+
+    def counted(*arguments: Any) -> Any:
+        count()
+        return own(*arguments)
+
+    return counted
 
 
-def _is_power(node: ast.AST) -> TypeGuard[ast.BinOp]:
-    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
+def _load_yaml(xacro: Any, budget: Budget, filename: str) -> Any:
+    """Return the values in a YAML file beside the current one, with xacro's units."""
+    yaml: Any = import_module("yaml")
+
+    def flatten(loader: Any, node: Any) -> None:
+        yaml.SafeLoader.flatten_mapping(loader, node)
+        budget.spend(len(node.value))
+
+    loader: Any = type("Loader", (yaml.SafeLoader,), {"flatten_mapping": flatten})
+    for unit in xacro.ConstructUnits:
+        loader.add_constructor(unit.value.tag, unit.constructor)
+    path = Path(xacro.abs_filename_spec(filename))
+    if path.exists() and not (path.is_file() and path.stat().st_size <= _YAML_BYTES):
+        raise SceneError(f"{path} is not a file of at most {_YAML_BYTES // 10**6} MB")
+    return xacro.YamlListWrapper.wrap(yaml.load(path.read_text("utf-8"), loader))

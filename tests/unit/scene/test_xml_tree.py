@@ -331,3 +331,11 @@ def test_a_missing_file_is_named_with_one_that_is_there(tmp_path: Path, golden: 
 def test_a_folder_is_refused_as_a_file(tmp_path: Path, golden: Golden) -> None:
     with golden.raises(SceneError):
         read_xml(tmp_path)
+
+
+def test_a_file_that_does_not_end_and_one_with_too_many_tags_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="is not a file of at most 50 MB"):
+        read_xml(Path("/dev/zero"))
+    (tmp_path / "large.sdf").write_text(f"<a>{'<b/>' * 10**6}</a>")
+    with pytest.raises(SceneError, match="more than 1000000 tags"):
+        read_xml(tmp_path / "large.sdf")
