@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.model import (
     Box,
     Collision,
@@ -25,7 +26,7 @@ from nrp_core.scene.model import (
     Scene,
 )
 from nrp_core.scene.posture import at_start
-from nrp_core.scene.rigid import Pose, Vector, matrix_of
+from nrp_core.scene.rigid import Pose, Vector, matrix_of, transform
 from nrp_core.scene.tessellation import box_around, triangles_of
 
 THINNEST_M = 1e-3
@@ -53,8 +54,8 @@ class _Solid:
 
     def in_frame(self, place: FloatArray) -> _Solid:
         """Return the solid in a frame with a pose in the world, shape ``(3, 4)``."""
-        points = (self.points - place[:, 3]) @ place[:, :3]
-        return replace(self, points=points, normals=self.normals @ place[:, :3])
+        points = product(self.points - place[:, 3], place[:, :3])
+        return replace(self, points=points, normals=product(self.normals, place[:, :3]))
 
 
 _Corners = tuple[FloatArray, FloatArray]
@@ -145,7 +146,7 @@ def _cut(corners: _Corners, solid: _Solid) -> _Corners | None:
     """
     low, high = corners
     normals = np.vstack([solid.normals, _AXES]) if solid.is_bounded else solid.normals
-    limits = (solid.points @ normals.T).max(0)
+    limits = product(solid.points, normals.T).max(0)
     lowest = np.minimum(normals * low, normals * high).sum(1)
     depths = limits - lowest
     if (depths <= _TOUCHING_M).any():
@@ -193,9 +194,9 @@ def _convex(geometry: Geometry, place: FloatArray, reach: _Corners) -> Iterator[
         yield _Solid(place[:, 3][None], rotation[:, 2][None], is_bounded=False)
         return
     vertices, faces = triangles_of(geometry)
-    points = vertices @ rotation.T + place[:, 3]
+    points = transform(vertices, place)
     if isinstance(geometry, Box):
-        yield _Solid(points, _AXES @ rotation.T)
+        yield _Solid(points, product(_AXES, rotation.T))
     elif isinstance(geometry, ConcaveMesh):
         yield from _behind(points[faces], reach, geometry.depth)
     elif isinstance(geometry, Heightmap):

@@ -9,6 +9,7 @@ from math import pi, sqrt
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.small_matrices import length, principal_axes, product
 from nrp_core.scene.meshes.stl import read_stl
 from nrp_core.scene.meshes.triangles import Triangles
 from nrp_core.scene.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Mesh, Sphere
@@ -30,7 +31,7 @@ def sum_inertials(inertials: Iterable[Inertial]) -> Inertial | None:
     masses = np.array([part.mass for part in parts])
     centres = np.array([part.pose.position for part in parts])
     mass = masses.sum()
-    centre = masses @ centres / mass
+    centre = product(masses, centres) / mass
     tensor = np.zeros((3, 3))
     for part, at in zip(parts, centres, strict=True):
         tensor += inertia_tensor(part) + part.mass * _point_inertia(at - centre)
@@ -43,12 +44,13 @@ def inertia_tensor(inertial: Inertial) -> Matrix:
     """Return the inertia about the centre of mass along the axes of the frame the pose is given in."""
     xx, yy, zz, xy, xz, yz = inertial.inertia
     rotation = rotation_matrix(inertial.pose.orientation)
-    tensor: Matrix = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
-    return tensor
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    turned: Matrix = product(product(rotation, tensor), rotation.T)
+    return turned
 
 
 def _point_inertia(offset: Matrix) -> Matrix:
-    return offset @ offset * np.eye(3) - np.outer(offset, offset)
+    return product(offset, offset) * np.eye(3) - np.outer(offset, offset)
 
 
 def _principal_axes(tensor: Matrix) -> tuple[tuple[float, float, float], Quaternion]:
@@ -57,8 +59,8 @@ def _principal_axes(tensor: Matrix) -> tuple[tuple[float, float, float], Quatern
     if off_diagonal <= 1e-12 * np.abs(tensor).max():  # keep the axes of the file if they are principal
         moments, axes = np.diag(tensor), np.eye(3)
     else:
-        moments, axes = np.linalg.eigh(tensor)
-        axes[:, 2] *= np.sign(np.linalg.det(axes))  # a rotation, not a reflection
+        moments, axes = principal_axes(tensor)
+        axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])  # a rotation, not a reflection
     x, y, z = (float(moment) for moment in moments)
     return (x, y, z), _quaternion(axes)
 
@@ -81,7 +83,7 @@ def _quaternion(rotation: Matrix) -> Quaternion:
         [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], squares[3]],
     ])  # fmt: skip
     row = products[int(squares.argmax())]
-    x, y, z, w = (float(component) for component in row / np.linalg.norm(row))
+    x, y, z, w = (float(component) for component in row / length(row))
     return x, y, z, w
 
 
@@ -93,7 +95,7 @@ def solid_of(triangles: Triangles, density: float) -> Inertial | None:
     extent = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if abs(volume) <= 1e-12 * extent**3:
         return None
-    middle = sixfold @ (a + b + c) / 24 / volume
+    middle = product(sixfold, a + b + c) / 24 / volume
     corners = np.stack([a, b, c, a + b + c], axis=1)
     spread = np.einsum("i,ijk,ijl->kl", sixfold, corners, corners) / 120 - volume * np.outer(middle, middle)
     scale = density * (1.0 if volume > 0 else -1.0)  # a mirrored surface is seen from inside

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from nrp_core._support.small_matrices import principal_axes, product
 from nrp_core.errors import SceneError
 from nrp_core.scene.checks import WORLD
 from nrp_core.scene.devices import Pid
@@ -202,11 +203,12 @@ def _inertia(index: int, bodies: Sequence[Body]) -> float:
         return whole.mass
     if body.joint.kind == "ball":
         to_centre = np.array(whole.pose.position)
-        outer = to_centre @ to_centre * np.eye(3) - np.outer(to_centre, to_centre)
-        return float(np.linalg.eigvalsh(inertia_tensor(whole) + whole.mass * outer)[-1])
+        outer = product(to_centre, to_centre) * np.eye(3) - np.outer(to_centre, to_centre)
+        return float(principal_axes(inertia_tensor(whole) + whole.mass * outer)[0][-1])
     axis = np.array(body.joint.axis)
     lever = np.cross(axis, whole.pose.position)
-    return float(axis @ inertia_tensor(whole) @ axis + whole.mass * lever @ lever)
+    about_centre = product(product(axis, inertia_tensor(whole)), axis)
+    return float(about_centre + whole.mass * product(lever, lever))
 
 
 def stiff_gains(inertia: float, *, velocity: bool = False) -> Pid:

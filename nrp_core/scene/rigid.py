@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.small_matrices import product
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -148,6 +149,17 @@ def rotation_matrix(orientation: Quaternion) -> FloatArray:
 def matrix_of(pose: Pose) -> FloatArray:
     """Return a pose as rotation and translation, shape ``(3, 4)``."""
     return np.column_stack([rotation_matrix(pose.orientation), pose.position])
+
+
+def transform(points: FloatArray, place: FloatArray) -> FloatArray:
+    """Return points of a frame in the frame in which its pose is given.
+
+    Args:
+        points: shape ``(n, 3)``, m.
+        place: the pose as :func:`matrix_of` returns it.
+    """
+    moved: FloatArray = product(points, place[:3, :3].T) + place[:3, 3]
+    return moved
 
 
 BodyPath = tuple[str, int]

@@ -22,7 +22,7 @@ from nrp_core.findings import Code
 from nrp_core.scene.clearance import part_above
 from nrp_core.scene.inertia import WATER, equivalent_box
 from nrp_core.scene.model import Box, Geometry, Joint, Link, Model, Plane
-from nrp_core.scene.rigid import Pose, Vector, rotation_matrix
+from nrp_core.scene.rigid import Pose, Vector, matrix_of, transform
 from nrp_core.scene.tessellation import triangles_of
 
 DENSITIES = 50.0, 20_000.0
@@ -134,8 +134,7 @@ def _lowest(geometry: Geometry, pose: Pose) -> float:
 
 def _placed(geometry: Geometry, pose: Pose) -> FloatArray:
     """Return the corners of a shape at a pose, shape ``(n, 3)``, m."""
-    placed: FloatArray = triangles_of(geometry)[0] @ rotation_matrix(pose.orientation).T + pose.position
-    return placed
+    return transform(triangles_of(geometry)[0], matrix_of(pose))
 
 
 def _above(lowest: float, link: Link, geometry: Geometry, pose: Pose) -> Measured:

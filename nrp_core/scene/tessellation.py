@@ -32,7 +32,7 @@ from nrp_core.scene.model import (
     Sphere,
     Visual,
 )
-from nrp_core.scene.rigid import Pose, matrix_of
+from nrp_core.scene.rigid import Pose, matrix_of, transform
 
 _BOX_FACES = np.array([
     (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
@@ -111,5 +111,5 @@ def box_around(shapes: Iterable[tuple[Pose, Geometry]]) -> tuple[FloatArray, Flo
 def _box(pose: Pose, geometry: Geometry) -> tuple[FloatArray, FloatArray]:
     """Return the corners of the box around a shape; the files of meshes are named after their contents."""
     place = matrix_of(pose)
-    points = triangles_of(geometry)[0] @ place[:, :3].T + place[:, 3]
+    points = transform(triangles_of(geometry)[0], place)
     return points.min(0), points.max(0)

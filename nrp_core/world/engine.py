@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.small_matrices import product
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
@@ -169,7 +170,9 @@ class ExternalWrenches:
         part, lever = lever_of(body, link)
         turn = rotation_matrix((link_pose @ part.pose.inverse()).orientation)
         pulls = self._by_body.setdefault(path, {})
-        pulls[link, of] = np.array([wrench.force, np.cross(turn @ lever, wrench.force) + wrench.torque])
+        pulls[link, of] = np.array(
+            [wrench.force, np.cross(product(turn, lever), wrench.force) + wrench.torque]
+        )
         (fx, fy, fz), (tx, ty, tz) = np.sum([pulls[name] for name in sorted(pulls)], axis=0).tolist()
         return Wrench((fx, fy, fz), (tx, ty, tz)), bool(np.any(lever) and np.any(wrench.force))
 

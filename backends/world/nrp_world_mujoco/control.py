@@ -9,6 +9,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import COMPILED
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import STIFF_TIME_CONSTANT_S, Body
 from nrp_core.scene.rigid import BodyPath, Quaternion, ServoTarget, Touch, Wrench
 from nrp_core.world.engine_kit.firm_joints import RETURN_S, FirmJoints
@@ -168,7 +169,7 @@ class Control:
                 continue
             mujoco.mj_contactForce(self._model, self._data, number, self._force)
             axes = contact.frame.reshape(3, 3)  # first the normal, from the first geom to the second
-            fx, fy, fz = (-self._force[:3] @ axes).tolist()
+            fx, fy, fz = product(-self._force[:3], axes).tolist()
             nx, ny, nz = (-axes[0]).tolist()
             x, y, z = contact.pos.tolist()
             yield Touch((one, other), (x, y, z), (nx, ny, nz), -float(contact.dist), (fx, fy, fz))

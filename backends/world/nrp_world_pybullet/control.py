@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import Body
 from nrp_core.scene.model import Joint, Model, Scene
 from nrp_core.scene.rigid import (
@@ -420,8 +421,8 @@ class Control:
             moment += friction
         _, orientation = bullet.getLinkState(place.multibody, place.link, 0, 1, self._client)[:2]
         turn = np.reshape(bullet.getMatrixFromQuaternion(orientation), (3, 3))
-        force, torque = turn @ reaction, turn @ moment
-        to_origin = turn @ np.array(body.inertial.pose.inverse().position)
+        force, torque = product(turn, reaction), product(turn, moment)
+        to_origin = product(turn, np.array(body.inertial.pose.inverse().position))
         torque = torque - np.cross(to_origin, force)
         fx, fy, fz = (-force).tolist()
         tx, ty, tz = (-torque).tolist()

@@ -9,6 +9,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.quiet import quiet
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import Body
 from nrp_core.scene.model import Inertial
 from nrp_core.scene.rigid import (
@@ -20,6 +21,7 @@ from nrp_core.scene.rigid import (
     rotation_matrix,
     rotation_vector,
 )
+from nrp_core.world.engine_kit.elimination import solve
 from nrp_world_pybullet.build import BASE, BodyHandle
 from nrp_world_pybullet.library import bullet
 
@@ -196,7 +198,7 @@ class Inertia:
         n = self._base
         inertia: FloatArray = mass[n:, n:]
         if n:  # the motion of the free base
-            inertia = inertia - mass[n:, :n] @ np.linalg.solve(mass[:n, :n], mass[:n, n:])
+            inertia = inertia - product(mass[n:, :n], solve(mass[:n, :n], mass[:n, n:]))
         return inertia
 
     def _matrix(self, positions: FloatArray) -> FloatArray:
@@ -241,8 +243,8 @@ class _Moving:
         turns = np.array([rotation_matrix(orientation) for _, orientation in frames])
         origins = np.array([position for position, _ in frames])
         centres = origins + np.einsum("kij,kj->ki", turns, self._centres)
-        axes = turns @ self._axes
-        moments = axes @ self._moments @ axes.transpose(0, 2, 1)
+        axes = product(turns, self._axes)
+        moments = product(product(axes, self._moments), axes.transpose(0, 2, 1))
         along = np.einsum("dij,dj->di", turns[self._bodies], self._along)[:, None, :]
         levers = centres[None] - origins[self._bodies][:, None]
         linear = self._carried * np.where(self._slides, along, np.cross(along, levers))

@@ -10,6 +10,7 @@ import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.checks import WORLD
 from nrp_core.scene.merged_bodies import Body, body_of, tree_of
 from nrp_core.scene.model import Model, Scene
@@ -265,7 +266,7 @@ class Muscles:
     def push(self) -> None:
         """Apply the forces of the next step, and advance the activations."""
         self._pull()
-        self._last = -self._states[TENSION] @ self._moments
+        self._last = -product(self._states[TENSION], self._moments)
         activate(self._controls, self._parameters, self._states, self._step_s)
         self._pulled = False
         client, frame = self._client, bullet.WORLD_FRAME
@@ -305,7 +306,7 @@ class Muscles:
         """
         self._pull()
         moments = self._moments[:, columns]
-        return -self._states[TENSION] @ moments, (moments.T * self._slopes) @ moments
+        return -product(self._states[TENSION], moments), product(moments.T * self._slopes, moments)
 
     def _read(self, motions: FloatArray) -> None:
         """Write the motions of the bodies' centres of mass along principal axes."""
@@ -335,7 +336,7 @@ class Muscles:
         """Add the efforts of the muscles in the last step to the states of a model's joints."""
         if self._last is None:
             self._pull()
-        efforts = -self._states[TENSION] @ self._moments if self._last is None else self._last
+        efforts = -product(self._states[TENSION], self._moments) if self._last is None else self._last
         for name in self._coordinates.get(model, ()):
             states.efforts[states.names.index(name)] += efforts[self._columns[model, name]]
 

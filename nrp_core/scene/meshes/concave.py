@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.small_matrices import length, principal_axes, product
 from nrp_core.scene.meshes.convex import MAX_CORNERS, MAX_PIECES, along, simple_hull
 from nrp_core.scene.meshes.triangles import (
     Points,
@@ -93,8 +94,8 @@ def _is_concave(piece: Triangles) -> bool:
 
     points = piece.reshape(-1, 3)
     middle = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - middle, full_matrices=False)
-    flattened = (points - middle) @ axes.T
+    axes = principal_axes(product((points - middle).T, points - middle))[1][:, ::-1]  # the longest first
+    flattened = product(points - middle, axes)
     extents = np.ptp(flattened, axis=0)
     if extents[2] <= _ON_HULL * extents[0]:
         flat = flattened[:, :2] if extents[1] > _ON_HULL * extents[0] else None
@@ -116,7 +117,7 @@ def _heights(equations: Points, points: Points) -> npt.NDArray[np.float64]:
     """Return the greatest height of each point above the planes of a hull, shape ``(n,)``."""
     heights = np.full(len(points), -np.inf)
     for plane in np.unique(np.round(equations, 9), axis=0):
-        np.maximum(heights, points @ plane[:3] + plane[3], out=heights)
+        np.maximum(heights, product(points, plane[:3]) + plane[3], out=heights)
     return heights
 
 
@@ -127,7 +128,7 @@ def _is_closed(piece: Triangles) -> bool:
     """
     a, b, c = piece.swapaxes(0, 1)
     vectors = np.cross(b - a, c - a)
-    if np.linalg.norm(vectors.sum(axis=0)) > _BALANCED * np.linalg.norm(vectors, axis=1).sum():
+    if length(vectors.sum(axis=0)) > _BALANCED * np.linalg.norm(vectors, axis=1).sum():
         return False
     _, faces = weld_vertices(piece)
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.small_matrices import principal_axes, product
 from nrp_core.scene.meshes.triangles import Points, Triangles, connected_pieces, weld_vertices
 
 if TYPE_CHECKING:
@@ -76,10 +77,8 @@ def simple_hull(points: Points) -> ConvexHull:
 def _thick(points: Points) -> Points:
     """Return points that span a volume: sheets and lines are given a thickness."""
     centre = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
-    axes = np.vstack([axes, np.eye(3)])[:3] if len(axes) < 3 else axes
-    axes = np.linalg.qr(axes.T)[0].T  # orthonormal also for fewer points than axes
-    extents = np.ptp(points @ axes.T, axis=0)
+    axes = principal_axes(product((points - centre).T, points - centre))[1].T
+    extents = np.ptp(product(points, axes.T), axis=0)
     least = _FLAT * max(float(extents.max()), 1e-6)
     for axis, extent in zip(axes, extents, strict=True):
         if extent < least:

@@ -16,9 +16,10 @@ from urllib.parse import unquote_to_bytes
 import numpy as np
 import numpy.typing as npt
 
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.meshes.stl import mean_color
 from nrp_core.scene.meshes.triangles import Coordinates, Mapped, Surface
-from nrp_core.scene.rigid import Pose, Vector, matrix_of
+from nrp_core.scene.rigid import Pose, Vector, matrix_of, transform
 
 if TYPE_CHECKING:
     from nrp_core.scene.meshes.obj import ReadBeside
@@ -235,7 +236,7 @@ class _File:
         self._visited.add(number)
         node = self._all("nodes")[number]
         names = frozenset({node["name"]}) if node.get("name") else names
-        matrix = above @ _transform(node)
+        matrix = product(above, _transform(node))
         if "mesh" in node:
             mesh = self._all("meshes")[node["mesh"]]
             called = names | frozenset(filter(None, [mesh.get("name")]))
@@ -256,7 +257,7 @@ class _File:
             return
         if np.linalg.det(matrix[:3, :3]) < 0:
             faces = faces[:, ::-1]
-        placed = points @ matrix[:3, :3].T + matrix[:3, 3]
+        placed = transform(points, matrix)
         rgba, image, held, channel = self._look(primitive)
         places = primitive["attributes"].get(f"TEXCOORD_{channel}")
         mapped: Coordinates | None = None

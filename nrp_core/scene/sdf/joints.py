@@ -9,8 +9,6 @@ from itertools import chain
 from math import inf, isfinite, pi
 from typing import Final
 
-import numpy as np
-
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.scene.checks import WORLD
@@ -441,7 +439,8 @@ def _turning(
     if len(moving) != 1:
         return None, 0.0
     sense, joint = moving[0]
-    along = float(np.dot(Pose(orientation=joint.pose.orientation).rotate(joint.axis), axis))
+    turned = Pose(orientation=joint.pose.orientation).rotate(joint.axis)
+    along = sum(one * other for one, other in zip(turned, axis, strict=True))
     turns = joint.kind in ("revolute", "continuous") and abs(along) > 1 - _ROUNDING
     return (joint, sense if along > 0 else -sense) if turns else (None, 0.0)
 

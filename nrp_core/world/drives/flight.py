@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.small_matrices import length, product
 from nrp_core.clock import seconds
 from nrp_core.findings import Code
 from nrp_core.messages.base import resolve_name
@@ -94,7 +95,7 @@ class FlightPart(Part):
         own = base.inertial.pose.position if base.inertial else (0.0, 0.0, 0.0)
         self._lever = self._centre - own  # the engine applies wrenches at the link's own centre
         turn = rotation_matrix(in_link.orientation)
-        self._inertia = turn @ inertia_tensor(whole) @ turn.T
+        self._inertia = product(product(turn, inertia_tensor(whole)), turn.T)
         what = f"velocity command of {model.name}"
         self.topics = (TopicInfo(drive.command_topic, Twist, Direction.IN, what=what),)
         self._command = drive.initial
@@ -134,14 +135,15 @@ class FlightPart(Part):
         motion = self._engine.link_motion(self._model, self._link)
         turn = rotation_matrix(motion.pose.orientation)
         velocity, rate = np.array(motion.linear), np.array(motion.angular)
-        forward, turning = (turn @ np.array(each) for each in self._command)
+        forward, turning = (product(turn, np.array(each)) for each in self._command)
         forward = forward + np.cross(turning, forward) * step_s / 2  # the chord of the next step's arc
-        arm, inertia = turn @ self._centre, turn @ self._inertia @ turn.T
+        arm, inertia = product(turn, self._centre), product(product(turn, self._inertia), turn.T)
         missing = forward - velocity + np.cross(turning - rate, arm)
         acceleration = _clip_norm(missing / step_s, MAX_ACCELERATION)
         spin = _clip_norm((turning - rate) / step_s, MAX_ANGULAR_ACCELERATION)
         force = self._mass * (acceleration - np.array(self._engine.scene.gravity))
-        torque = inertia @ spin + np.cross(rate, inertia @ rate) + np.cross(turn @ self._lever, force)
+        torque = product(inertia, spin) + np.cross(rate, product(inertia, rate))
+        torque += np.cross(product(turn, self._lever), force)
         self._pull(force, torque)
         self.deadline_ns = now_ns + self._engine.step_ns
 
@@ -152,5 +154,5 @@ class FlightPart(Part):
 
 
 def _clip_norm(vector: FloatArray, most: float) -> FloatArray:
-    length = float(np.linalg.norm(vector))
-    return vector * (most / length) if length > most else vector
+    size = length(vector)
+    return vector * (most / size) if size > most else vector

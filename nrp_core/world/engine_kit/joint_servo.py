@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.model import Model
 from nrp_core.scene.rigid import ServoTarget
 from nrp_core.world.drives.ackermann import Ackermann
+from nrp_core.world.engine_kit.elimination import solve
 
 
 def servoed_joints(model: Model) -> tuple[str, ...]:
@@ -90,7 +92,7 @@ class ExplicitServos:
         dt = self._step_s
         load: FloatArray = np.zeros(len(positions))
         if self._velocities is not None:
-            load = self._efforts - inertia @ (velocities - self._velocities) / dt
+            load = self._efforts - product(inertia, velocities - self._velocities) / dt
         stiffness, damping, position, velocity, effort = self._aims.T
         wanted = stiffness * position + damping * velocity + effort - stiffness * positions
         damping, dampers = damping + stiffness * dt, self._dampers  # backward Euler
@@ -99,7 +101,7 @@ class ExplicitServos:
             free = wanted - dampers * velocities + springs - load
             mass = inertia + dt * viscosity
             mass.reshape(-1)[:: len(mass) + 1] += dt * (damping + dampers)
-            ahead = np.linalg.solve(mass, free)
+            ahead = solve(mass, free[:, None])[:, 0]
             efforts: FloatArray = (wanted - dt * damping * ahead).clip(-self._limits, self._limits)
             strained = abs(efforts) == self._limits
             if not (strained.any() and dampers.any()):
@@ -108,7 +110,7 @@ class ExplicitServos:
             wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
         self.braking = -dampers * (velocities + dt * ahead)
         if not np.isscalar(viscosity):
-            self.braking -= dt * viscosity @ ahead
+            self.braking -= product(dt * viscosity, ahead)
         self._efforts, self._velocities = efforts + self.braking + springs, velocities
         return efforts
 

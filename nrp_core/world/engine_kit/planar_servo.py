@@ -27,6 +27,7 @@ from math import copysign, hypot, sqrt
 
 import numpy as np
 
+from nrp_core._support.small_matrices import product
 from nrp_core.errors import SceneError
 from nrp_core.scene.inertia import inertia_tensor, sum_inertials
 from nrp_core.scene.merged_bodies import Body
@@ -86,7 +87,8 @@ def servoed_wheel(
     sign = 1.0 if axis[1] >= 0 else -1.0
     radius = drive.wheel_diameter / 2
     spin_axis = np.array(wheel.joint.axis)
-    inertia = float(spin_axis @ inertia_tensor(wheel.inertial) @ spin_axis) + carried * radius**2
+    about_centre = product(product(spin_axis, inertia_tensor(wheel.inertial)), spin_axis)
+    inertia = float(about_centre) + carried * radius**2
     time_constant_s = DRIVING_TIME_CONSTANT_S if carried else ROLLING_TIME_CONSTANT_S
     return ServoedWheel(
         wheel.joint.name,

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, body_of, place_in_frame
 from nrp_core.scene.model import (
     Box,
@@ -384,8 +385,8 @@ class CollisionSpace:
         self._update()
         scanner = self._scanner(model, link, beams)
         local, frame = scanner.local, self._frames[scanner.frame]
-        turn, eye = frame[:, :3] @ local[:, :3], frame[:, :3] @ local[:, 3] + frame[:, 3]
-        rays = scanner.directions @ turn.T
+        turn, eye = product(frame[:, :3], local[:, :3]), product(frame[:, :3], local[:, 3]) + frame[:, 3]
+        rays = product(scanner.directions, turn.T)
         distances = np.full(len(rays), np.nextafter(farthest, inf))
         # the nearest first, so that most of the others can be skipped
         order = np.argsort(np.linalg.norm(self._places[:, :, 3] - eye, axis=1) - self._radii)
@@ -435,7 +436,7 @@ class CollisionSpace:
     def _distance(self, shape: int, position: Vector) -> float:
         """Return the distance of a point of the world from a shape's surface, of meshes to few triangles."""
         geometry, place = self._shapes[shape][0], self._places[shape]
-        x, y, z = (place[:, :3].T @ (position - place[:, 3])).tolist()
+        x, y, z = product(place[:, :3].T, position - place[:, 3]).tolist()
         if isinstance(geometry, Mesh):
             return self._trees.distance(shape, (x, y, z))
         return abs(signed_distance(geometry, _NO_TRIANGLES, (x, y, z)))
@@ -443,7 +444,7 @@ class CollisionSpace:
     def _update(self) -> None:
         self._read(self._frames[WORLD_FRAME + 1 :])
         frames, local = self._frames[self._held[self._moves]], self._local[self._moves]
-        self._places[self._moves, :, :3] = frames[:, :, :3] @ local[:, :, :3]
+        self._places[self._moves, :, :3] = product(frames[:, :, :3], local[:, :, :3])
         self._places[self._moves, :, 3] = (
             np.einsum("nij,nj->ni", frames[:, :, :3], local[:, :, 3]) + frames[:, :, 3]
         )

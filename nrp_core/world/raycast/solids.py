@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from math import hypot, inf
 from typing import Final
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.small_matrices import product
 from nrp_core.errors import SceneError
 from nrp_core.scene.checks import WORLD
 from nrp_core.scene.model import (
@@ -26,10 +27,10 @@ from nrp_core.scene.model import (
     Scene,
     Sphere,
 )
-from nrp_core.scene.rigid import Pose, matrix_of
+from nrp_core.scene.rigid import Pose, matrix_of, transform
 from nrp_core.scene.tessellation import triangles_of
 
-_LATTICE = np.array(list(product(np.linspace(-0.5, 0.5, 5), repeat=3)))
+_LATTICE = np.array(list(itertools.product(np.linspace(-0.5, 0.5, 5), repeat=3)))
 _MAX_POINTS = 300
 """Maximum number of vertices of a shape that are checked."""
 _NONE = np.empty((0, 3, 3))
@@ -57,8 +58,7 @@ class Solid:
         else:
             vertices = triangles_of(self.geometry)[0]
             local = np.vstack([vertices[:: 1 + len(vertices) // _MAX_POINTS], vertices.mean(0)])
-        place = matrix_of(self.pose)
-        return np.asarray(local @ place[:, :3].T + place[:, 3])
+        return transform(local, matrix_of(self.pose))
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
@@ -69,8 +69,7 @@ class Solid:
     @cached_property
     def _surface(self) -> FloatArray:
         """All vertices of the shape, m, shape ``(n, 3)``."""
-        place = matrix_of(self.pose)
-        return np.asarray(triangles_of(self.geometry)[0] @ place[:, :3].T + place[:, 3])
+        return transform(triangles_of(self.geometry)[0], matrix_of(self.pose))
 
     @property
     def half_thickness_m(self) -> float:
@@ -124,7 +123,7 @@ class Solid:
         from nrp_core.world.raycast.collisions import signed_distance  # compiled code takes time to load
 
         place = matrix_of(self.pose)
-        local = (points - place[:, 3]) @ place[:, :3]
+        local = product(points - place[:, 3], place[:, :3])
         return -min(0.0, *(signed_distance(self.geometry, _NONE, (x, y, z)) for x, y, z in local.tolist()))
 
     def _depth_below_surface(self, points: FloatArray) -> float:

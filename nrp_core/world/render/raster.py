@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core._support.small_matrices import product
 from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.scene.model import Rgba
 from nrp_core.scene.rigid import BodyPath, ReadFrames, matrix_of
@@ -177,7 +178,7 @@ class RasterCameras(Cameras):
     def _eye_in_world(self, path: CameraPath) -> FloatArray:
         frame, eye = self._eyes[path]
         turn, place = self._frames[frame, :, :3], self._frames[frame, :, 3]
-        return np.column_stack([turn @ eye[:, :3], turn @ eye[:, 3] + place])
+        return np.column_stack([product(turn, eye[:, :3]), product(turn, eye[:, 3]) + place])
 
     def depth(self, path: CameraPath) -> DepthArray:
         surfaces = self._draw(path)

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
+from nrp_core._support.small_matrices import length
 from nrp_core.scene.merged_bodies import WORLD_FRAME, Body
 from nrp_core.scene.model import Light
 from nrp_core.scene.rigid import BodyPath, ReadFrames
@@ -265,7 +266,7 @@ def _shine(light: Light) -> tuple[float, ...]:
     inner, outer = light.cone if light.kind == "spot" else (None, None)
     cosines = (-2.0, -3.0) if inner is None or outer is None else (cos(inner / 2), cos(outer / 2))
     placed = float(light.kind != "directional")
-    direction = np.array(light.direction) / np.linalg.norm(light.direction)
+    direction = np.array(light.direction) / length(light.direction)
     return (*light.pose.position, *direction, *light.diffuse[:3], placed, *light.attenuation, *cosines)
 
 
@@ -276,7 +277,7 @@ def _views(
     place, direction = np.array(light.pose.position), np.array(light.direction, float)
     if light.kind == "directional":
         away = FAR * radius
-        eye = _eye(centre - away * direction / np.linalg.norm(direction), direction)
+        eye = _eye(centre - away * direction / length(direction), direction)
         yield eye, SIZE / 2 * FAR, away / 2, 4 * away
         return
     far = light.attenuation[0] if light.attenuation[0] < inf else 1e6
@@ -289,10 +290,10 @@ def _views(
 
 def _eye(place: FloatArray, direction: FloatArray) -> FloatArray:
     """Return rotation and translation of an eye that looks in a direction, shape ``(3, 4)``."""
-    back = -direction / np.linalg.norm(direction)
+    back = -direction / length(direction)
     upwards = np.array([1.0, 0.0, 0.0]) if abs(back[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
     right = np.cross(upwards, back)
-    right /= np.linalg.norm(right)
+    right /= length(right)
     return np.column_stack([right, np.cross(back, right), back, place])
 
 
@@ -464,7 +465,7 @@ class RealisticCameras(RasterCameras):
         if not len(points):
             return np.zeros(3), 1.0
         low, high = points[self._framed].min(axis=0), points[self._framed].max(axis=0)
-        return (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + _MARGIN_M
+        return (low + high) / 2, length(high - low) / 2 + _MARGIN_M
 
 
 _VIEW: Final[CameraPath] = ("", "", "")

@@ -17,7 +17,7 @@ from nrp_core.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.scene.meshes.triangles import Coordinates
 from nrp_core.scene.model import Rgba, Texture, Visual
 from nrp_core.scene.rigid import BodyPath as BodyPath
-from nrp_core.scene.rigid import Pose, matrix_of
+from nrp_core.scene.rigid import Pose, matrix_of, transform
 from nrp_core.scene.tessellation import mapped_shape, triangles_of
 from nrp_core.world.render.cameras import SKY, bytes_of, drawn, flat
 from nrp_core.world.render.pixels import NOTHING, NearnessArray
@@ -136,8 +136,7 @@ def _in_frame(visual: Visual, pose: Pose) -> _Shape:
     geometry, place = drawn(visual.geometry, pose)
     shape = mapped_shape(geometry) if visual.texture else None
     vertices, faces, places = shape or (*triangles_of(geometry), None)
-    matrix = matrix_of(place)
-    return vertices @ matrix[:, :3].T + matrix[:, 3], faces, places
+    return transform(vertices, matrix_of(place)), faces, places
 
 
 MAX_SIDE_PX = 1024

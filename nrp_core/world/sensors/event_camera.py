@@ -15,6 +15,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.small_matrices import product
 from nrp_core.messages.base import Time
 from nrp_core.messages.dvs_msgs import Event, EventArray
 from nrp_core.messages.event_camera_msgs import EventPacket
@@ -36,7 +37,7 @@ DARK = 0.001
 
 def log_intensity(image: ImageArray) -> FloatArray:
     """Return the logarithm of the intensity of each pixel, shape ``(height, width)``."""
-    result: FloatArray = np.log(image @ LUMA + DARK)
+    result: FloatArray = np.log(product(image, LUMA) + DARK)
     return result
 
 

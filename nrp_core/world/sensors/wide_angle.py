@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.small_matrices import product
 from nrp_core.errors import did_you_mean
 from nrp_core.messages.sensor_msgs import CameraInfo
 from nrp_core.messages.std_msgs import Header
@@ -219,13 +220,15 @@ def _sides(sensor: WideAngleCamera, size: tuple[int, int], side: int) -> Iterato
     """Yield the sides of the cube that its image shows."""
     rays = rays_of(sensor.lens, size)
     turns = {name: rotation_matrix(turn.orientation) for name, turn in _SIDES.items()}
-    ahead = np.stack([rays @ turn[:, 0] for turn in turns.values()])  # how far each ray goes to each side
+    ahead = np.stack(
+        [product(rays, turn[:, 0]) for turn in turns.values()]
+    )  # how far each ray goes to each side
     nearest = np.where(np.isfinite(ahead).all(axis=0), np.argmax(np.nan_to_num(ahead), axis=0), -1)
     for number, (name, turn) in enumerate(turns.items()):
         pixels = nearest == number
         if not pixels.any():
             continue
-        x, y, z = (rays[pixels] @ turn).T
+        x, y, z = product(rays[pixels], turn).T
         columns = np.floor((1 - y / x) * side / 2).clip(0, side - 1).astype(np.intp)
         rows = np.floor((1 - z / x) * side / 2).clip(0, side - 1).astype(np.intp)
         yield _Side(name, rows, columns, pixels)
