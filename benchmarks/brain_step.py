@@ -27,9 +27,9 @@ from conditions import print_conditions
 from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
-from nrp_core.brain.files.script import load_network
 from nrp_core.clock import NS_PER_MS
 from nrp_core.network.data import Network
+from nrp_core.network.files.script import load_network
 
 STEP_MS = 20
 LARGEST_RATE_HZ = 2000.0

@@ -62,7 +62,7 @@ def built(sim: ModuleType, connector: Connector, drawn: tuple[str, ...]) -> Any:
 
 def measured(case: str) -> dict[str, Any]:
     """Build a case in this process."""
-    from nrp_core.brain.pynn import builder
+    from nrp_core.network.pynn import builder
 
     connector, drawn = CASES[case]
     sim = builder(seed=1)

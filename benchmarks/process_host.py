@@ -17,11 +17,11 @@ from conditions import print_conditions
 from nrp_brain_event import EventBackend
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.pynn import builder
-from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.remote import RemoteBrain
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.network.pynn import builder
+from nrp_core.network.pynn.export import network_of
 
 CELLS = 100
 STEP_MS = 20

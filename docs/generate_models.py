@@ -15,9 +15,9 @@ from typing import Any
 
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.capabilities import BrainCapabilities
-from nrp_core.brain.pynn.equation_cells import SOURCES, cells_in_equations
 from nrp_core.network.cells import CELLS
 from nrp_core.network.parameters import Parameter
+from nrp_core.network.pynn.equation_cells import SOURCES, cells_in_equations
 from nrp_core.network.synapses import EVERY_SYNAPSE, LAWS, SynapseLaw
 
 ROOT = Path(__file__).parents[1]

@@ -17,9 +17,6 @@ from nrp_core._support.moved import forward_old_names
 TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
 if TYPE_CHECKING:
     from nrp_core.brain.backends import brains as brains
-    from nrp_core.brain.files import read_network as read_network
-    from nrp_core.brain.files import save_network as save_network
-    from nrp_core.brain.files.script import load_network as load_network
     from nrp_core.brain.interface import Brain as Brain
     from nrp_core.checks.validate import validate as validate
     from nrp_core.dsl.functions import TransferFunction as TransferFunction
@@ -49,6 +46,9 @@ if TYPE_CHECKING:
     from nrp_core.network.data import Network as Network
     from nrp_core.network.data import Population as Population
     from nrp_core.network.data import Projection as Projection
+    from nrp_core.network.files import read_network as read_network
+    from nrp_core.network.files import save_network as save_network
+    from nrp_core.network.files.script import load_network as load_network
     from nrp_core.recording.layout import Images as Images
     from nrp_core.recording.recording import Recording as Recording
     from nrp_core.running import open_run as open_run

@@ -11,7 +11,10 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 MOVED = {
+    "nrp_core.brain.changes": "nrp_core.network.changes",
+    "nrp_core.brain.files": "nrp_core.network.files",
     "nrp_core.brain.network": "nrp_core.network",
+    "nrp_core.brain.pynn": "nrp_core.network.pynn",
     "nrp_core.cle.batched_loops": "nrp_lab.gym.side_by_side",
     "nrp_core.cle.time_limit": "nrp_core._support.time_limit",
     "nrp_core.world.messages": "nrp_core.messages",

@@ -22,13 +22,6 @@ if TYPE_CHECKING:
     from nrp_core.brain.capabilities import Quantity as Quantity
     from nrp_core.brain.capabilities import Report as Report
     from nrp_core.brain.capabilities import Table as Table
-    from nrp_core.brain.changes import DOPAMINE as DOPAMINE
-    from nrp_core.brain.changes import ELIGIBILITY as ELIGIBILITY
-    from nrp_core.brain.changes import PARAMETERS as PARAMETERS
-    from nrp_core.brain.changes import PLASTICITY as PLASTICITY
-    from nrp_core.brain.changes import WEIGHTS as WEIGHTS
-    from nrp_core.brain.changes import ParameterChange as ParameterChange
-    from nrp_core.brain.changes import Synapses as Synapses
     from nrp_core.brain.devices.ports import SourcePort as SourcePort
     from nrp_core.brain.devices.ports import SourceSpec as SourceSpec
     from nrp_core.brain.devices.sinks import ConductanceRecorder as ConductanceRecorder
@@ -50,8 +43,6 @@ if TYPE_CHECKING:
     from nrp_core.brain.devices.sources import PoissonSource as PoissonSource
     from nrp_core.brain.devices.sources import SpikeInjector as SpikeInjector
     from nrp_core.brain.interface import Brain as Brain
-    from nrp_core.brain.pynn import builder as builder
-    from nrp_core.brain.pynn.export import network_of as network_of
     from nrp_core.brain.remote import ProcessLock as ProcessLock
     from nrp_core.brain.remote import RemoteBrain as RemoteBrain
     from nrp_core.brain.remote import RemoteOptions as RemoteOptions
@@ -63,6 +54,13 @@ if TYPE_CHECKING:
     from nrp_core.findings import Level as Level
     from nrp_core.findings import Weight as Weight
     from nrp_core.findings.refusals import no_variable as no_variable
+    from nrp_core.network.changes import DOPAMINE as DOPAMINE
+    from nrp_core.network.changes import ELIGIBILITY as ELIGIBILITY
+    from nrp_core.network.changes import PARAMETERS as PARAMETERS
+    from nrp_core.network.changes import PLASTICITY as PLASTICITY
+    from nrp_core.network.changes import WEIGHTS as WEIGHTS
+    from nrp_core.network.changes import ParameterChange as ParameterChange
+    from nrp_core.network.changes import Synapses as Synapses
     from nrp_core.network.currents import InjectedCurrent as InjectedCurrent
     from nrp_core.network.data import RECEPTORS as RECEPTORS
     from nrp_core.network.data import Network as Network
@@ -73,6 +71,8 @@ if TYPE_CHECKING:
     from nrp_core.network.grid import same_order as same_order
     from nrp_core.network.modulations import modulations_of as modulations_of
     from nrp_core.network.motoneurons import MotoneuronPool as MotoneuronPool
+    from nrp_core.network.pynn import builder as builder
+    from nrp_core.network.pynn.export import network_of as network_of
     from nrp_core.network.rewiring import Neuromodulation as Neuromodulation
     from nrp_core.network.synapses import STATIC as STATIC
     from nrp_core.network.synapses import STDP as STDP

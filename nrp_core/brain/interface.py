@@ -18,17 +18,7 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray, IntArray, unset
 from nrp_core._support.checked_arguments import is_number
 from nrp_core._support.overview import Overview, Row
-from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
-from nrp_core.brain.changes import (
-    EQUATIONS,
-    PARAMETERS,
-    PLASTICITY,
-    WEIGHTS,
-    ParameterChange,
-    Rewirings,
-    Synapses,
-)
 from nrp_core.brain.devices.attached import AttachedDevices, drivable, global_ids, require_spec, source_among
 from nrp_core.brain.devices.sinks import (
     SinkPort,
@@ -45,6 +35,16 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import DivergedError, NetworkError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import SNAPSHOTS, no_change, no_rewards, no_variable, not_shown, refusal
+from nrp_core.network import changes
+from nrp_core.network.changes import (
+    EQUATIONS,
+    PARAMETERS,
+    PLASTICITY,
+    WEIGHTS,
+    ParameterChange,
+    Rewirings,
+    Synapses,
+)
 from nrp_core.network.currents import Injections
 from nrp_core.network.data import Network, Population, Projection
 from nrp_core.network.grid import Grid

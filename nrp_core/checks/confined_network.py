@@ -27,13 +27,13 @@ from nrp_core._support.confinement import have_changed
 from nrp_core._support.machine import cores
 from nrp_core._support.probe import ChildResult, run_module, run_probe
 from nrp_core.brain.backend import BrainBackend, BrainOptions
-from nrp_core.brain.files import read_network
 from nrp_core.checks.network_summary import NetworkSummary, skeleton_of, summary_from, summary_of
 from nrp_core.errors import NetworkError, NrpError, SlowScriptError
 from nrp_core.experiment.making.maker import build_here
 from nrp_core.experiment.making.plan import Side
 from nrp_core.findings import Finding, Findings
 from nrp_core.network.data import Network
+from nrp_core.network.files import read_network
 
 TIME_LIMIT_S = 20.0
 _DAY_S = 86_400.0

@@ -30,8 +30,8 @@ _CONFINED = "a check executes the script without network access, and it can only
 
 def load() -> None:
     """Import what every answer needs."""
-    import nrp_core.brain.files
     import nrp_core.checks.network_summary
+    import nrp_core.network.files
     import nrp_core.pynn  # noqa: F401
 
 
@@ -62,7 +62,7 @@ def _answer(question: str, target: str) -> dict[str, Any]:
         make, backend, parts = pickle.loads(base64.b64decode(question))
         network, variables = _made(make)
         if target:
-            from nrp_core.brain.files import save_network
+            from nrp_core.network.files import save_network
 
             save_network(network, Path(target))
             return {}

@@ -6,13 +6,13 @@ from math import isfinite
 from typing import Any, Final
 
 from nrp_core._support.checked_arguments import is_number
-from nrp_core.brain.changes import rewarded
 from nrp_core.brain.interface import Brain
 from nrp_core.dsl.functions import Flow
 from nrp_core.dsl.mappings import MappingDecorator
 from nrp_core.dsl.parameters import Adapter, Binding
 from nrp_core.dsl.selection import select_projection
 from nrp_core.findings.refusals import no_rewards
+from nrp_core.network.changes import rewarded
 from nrp_core.simulation import State
 
 _SETTABLE: Final = ("value", "held")

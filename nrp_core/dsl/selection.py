@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import projection_of
 from nrp_core.errors import NeuronSelectionError, NrpError
+from nrp_core.network.changes import projection_of
 from nrp_core.network.data import Network, Projection
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import EQUATIONS, PLASTICITY, WEIGHTS
 from nrp_core.brain.devices.sinks import SpikeRecorderPort
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain, BrainCapabilities
@@ -25,6 +24,7 @@ from nrp_core.dsl.rewards import MapReward
 from nrp_core.dsl.selection import GROUP, Groups, Selection, select, select_projection
 from nrp_core.dsl.weights import MapWeights, Weights
 from nrp_core.errors import TransferFunctionError, did_you_mean
+from nrp_core.network.changes import EQUATIONS, PLASTICITY, WEIGHTS
 from nrp_core.network.data import Network, Population, Projection
 from nrp_core.network.rewiring import Neuromodulation
 from nrp_core.network.synapses import STATIC, STDP

@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
-from nrp_core.brain.changes import PLASTICITY, WEIGHTS, lasting, learning, synapse_parameters
 from nrp_core.brain.interface import Brain
 from nrp_core.dsl.functions import Flow
 from nrp_core.dsl.mappings import MappingDecorator
 from nrp_core.dsl.parameters import Adapter, Binding
 from nrp_core.dsl.selection import select_projection
 from nrp_core.errors import NetworkError
+from nrp_core.network.changes import PLASTICITY, WEIGHTS, lasting, learning, synapse_parameters
 from nrp_core.network.data import Projection
 
 

@@ -17,10 +17,10 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core.brain.backends import brains
-from nrp_core.brain.files.script import scope_of
-from nrp_core.brain.pynn.api import SIMULATOR_NAME
-from nrp_core.brain.pynn.dialects import Dialects
 from nrp_core.errors import ExperimentError, NetworkError, NrpError
+from nrp_core.network.files.script import scope_of
+from nrp_core.network.pynn.api import SIMULATOR_NAME
+from nrp_core.network.pynn.dialects import Dialects
 from nrp_core.pynn import new_simulator
 from nrp_core.pynn.languages import reading_of
 from nrp_core.pynn.runners import RUNNERS

@@ -9,7 +9,7 @@ from typing import Any
 from pyNN.common.control import DEFAULT_MIN_DELAY, DEFAULT_TIMESTEP
 
 from nrp_core.brain.backends import brains
-from nrp_core.brain.pynn.arguments import require_kind
+from nrp_core.network.pynn.arguments import require_kind
 from nrp_core.pynn.running import DEFAULT_BACKEND, RunningState
 from nrp_core.seeds import require_seed
 

@@ -15,17 +15,17 @@ from pyNN import recording
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import is_number
-from nrp_core.brain.changes import Rewirings
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort, StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.pynn.models import own_name
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError, NrpError
+from nrp_core.network.changes import Rewirings
+from nrp_core.network.pynn.models import own_name
 from nrp_core.pynn.rewirings import REWIRING, events_of
 from nrp_core.pynn.trains import SpikeTrains
 
 if TYPE_CHECKING:
-    from nrp_core.brain.pynn.simulator import Simulator
+    from nrp_core.network.pynn.simulator import Simulator
 
 SPIKES = recording.Variable(name="spikes", location=None, label=None)
 

@@ -17,7 +17,7 @@ from pyNN import recording
 from quantities import ms
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.changes import Rewirings
+from nrp_core.network.changes import Rewirings
 
 REWIRING: Final = recording.Variable(name="rewiring", location=None, label=None)
 _KINDS: Final[tuple[Any, ...]] = (("form", "formation", True), ("elim", "elimination", False))

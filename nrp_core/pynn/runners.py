@@ -1,8 +1,8 @@
 """Runners of scripts that were written for another simulator: ``python -m nrp_core.pynn --as NAME``.
 
 An entry point in ``nrp_core.pynn_runners`` has the name after ``--as``, and is a function that runs a script
-as the main program. :func:`~nrp_core.brain.files.script.scope_of` makes the modules that the script imports,
-those of its :class:`~nrp_core.brain.pynn.dialects.Dialect` among them.
+as the main program. :func:`~nrp_core.network.files.script.scope_of` makes the modules that it imports,
+those of its :class:`~nrp_core.network.pynn.dialects.Dialect` among them.
 """
 
 from __future__ import annotations

@@ -14,15 +14,15 @@ from pydantic import ValidationError
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
-from nrp_core.brain.changes import Rewirings, Synapses
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.pynn.export import network_of, unique
-from nrp_core.brain.pynn.populations import SPIKE_TIMES, ids_of, parts_of
-from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError, did_you_mean
 from nrp_core.findings import Findings
+from nrp_core.network.changes import Rewirings, Synapses
 from nrp_core.network.data import Network
+from nrp_core.network.pynn.export import network_of, unique
+from nrp_core.network.pynn.populations import SPIKE_TIMES, ids_of, parts_of
+from nrp_core.network.pynn.simulator import State
 from nrp_core.network.synapses import PLASTIC
 from nrp_core.pynn.currents import Current, Currents, Waveform
 from nrp_core.seeds import Seeds

@@ -20,13 +20,13 @@ from nrp_brain_spinnaker import SpinnakerBackend
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, PoissonSource
-from nrp_core.brain.pynn import builder
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
 from nrp_core.brain.remote.messages import SharedColumns
 from nrp_core.brain.remote.process import Watchdog, end_idle
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError, NetworkError, SimulationError
 from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.pynn import builder
 
 if TYPE_CHECKING:  # the process of a brain imports this module as well
     from golden import Golden

@@ -12,8 +12,8 @@ from nrp_brain_event import EventBackend
 from nrp_brain_spinnaker import SpinnakerBackend
 
 from nrp_core.brain.backend import BrainBackend
-from nrp_core.brain.pynn import builder
 from nrp_core.clock import from_milliseconds
+from nrp_core.network.pynn import builder
 
 TAU_M, TAU_S, C, REST = 20.0, 5.0, 1.0, -65.0
 PERIOD_MS, STEPS = 20.0, 12

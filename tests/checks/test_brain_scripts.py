@@ -15,12 +15,12 @@ from golden import Golden
 from nrp_conformance.brain import kit
 from nrp_conformance.brain.kit import SAMPLES
 
-from nrp_core.brain.files.script import load_network
 from nrp_core.checks import confined_network
 from nrp_core.checks.confined_network import ConfinedBuild
 from nrp_core.checks.network_summary import described, skeleton_of
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Level
+from nrp_core.network.files.script import load_network
 from nrp_core.network.rewiring import Neuromodulation, Rewiring
 
 

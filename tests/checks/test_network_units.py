@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from nrp_core.brain.pynn import builder
 from nrp_core.checks.network_units import unlikely_units
+from nrp_core.network.pynn import builder
 
 CELLS = {
     "IF_curr_exp(tau_m=0.02)": "tau_m of the population 'cells' is 0.02 ms; is it meant in s?",

@@ -20,12 +20,12 @@ from statistics import median
 import pytest
 import yaml
 
-from nrp_core.brain.files.script import load_network
 from nrp_core.checks.network_summary import summary_of
 from nrp_core.checks.network_units import unlikely_units
 from nrp_core.checks.validate import validate_file
 from nrp_core.errors import NrpError
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.network.files.script import load_network
 from nrp_core.scene.sdf import read_model
 from nrp_core.scene.tessellation import box_around
 

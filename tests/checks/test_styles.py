@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.brain.files.script import load_network
 from nrp_core.checks.validate import validate_file
 from nrp_core.dsl.loading import load_transfer_functions
 from nrp_core.dsl.testing import MockBrain, Rig
 from nrp_core.findings import Level
+from nrp_core.network.files.script import load_network
 
 TOPICS = {
     "/own/left": "Float64", "/own/right": "Float64", "/own/out": "Float64", "/own/level": "Float64",

@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from nrp_core.brain.pynn import builder
 from nrp_core.checks.synaptic_effects import distance_to_threshold_mv, effect_of_spike
+from nrp_core.network.pynn import builder
 
 
 def cells(kind: str, **parameters: float) -> Any:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.brain.pynn import builder
 from nrp_core.checks.network_summary import summary_of
 from nrp_core.checks.synaptic_effects import NOT_EXCITED, too_weak, unreached_thresholds
 from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code
 from nrp_core.network.data import Network
+from nrp_core.network.pynn import builder
 
 EXPERIMENT = """
 name: crossed

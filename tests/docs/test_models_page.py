@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from nrp_core.brain.pynn.equation_cells import cells_in_equations
 from nrp_core.network.cells import CELLS
 from nrp_core.network.parameters import Parameter
+from nrp_core.network.pynn.equation_cells import cells_in_equations
 from nrp_core.network.synapses import LAWS
 
 GENERATOR = Path(__file__).parents[2] / "docs" / "generate_models.py"

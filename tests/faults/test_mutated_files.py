@@ -12,11 +12,11 @@ import nrp_experiments.braitenberg_husky
 import pytest
 from mutations import Tally, mutated, numbered, numbers_in
 
-from nrp_core.brain.files import read_network, save_network
-from nrp_core.brain.files.script import load_network
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.network.files import read_network, save_network
+from nrp_core.network.files.script import load_network
 
 SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
 CORPUS = Path(__file__).parents[2] / "plugins" / "nrp-legacy" / "tests" / "corpus"

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from nrp_core import registry
-from nrp_core.brain.files.script import load_network
 from nrp_core.cli import app
 from nrp_core.errors import ExperimentError, NetworkError, NrpError, UnknownBackendError
 from nrp_core.experiment.making.maker import network_from
 from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.network.files.script import load_network
 from nrp_core.pynn.__main__ import main
 
 

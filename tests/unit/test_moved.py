@@ -11,12 +11,15 @@ SCRIPT = """
 import warnings
 with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
+    from nrp_core.brain.files.script import load_network
     from nrp_core.brain.network.data import Population
     from nrp_core.world import messages, rigid
     from nrp_core.world.scene.sdf import read_model
-import nrp_core.messages, nrp_core.network.data, nrp_core.scene.rigid, nrp_core.scene.sdf
+import nrp_core.messages, nrp_core.network.data, nrp_core.network.files.script
+import nrp_core.scene.rigid, nrp_core.scene.sdf
 assert Population is nrp_core.network.data.Population
 assert messages is nrp_core.messages and rigid is nrp_core.scene.rigid
+assert load_network is nrp_core.network.files.script.load_network
 assert read_model is nrp_core.scene.sdf.read_model
 print([(warning.category.__name__, warning.filename) for warning in caught])
 """

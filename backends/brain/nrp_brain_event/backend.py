@@ -7,8 +7,8 @@ from typing import ClassVar
 from nrp_brain_event.options import EventOptions, lazy_grid_obstacle
 from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.backend import BrainBackend, BrainOptions
-from nrp_core.brain.changes import EQUATIONS, PARAMETERS, PLASTICITY, SYNAPSE_STATE, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainCapabilities
+from nrp_core.network.changes import EQUATIONS, PARAMETERS, PLASTICITY, SYNAPSE_STATE, WEIGHTS
 from nrp_core.network.data import Network
 from nrp_core.network.equations.model import CELL_TYPE
 from nrp_core.network.synapses import CONTINUOUS

@@ -37,11 +37,11 @@ from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import CONSTANT, DIVERGED, FULL, Array, EngineArrays
 from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import DOPAMINE, ParameterChange
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.network.changes import DOPAMINE, ParameterChange
 from nrp_core.network.data import Network, Projection
 
 _PATIENCE_NS: Final = 20_000_000

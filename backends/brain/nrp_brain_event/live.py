@@ -20,10 +20,10 @@ from nrp_brain_event.records import DONE, FROZEN, JUMP, Array, CellParameters, E
 from nrp_brain_event.synapse_kernels import bring_up_to, synapses_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import SnapshotError
+from nrp_core.network.changes import ParameterChange
 from nrp_core.network.data import Network, Projection
 
 

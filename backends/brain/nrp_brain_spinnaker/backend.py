@@ -8,9 +8,9 @@ from nrp_brain_spinnaker.models import EXTENDED_SYNAPSES, STATE_VARIABLES, SYNAP
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.capabilities import Report
-from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.findings import Findings
+from nrp_core.network.changes import PARAMETERS, WEIGHTS
 from nrp_core.network.data import Network
 from nrp_core.simulation import Determinism
 

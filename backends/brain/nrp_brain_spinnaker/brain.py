@@ -39,13 +39,13 @@ from nrp_brain_spinnaker.models import GSYN, ISYN, CellModel, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.synapses.sites import seed_sites
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import CapabilityError
 from nrp_core.findings import Code
 from nrp_core.findings.refusals import no_variable
+from nrp_core.network.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.network.data import RECEPTORS, Network, Population, Projection
 
 

@@ -18,8 +18,8 @@ from nrp_brain_spinnaker.models import SYNAPSES
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.synapses.laws import follow_targets
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.errors import CapabilityError
+from nrp_core.network.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.network.data import Network, Population
 
 _WEIGHTS_DEPEND_ON = frozenset({"cm", "tau_m"})

@@ -7,11 +7,11 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from nrp_core.brain.backend import BrainBackend, BrainOptions
-from nrp_core.brain.changes import projection_of
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.remote.messages import Channel, Label, SharedColumns, carry_out, write_spikes
 from nrp_core.errors import BackendLoadError, NrpError, SimulationError
 from nrp_core.findings import Finding
+from nrp_core.network.changes import projection_of
 from nrp_core.network.data import Network
 
 

@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.brain.changes import WEIGHTS
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.clock import milliseconds
@@ -20,6 +19,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.variant_schema import ActivateSection
 from nrp_core.findings import Code, Level
+from nrp_core.network.changes import WEIGHTS
 from nrp_core.network.data import Network
 from nrp_core.network.interventions import Intervention, Synapses
 from nrp_core.seeds import Seeds

@@ -10,7 +10,6 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainBackend, BrainOptions
-from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import from_seconds
@@ -18,6 +17,7 @@ from nrp_core.errors import CapabilityError, ExperimentError, TopicError
 from nrp_core.experiment.making.plan import Plan, Side
 from nrp_core.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.network.cells import CELLS
+from nrp_core.network.changes import ParameterChange
 from nrp_core.network.data import Network, Population, Projection
 from nrp_core.recording.images import as_it_was, pixels_of
 from nrp_core.recording.layout import Role, spikes_topic

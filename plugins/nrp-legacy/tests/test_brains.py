@@ -9,11 +9,11 @@ import pytest
 from golden import Golden
 from nrp_legacy.brains import load_brain, remark
 
-from nrp_core.brain.files import read_network, save_network
 from nrp_core.checks.network_units import unlikely_units
 from nrp_core.errors import CapabilityError, ExperimentError, NetworkError
 from nrp_core.findings import Findings
 from nrp_core.network.data import Network
+from nrp_core.network.files import read_network, save_network
 from nrp_core.xml import Element, parse_xml
 
 SETUP = "import pyNN.nest as sim\nsim.setup(timestep=0.1)\n"

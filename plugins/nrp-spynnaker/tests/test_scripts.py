@@ -10,8 +10,8 @@ import pytest
 from spynnaker_scripts import HEAD, mapped, refused, run
 
 from nrp_core import load_network, save_network
-from nrp_core.brain.files.network_file import read_network
 from nrp_core.errors import CapabilityError, LifecycleError, NetworkError
+from nrp_core.network.files.network_file import read_network
 
 CHAIN = """
 inputs = p.Population(2, p.SpikeSourceArray(spike_times=[[10.0], [20.0]]), label="inputs")

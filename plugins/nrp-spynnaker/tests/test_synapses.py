@@ -15,10 +15,10 @@ from scipy.signal import convolve2d, correlate2d
 from spynnaker_scripts import HEAD, mapped, refused, run
 
 from nrp_core import save_network
-from nrp_core.brain.files.network_file import read_network
-from nrp_core.brain.files.script import load_network
-from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError
+from nrp_core.network.files.network_file import read_network
+from nrp_core.network.files.script import load_network
+from nrp_core.network.pynn import builder
 
 
 def test_synapses_have_the_arguments_and_results_of_sPyNNaker(tmp_path: Path) -> None:  # noqa: N802

@@ -8,11 +8,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.clock import NS_PER_MS, from_milliseconds
+from nrp_core.network.changes import ParameterChange
 from nrp_core.network.data import Population, Projection
 
 Cells = Callable[..., Population]

@@ -14,10 +14,10 @@ from nrp_brain_event import EventBackend, EventOptions
 from pyNN.standardmodels import cells as standard
 
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.pynn import builder
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, SnapshotError
 from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.pynn import builder
 from nrp_core.network.synapses import STDP
 
 ADDITIVE = {"timing": "SpikePairRule", "weight": "AdditiveWeightDependence"}

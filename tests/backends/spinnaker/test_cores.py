@@ -8,7 +8,7 @@ from nrp_brain_spinnaker import SpinnakerOptions
 from nrp_brain_spinnaker.loader import lay_out
 from nrp_brain_spinnaker.mapping import plan
 
-from nrp_core.brain.pynn import builder
+from nrp_core.network.pynn import builder
 
 DIRECT = """
 poisson = sim.Population(300, sim.SpikeSourcePoisson(rate=10.0), label="poisson")

@@ -19,9 +19,9 @@ from nrp_brain_spinnaker.mapping.fidelity import Fidelity, share_above
 from nrp_brain_spinnaker.mapping.plan import MachineMap
 from nrp_brain_spinnaker.options import SpinnakerOptions
 
-from nrp_core.brain.pynn import builder
 from nrp_core.findings import Finding
 from nrp_core.network.data import Network, Origin, Population, Projection
+from nrp_core.network.pynn import builder
 
 OWN = Path(__file__).parent / "oracles" / "spinnaker_mapping.json"
 OPTIONS = SpinnakerOptions()

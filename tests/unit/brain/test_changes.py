@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from golden import Golden
 
-from nrp_core.brain.changes import new_weights, parameter_changes, projection_of, spike_trains
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.errors import NetworkError
+from nrp_core.network.changes import new_weights, parameter_changes, projection_of, spike_trains
 from nrp_core.network.data import Network, Population, Projection
 from nrp_core.seeds import Seeds
 

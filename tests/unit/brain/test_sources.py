@@ -18,10 +18,10 @@ from nrp_core.brain.devices.sources import (
     SourceSpec,
     SpikeInjector,
 )  # fmt: skip
-from nrp_core.brain.pynn import builder
 from nrp_core.brain.spikes import Spikes
 from nrp_core.errors import CapabilityError
 from nrp_core.network.data import Population
+from nrp_core.network.pynn import builder
 from nrp_core.seeds import Seeds
 
 SEEDS = Seeds(7).child("test")

@@ -73,7 +73,7 @@ def test_a_plot_ends_with_its_name(nrp: Nrp, recorded: Path, tmp_path: Path) -> 
 def test_a_network_file_ends_with_its_name_and_leaves_nothing(tmp_path: Path) -> None:
     script = f"""
 from pathlib import Path
-from nrp_core.brain.files.network_file import save_network
+from nrp_core.network.files.network_file import save_network
 from nrp_core.network.data import Network
 from nrp_core.errors import NetworkError
 try:

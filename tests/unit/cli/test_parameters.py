@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from golden import Golden
 
-from nrp_core.brain.files.script import load_network
 from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
+from nrp_core.network.files.script import load_network
 from nrp_core.running import run
 
 FAKES = Path(__file__).parents[2] / "shared" / "fakes"
@@ -150,7 +150,7 @@ def test_a_declaration_that_ends_the_script_is_one_finding(folder, wrong, code):
 
 
 def test_a_brain_that_is_not_a_script_has_no_parameters(folder, golden: Golden):
-    from nrp_core.brain.files import save_network
+    from nrp_core.network.files import save_network
 
     save_network(load_network(folder / "brain.py"), folder / "brain.nrpnet")
     overrides = [f"brain.model={folder / 'brain.nrpnet'}"]

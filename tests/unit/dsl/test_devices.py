@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from golden import Golden
 
-from nrp_core.brain.pynn import builder
 from nrp_core.dsl import device_kinds as kinds
 from nrp_core.dsl.device_kinds import KINDS, DeviceKind
 from nrp_core.dsl.devices import Device
 from nrp_core.dsl.parameters import Binding
 from nrp_core.dsl.selection import Selection
 from nrp_core.dsl.testing import MockBrain, MockWorld
+from nrp_core.network.pynn import builder
 
 MS = 1_000_000
 

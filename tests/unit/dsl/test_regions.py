@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core import dsl as nrp
-from nrp_core.brain.pynn import builder
 from nrp_core.dsl.selection import BrainRoot, Selection, evaluate, select
 from nrp_core.dsl.testing import MockBrain, Rig
 from nrp_core.errors import NeuronSelectionError
 from nrp_core.network.data import Network, Population
+from nrp_core.network.pynn import builder
 
 FIRST = 3
 coordinates = st.integers(-20, 20).map(lambda n: n / 4)

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.brain.files import read_network, save_network
-from nrp_core.brain.files.script import load_network
 from nrp_core.checks import confined_network
 from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
+from nrp_core.network.files import read_network, save_network
+from nrp_core.network.files.script import load_network
 
 BRAIN = """import nrp_core.pynn as sim
 sim.setup(timestep=1.0, max_delay=20000.0)

@@ -8,14 +8,14 @@ import h5py
 import pytest
 from golden import Golden
 
-from nrp_core.brain.files import save_network
-from nrp_core.brain.files.script import load_network
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.making.maker import network_from
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import InvalidExperimentError
+from nrp_core.network.files import save_network
+from nrp_core.network.files.script import load_network
 from nrp_core.recording.folder.used_files import FilesRead
 
 

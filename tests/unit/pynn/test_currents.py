@@ -9,8 +9,8 @@ from golden import Golden
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.brain.pynn import builder
 from nrp_core.clock import NS_PER_MS
+from nrp_core.network.pynn import builder
 from nrp_core.pynn import new_simulator
 from nrp_core.pynn.currents import Waveform
 

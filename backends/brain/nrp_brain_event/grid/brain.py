@@ -49,12 +49,12 @@ from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
 from nrp_brain_event.synapse_kernels import SIMULTANEOUS, bring_up_to, released_share, synapses_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
-from nrp_core.brain.changes import DOPAMINE, ParameterChange
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError
 from nrp_core.findings import Code
+from nrp_core.network.changes import DOPAMINE, ParameterChange
 from nrp_core.network.data import Network, Population, Projection
 from nrp_core.network.drawing import extremes
 from nrp_core.network.grid import Grid as TimeGrid

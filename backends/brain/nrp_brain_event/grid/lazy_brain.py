@@ -44,8 +44,8 @@ from nrp_brain_event.options import MOST_KINDS
 from nrp_brain_event.records import FULL, Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED, jit
-from nrp_core.brain.changes import ParameterChange
 from nrp_core.errors import CapabilityError
+from nrp_core.network.changes import ParameterChange
 from nrp_core.network.filters import driven
 
 _DECIDING: Final = ("kind", "alpha", "frozen", "refractory", "v_rest", "reset", "threshold")

@@ -26,7 +26,7 @@ from nrp_brain_event.neuron import move
 from nrp_brain_event.records import ALPHA, START, Array, CellParameters, Event, Spike, Work
 from nrp_core._support.arrays import FloatArray, IntArray, aligned_copy
 from nrp_core._support.jit import jit
-from nrp_core.brain.changes import ParameterChange
+from nrp_core.network.changes import ParameterChange
 from nrp_core.network.data import Network, Projection
 from nrp_core.network.grid import Grid as TimeGrid
 from nrp_core.network.limits import distinct

@@ -13,9 +13,9 @@ from small_brain import CELL, SmallBackend, SmallBrain
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backend import BrainOptions
-from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.network.changes import PARAMETERS, WEIGHTS, ParameterChange
 from nrp_core.network.data import Network, Projection
 from nrp_core.network.synapses import CONTINUOUS, ELECTRICAL, GRADED, STATIC, STDP
 

@@ -14,8 +14,8 @@ from nrp_legacy.nest.network import network_of
 from nrp_legacy.nest.running import RunningKernel
 
 from nrp_core.brain import Network
-from nrp_core.brain.files.script import seeded_generators
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
+from nrp_core.network.files.script import seeded_generators
 from nrp_core.seeds import Seeds
 from nrp_ebrains.datapacks import DataPack, JsonData, plain
 from nrp_ebrains.loop import Engine

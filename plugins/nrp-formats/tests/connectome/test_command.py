@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from golden import Golden
 
-from nrp_core.brain.files.network_file import read_network
+from nrp_core.network.files.network_file import read_network
 
 
 def test_the_command_writes_a_network_file_and_reports_checksums(

@@ -19,9 +19,9 @@ from pyNN.serialization import export_to_sonata
 from sonata_circuits import ALPHA
 
 from nrp_core.brain import SpikeRecorder
-from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
 from nrp_core.network.data import Network
+from nrp_core.network.pynn import builder
 
 
 def test_nodes_become_cells_with_nests_units_turned_into_pynns(circuit: Path) -> None:

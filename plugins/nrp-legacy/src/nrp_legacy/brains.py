@@ -27,11 +27,11 @@ from nrp_core.brain import (
     Projection,
     SourceSpec,
 )
-from nrp_core.brain.files.hdf5 import array, reading
-from nrp_core.brain.files.script import load_network
 from nrp_core.dsl import Selector
 from nrp_core.errors import ExperimentError, NetworkError, UnreadableError
 from nrp_core.findings import Code, Finding
+from nrp_core.network.files.hdf5 import array, reading
+from nrp_core.network.files.script import load_network
 from nrp_core.network.picking import CIRCUIT, Selection, with_views
 from nrp_core.network.synapses import TSODYKS_MARKRAM
 from nrp_core.scripts import last_name

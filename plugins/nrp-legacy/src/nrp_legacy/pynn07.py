@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core.brain import FloatArray
-from nrp_core.brain.pynn import pynn07_compat
-from nrp_core.brain.pynn.pynn07_compat import by_name
+from nrp_core.network.pynn import pynn07_compat
+from nrp_core.network.pynn.pynn07_compat import by_name
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.nest.models import valid_recovery_ms
 from nrp_legacy.nest.native import native_cell, native_synapse, synapse_model_of

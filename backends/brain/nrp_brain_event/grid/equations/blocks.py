@@ -41,10 +41,10 @@ from nrp_brain_event.grid.records import N_STATE, Block, Grid, X
 from nrp_brain_event.random_numbers import streams
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.findings.refusals import no_variable
+from nrp_core.network.changes import ParameterChange
 from nrp_core.network.data import Network, Population
 from nrp_core.network.equations.cell import CellEquations
 from nrp_core.network.equations.expressions import TIME

@@ -40,7 +40,7 @@ def import_connectome(
     json: Json = False,
 ) -> None:
     """Make a network file from a connectome, with the cell model of Shiu et al. (2024)."""
-    from nrp_core.brain.files.network_file import SUFFIX, save_network
+    from nrp_core.network.files.network_file import SUFFIX, save_network
     from nrp_formats.connectome.network import read_connectome
 
     target = output or Path(f"{edges.stem}{SUFFIX}")

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from nrp_core.brain import IntArray, Network, Projection
-from nrp_core.brain.files.hdf5 import attribute, group, groups, reading
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
+from nrp_core.network.files.hdf5 import attribute, group, groups, reading
 from nrp_core.network.picking import Selection, with_views
 from nrp_core.paths import path_of
 from nrp_core.utilities import checks_arguments

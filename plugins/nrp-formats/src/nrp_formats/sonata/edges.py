@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain import RECEPTORS, FloatArray, IndexArray, IntArray, Population, Projection
-from nrp_core.brain.files.hdf5 import attribute, column
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.files.hdf5 import attribute, column
 from nrp_core.network.nest_models import CellModel
 from nrp_formats.sonata.items import SonataItems
 from nrp_formats.sonata.nodes import Nodes

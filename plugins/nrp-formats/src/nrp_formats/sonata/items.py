@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core.brain import FloatArray, IntArray
-from nrp_core.brain.files.hdf5 import column, group
 from nrp_core.errors import NetworkError
+from nrp_core.network.files.hdf5 import column, group
 from nrp_core.utilities import strict_json
 
 

@@ -11,9 +11,9 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain import FloatArray, IntArray, Population
-from nrp_core.brain.files.hdf5 import attribute, column, group, groups, reading
 from nrp_core.errors import CapabilityError, NetworkError
 from nrp_core.network.cells import CELLS
+from nrp_core.network.files.hdf5 import attribute, column, group, groups, reading
 from nrp_core.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, NestParameter
 from nrp_formats.sonata.attribute_checks import require_places
 from nrp_formats.sonata.items import SonataItems

@@ -12,8 +12,8 @@ from pyNN.common import Assembly, BasePopulation, IDMixin
 from pyNN.common import Projection as AnyProjection
 
 from nrp_core.brain import IntArray, Projection
-from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.errors import CapabilityError
+from nrp_core.network.pynn.populations import ids_of
 from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.live.cells import Cells
 

@@ -12,9 +12,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core.brain.pynn.export import cell_type_of
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.network.nest_models import LEAK_NS, NEST_CELLS, CellModel, NestParameter
+from nrp_core.network.pynn.export import cell_type_of
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 
 PARROT: Final = "parrot_neuron"

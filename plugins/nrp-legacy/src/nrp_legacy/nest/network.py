@@ -13,10 +13,10 @@ import numpy as np
 from pyNN.standardmodels import cells as standard
 
 from nrp_core.brain import BoolArray, FloatArray, IntArray, Network, Population, Projection
-from nrp_core.brain.pynn.export import unique
 from nrp_core.errors import NetworkError
 from nrp_core.network.nest_models import LEAK_NS, NestParameter
 from nrp_core.network.picking import CIRCUIT
+from nrp_core.network.pynn.export import unique
 from nrp_core.network.synapses import STATIC, STDP, TSODYKS_MARKRAM
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, valid_recovery_ms

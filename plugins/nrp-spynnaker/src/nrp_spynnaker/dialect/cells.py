@@ -11,10 +11,10 @@ import numpy as np
 from pyNN.parameters import Sequence
 
 from nrp_core.brain import FloatArray
-from nrp_core.brain.pynn.arguments import InvalidValueError, WrongKindError
-from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.clock import MS_PER_S
 from nrp_core.network.cells import CELLS
+from nrp_core.network.pynn.arguments import InvalidValueError, WrongKindError
+from nrp_core.network.pynn.populations import SPIKE_TIMES
 
 _NAME = "SpikeSourcePoissonVariable"
 

@@ -14,9 +14,9 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from nrp_core.brain.pynn.arguments import InvalidValueError, refuse_misspelt, require_kind
-from nrp_core.brain.pynn.populations import Population
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.pynn.arguments import InvalidValueError, refuse_misspelt, require_kind
+from nrp_core.network.pynn.populations import Population
 from nrp_spynnaker.dialect.unsupported import CONNECTIONS, refuse_attribute
 
 _logger = logging.getLogger(__name__)

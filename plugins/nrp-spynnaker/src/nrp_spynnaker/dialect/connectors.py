@@ -11,10 +11,10 @@ from pyNN.core import IndexBasedExpression
 from pyNN.random import RandomDistribution
 
 from nrp_core.brain import FloatArray, IntArray
-from nrp_core.brain.pynn.arguments import InvalidSynapseError, InvalidValueError, WrongKindError
-from nrp_core.brain.pynn.connectors import Connector
-from nrp_core.brain.pynn.synapse_columns import evaluated
 from nrp_core.errors import CapabilityError
+from nrp_core.network.pynn.arguments import InvalidSynapseError, InvalidValueError, WrongKindError
+from nrp_core.network.pynn.connectors import Connector
+from nrp_core.network.pynn.synapse_columns import evaluated
 
 # mypy: disable-error-code="misc"
 

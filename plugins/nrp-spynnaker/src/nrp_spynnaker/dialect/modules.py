@@ -11,8 +11,8 @@ from typing import Any, ClassVar, Final
 
 from pyNN import common, space
 
-from nrp_core.brain.pynn.arguments import InvalidValueError, refuse_misspelt
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.network.pynn.arguments import InvalidValueError, refuse_misspelt
 from nrp_spynnaker.dialect import neo_compare, neo_convertor, unsupported
 from nrp_spynnaker.dialect.cells import IN_EQUATIONS, cell_types, spike_injector, variable_poisson
 from nrp_spynnaker.dialect.connections import Hub, RatesConnection, SpikesConnection

@@ -9,15 +9,15 @@ from typing import Any, Final
 
 from pyNN.parameters import ParameterSpace
 
-from nrp_core.brain.pynn.arguments import (
+from nrp_core.clock import MS_PER_S
+from nrp_core.network.pynn.arguments import (
     InvalidValueError,
     raising,
     require_kind,
     require_names,
     require_values,
 )
-from nrp_core.brain.pynn.simulator import Simulator
-from nrp_core.clock import MS_PER_S
+from nrp_core.network.pynn.simulator import Simulator
 from nrp_core.network.rewiring import Rewiring
 
 # mypy: disable-error-code="misc"

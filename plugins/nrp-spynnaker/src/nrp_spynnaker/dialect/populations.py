@@ -12,11 +12,11 @@ from pyNN.parameters import ParameterSpace
 from pyNN.parameters import Sequence as Train
 
 from nrp_core.brain import RECEPTORS, FloatArray, Synapses
-from nrp_core.brain.pynn import populations, projections
-from nrp_core.brain.pynn.arguments import InvalidValueError, require_kind
-from nrp_core.brain.pynn.populations import SPIKE_TIMES
-from nrp_core.brain.pynn.pynn07_compat import by_name
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+from nrp_core.network.pynn import populations, projections
+from nrp_core.network.pynn.arguments import InvalidValueError, require_kind
+from nrp_core.network.pynn.populations import SPIKE_TIMES
+from nrp_core.network.pynn.pynn07_compat import by_name
 from nrp_spynnaker.dialect import neo_convertor
 from nrp_spynnaker.dialect.cells import ascending
 from nrp_spynnaker.dialect.connectors import ConvolutionConnector

@@ -11,10 +11,10 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain import FloatArray
-from nrp_core.brain.pynn import pynn07_compat
-from nrp_core.brain.pynn.populations import WRITTEN
-from nrp_core.brain.pynn.simulator import State
 from nrp_core.errors import NetworkError
+from nrp_core.network.pynn import pynn07_compat
+from nrp_core.network.pynn.populations import WRITTEN
+from nrp_core.network.pynn.simulator import State
 from nrp_spynnaker.dialect import neo_convertor
 from nrp_spynnaker.dialect.plasticity import nearest_pair_rule
 

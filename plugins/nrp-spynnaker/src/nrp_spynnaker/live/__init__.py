@@ -11,8 +11,8 @@ from types import ModuleType
 from typing import Any, Final
 
 import nrp_core.pynn
-from nrp_core.brain.files.script import scope_of
 from nrp_core.errors import NetworkError, NrpError
+from nrp_core.network.files.script import scope_of
 from nrp_core.pynn.languages import reading_of
 from nrp_spynnaker.dialect import Dialect
 from nrp_spynnaker.dialect.connections import Hub
