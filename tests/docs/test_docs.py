@@ -36,13 +36,13 @@ RUNS_AS = {"sh": ["bash", "-e"], "python": ["python"]}
 MANY_RUNS = frozenset(
     f"docs/{name}.md"
     for name in (
-        "howto/add-a-synapse-law", "howto/compare-simulators", "howto/evolve-settings",
+        "howto/contribute-a-synapse-law", "howto/compare-simulators", "howto/evolve-settings",
         "howto/prove-a-backend", "howto/record-and-replay", "howto/steer-a-run", "howto/sweep-settings",
         "tutorial/one-run-to-a-thousand",
     )
 )  # fmt: skip
 """Pages that take minutes together; other tests run the same commands."""
-COPIES_SOURCES = "docs/howto/add-a-synapse-law.md"
+COPIES_SOURCES = "docs/howto/contribute-a-synapse-law.md"
 """A page that changes a copy of the sources; warm programs have those of this clone in memory."""
 
 

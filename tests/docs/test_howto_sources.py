@@ -28,7 +28,7 @@ def test_the_blocks_of_a_page_in_their_order_are_the_file_that_it_builds(page, f
 
 
 PATCH = re.compile(r"<<'EOF'\n(--- a/.*?)^EOF$", re.MULTILINE | re.DOTALL)
-PATCHED = "add-a-synapse-law.md"
+PATCHED = "contribute-a-synapse-law.md"
 
 
 def test_the_patches_of_a_page_fit_the_tree_line_by_line(tmp_path):

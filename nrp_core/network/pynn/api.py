@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import difflib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import functools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from math import isfinite
 from numbers import Real
 from types import MappingProxyType, ModuleType
@@ -16,7 +18,7 @@ from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
 
 from nrp_core._support.checked_arguments import is_number
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import BackendError, NetworkError, did_you_mean
 from nrp_core.network.cells import CELLS
 from nrp_core.network.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.network.pynn.arguments import InvalidValueError, PastTimeError, WrongKindError, refuse_misspelt
@@ -24,9 +26,11 @@ from nrp_core.network.pynn.composed_cells import composed_cells
 from nrp_core.network.pynn.connectors import connector_types
 from nrp_core.network.pynn.equation_cells import cells_in_equations
 from nrp_core.network.pynn.equation_models import (
+    SYNAPSES,
     equation_cell,
     equation_synapse,
     nestml_cell,
+    registered_synapse,
 )
 from nrp_core.network.pynn.export import network_of
 from nrp_core.network.pynn.simulator import Recorder, Simulator
@@ -130,7 +134,7 @@ def programming_interface(
         **composed_cells(),
         **models.rule_parts(),
         "EquationCell": equation_cell,
-        "EquationSynapse": equation_synapse,
+        "EquationSynapse": _bound_synapse(simulator),
         "nestml_cell": nestml_cell,
         **models.unavailable_models(),
         **{unbound.__name__: unbound for unbound in _UNBOUND},
@@ -154,8 +158,23 @@ def programming_interface(
     names["standardmodels"] = overlaid(standardmodels, names)
     for part in ("cells", "electrodes", "receptors", "synapses"):
         setattr(names["standardmodels"], part, overlaid(getattr(standardmodels, part), names))
-    api.__dict__.update(names, __getattr__=_unknown(names))
+    api.__dict__.update(names, __getattr__=_others(api, simulator))
     return api
+
+
+def _bound_synapse(simulator: Simulator) -> Callable[..., type]:
+    """Return :func:`equation_synapse` with results that belong to a simulator, whose delays they have."""
+
+    @functools.wraps(equation_synapse)
+    def bound_synapse(*texts: Any, **arguments: Any) -> type:
+        return _bound(equation_synapse(*texts, **arguments), simulator)
+
+    return bound_synapse
+
+
+def _bound(law: type, simulator: Simulator) -> type:
+    """Return a synapse type of equations whose synapses have the shortest delay of a simulator by default."""
+    return type(law.__name__, (law,), {"_simulator": simulator, "__doc__": law.__doc__})
 
 
 def overlaid(module: ModuleType, names: Mapping[str, Any]) -> ModuleType:
@@ -276,9 +295,28 @@ def _script_arguments(n_args: int, usage: str = "") -> list[str]:
     return [SIMULATOR_NAME][:n_args]
 
 
-def _unknown(names: Mapping[str, Any]) -> Callable[[str], NoReturn]:
-    def attribute(name: str) -> NoReturn:
-        close = difflib.get_close_matches(name, names, 1)
+def _others(api: ModuleType, simulator: Simulator) -> Callable[[str], Any]:
+    """Return a function for the names that a module lacks: synapse types of packages, imported if used."""
+
+    def attribute(name: str) -> Any:
+        if name == "__all__":
+            return [*_public(api), *_usable()]
+        if name in SYNAPSES.names():
+            vars(api)[name] = law = _bound(registered_synapse(name), simulator)
+            return law
+        close = difflib.get_close_matches(name, [*vars(api), *SYNAPSES.names()], 1)
         raise AttributeError(f"PyNN has no '{name}'{did_you_mean(name, close) if close else ''}")
 
     return attribute
+
+
+def _public(module: ModuleType) -> list[str]:
+    return [name for name in vars(module) if not name.startswith("_")]
+
+
+def _usable() -> Iterator[str]:
+    """Yield the synapse types of packages that can be imported, for a script that imports all names."""
+    for name in SYNAPSES.names():
+        with suppress(BackendError):
+            registered_synapse(name)
+            yield name

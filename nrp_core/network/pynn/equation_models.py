@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from pyNN.standardmodels import StandardSynapseType
 
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import BackendLoadError, NetworkError, did_you_mean
 from nrp_core.network.cells import CellType
 from nrp_core.network.equations.cell import CellEquations
 from nrp_core.network.equations.expressions import TextOrigin
@@ -26,6 +26,7 @@ from nrp_core.network.parameters import Parameter
 from nrp_core.network.pynn.models import beyond_pynn, checked, untranslated
 from nrp_core.network.pynn.synapses import SynapseType
 from nrp_core.paths import existing_file
+from nrp_core.registry import Registry
 from nrp_core.units import Unit, quantity
 
 
@@ -307,3 +308,21 @@ def equation_synapse(
         "translations": untranslated(own),
     }
     return type(name, (SynapseType, StandardSynapseType), body)
+
+
+SYNAPSES: Final[Registry[type]] = Registry("nrp_core.synapses", "synapse type")
+"""The synapse types of packages, each made by :func:`equation_synapse`; scripts use them by these names."""
+
+
+def registered_synapse(name: str) -> type:
+    """Return the synapse type that a package registers under a name.
+
+    Raises:
+        BackendError: it does not import, is no synapse type of equations, or two packages provide it.
+    """
+    law = SYNAPSES.load(name)
+    if not isinstance(law, type) or not isinstance(getattr(law, "equations", None), SynapseEquations):
+        raise BackendLoadError(
+            f"the {SYNAPSES.kind} '{name}' of {SYNAPSES.provider(name)} is not a result of equation_synapse"
+        )
+    return type(name, (law,), {"__doc__": law.__doc__})

@@ -128,3 +128,13 @@ def test_a_backend_without_such_laws_refuses_them_by_name(golden: Golden) -> Non
     loaded = brains().load("spinnaker")
     with golden.raises(CapabilityError, match="'p'.; 'event'"):
         loaded.capabilities(loaded.options()).require(network(SHARE), "spinnaker")
+
+
+def test_a_missing_delay_is_the_shortest_and_any_name_leaves_the_simulator_as_it_is() -> None:
+    sim = builder()
+    sim.setup(timestep=0.5)
+    law = sim.EquationSynapse(**SHARE, name="StaticSynapse")
+    assert law(weight=1.0).delay == 0.5
+    a, b = sim.Population(1, sim.SpikeSourcePoisson()), sim.Population(1, sim.IF_curr_exp())
+    sim.Projection(a, b, sim.OneToOneConnector())
+    assert sim.network().projections[0].synapse_type == "static"
