@@ -46,7 +46,7 @@ def test_experiments_recordings_and_sweeps_are_opened_one_after_another(
     labels = [card.get_attribute("aria-label") for card in cards.all()]
     assert labels == [f"Open {name}" for name in shipped()]
     here = page.get_by_role("region", name="Experiments in this folder")
-    expect(here.get_by_role("button")).to_have_count(2)  # not those inside of recordings
+    expect(here.get_by_role("listitem")).to_have_count(2)  # not those inside of recordings
     expect(here.get_by_role("button", name="broken.yaml")).to_be_disabled()
     expect(here.get_by_role("button", name="broken.yaml")).to_contain_text("did you mean 'slalom_pioneer'")
     page.get_by_role("searchbox", name="Search").fill("short way")

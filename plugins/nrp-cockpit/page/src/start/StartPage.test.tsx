@@ -61,6 +61,27 @@ test("a choice is opened once, and a broken one is not", async () => {
   expect(screen.getByRole("main").getAttribute("aria-busy")).toBe("false");
 });
 
+test("the files of experiments in the folder are read for pictures only after a click that says so", async () => {
+  const call = vi.spyOn(wire, "call").mockResolvedValue({ type: "image/png", data: "AAAA" });
+  const entries = [
+    entry("arm", { picture: "arm" }),
+    entry("./mine.yaml", { installed: false, picture: "mine" }),
+  ];
+  useStart.setState({ start: { folder: "/home", entries }, readsFiles: false });
+  render(<StartPage />);
+  await screen.findByAltText("The scene of arm");
+  expect(call.mock.calls.map(([, request]) => request)).toEqual([{ name: "arm" }]);
+  const folder = screen.getByRole("region", { name: "Experiments in this folder" });
+  expect(folder.textContent).toContain("reads their robots, rooms and images, and executes nothing");
+  fireEvent.click(within(folder).getByRole("button", { name: "Draw their scenes" }));
+  await screen.findByAltText("The scene of ./mine.yaml");
+  expect(call.mock.calls.at(-1)).toEqual([
+    "/cockpit/start/picture",
+    { name: "./mine.yaml", reads_files: true },
+  ]);
+  expect(within(folder).queryByRole("button", { name: "Draw their scenes" })).toBeNull();
+});
+
 test("entries that look the same have one picture, which is asked for once, and some have none", async () => {
   const call = vi.spyOn(wire, "call").mockImplementation(async (_name, request) => {
     if ((request as { name: string }).name === "worm") throw new Error("cannot be drawn");

@@ -4,7 +4,7 @@ import { Rail } from "../shell/Rail";
 import { LinkState } from "../shell/StatusBar";
 import { notify } from "../state/notices";
 import { type Entry, look, open, useStart } from "../state/start";
-import { IconButton } from "../ui/Button";
+import { Button, IconButton } from "../ui/Button";
 import { Empty } from "../ui/Panel";
 import { partsOf, type Section, sectionsOf } from "./entries";
 import { usePicture } from "./pictures";
@@ -58,6 +58,7 @@ function Entries({ section: { title, entries, none } }: { section: Section }) {
   return (
     <section aria-label={title}>
       <h2>{title}</h2>
+      <Consent entries={entries} />
       {entries.length === 0 && <p className="mut">{none}</p>}
       <ul className="start-entries">
         {entries.map((entry) => (
@@ -67,6 +68,20 @@ function Entries({ section: { title, entries, none } }: { section: Section }) {
         ))}
       </ul>
     </section>
+  );
+}
+
+/** Draws the experiments in the folder when the user has agreed that their files are read. */
+function Consent({ entries }: { entries: Entry[] }) {
+  const readsFiles = useStart((state) => state.readsFiles);
+  if (readsFiles || !entries.some(({ installed, picture }) => !installed && picture)) return null;
+  return (
+    <p className="row mut start-consent">
+      <Button small onClick={() => useStart.setState({ readsFiles: true })}>
+        Draw their scenes
+      </Button>
+      This reads their robots, rooms and images, and executes nothing.
+    </p>
   );
 }
 
@@ -101,11 +116,11 @@ function Card({ entry }: { entry: Entry }) {
 }
 
 /** The picture of an experiment; until it comes, the room that it takes. */
-function Picture({ entry: { name, picture } }: { entry: Entry }) {
-  const address = usePicture(name, picture);
+function Picture({ entry }: { entry: Entry }) {
+  const address = usePicture(entry);
   return (
     <span className="start-picture" aria-busy={address === undefined || undefined}>
-      {address && <img src={address} alt={`The scene of ${name}`} />}
+      {address && <img src={address} alt={`The scene of ${entry.name}`} />}
     </span>
   );
 }

@@ -29,12 +29,15 @@ interface State {
   start: Start | null;
   /** The entry that is being opened. */
   opening: string | null;
+  /** Whether the user agreed that the files of the experiments in the folder are read for their pictures. */
+  readsFiles: boolean;
 }
 
 export const useStart = create<State>(() => ({
   isOpen: window.location.hash === "#/start",
   start: null,
   opening: null,
+  readsFiles: false,
 }));
 
 /** Fills the store from the wire, for as long as the page lives. */

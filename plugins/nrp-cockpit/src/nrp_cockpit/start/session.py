@@ -85,15 +85,22 @@ class StartSession:
         with ExitStack() as stack:
             self._chosen = self._opened(name, hub, stack), hub, stack.pop_all()
 
-    def picture(self, name: str) -> dict[str, Any]:
+    def picture(self, name: str, *, reads_files: bool = False) -> dict[str, Any]:
         """Return the picture of an experiment, see :meth:`.Pictures.data`; any thread may call this.
 
+        Args:
+            name: the experiment.
+            reads_files: whether the user agrees that the robots and images of an experiment in the folder are
+                read. Nothing is executed. Installed experiments need no consent.
+
         Raises:
-            ExperimentError: it is not on the page, or has no picture.
+            ExperimentError: it is not on the page, has no picture, or needs consent.
         """
         entry = self._shown(name)
         if not entry.picture:
             raise ExperimentError(f"'{name}' has no picture")
+        if not (entry.installed or reads_files):
+            raise ExperimentError(f"the files of '{name}' are read for a picture only with 'reads_files'")
         return self._pictures.data(name if entry.installed else str(self._folder / name), entry.picture)
 
     def _shown(self, name: str) -> Entry:
