@@ -37,11 +37,11 @@ class LoopPath:
 def paths(functions: Sequence[TransferFunction]) -> list[LoopPath]:
     """Return the shortest path for every connected pair of a sensor and an actuator.
 
-    A published message acts in the next step; an input of the brain can be read one step later; a message
-    to a function that runs later arrives in the same step.
+    A published message acts in the next step, and reaches other functions there; an input of the brain can be
+    read one step later.
 
     Args:
-        functions: the transfer functions, in the order in which they run.
+        functions: the transfer functions.
     """
     read = {topic.name for function in functions for topic in function.subscribed}
     published = {topic.name for function in functions for topic in function.published}
@@ -81,7 +81,7 @@ def _next(functions: Sequence[TransferFunction], i: int) -> Iterator[tuple[int, 
         if drives and any(isinstance(mapping, MapSpikeSink) for mapping in function.mappings.values()):
             yield j, 1, BRAIN
         for topic in sorted(_names(functions[i].published) & _names(function.subscribed)):
-            yield j, 0 if i < j else 1, topic
+            yield j, 1, topic
 
 
 def _names(topics: Sequence[Topic]) -> set[str]:

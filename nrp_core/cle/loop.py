@@ -27,8 +27,10 @@ from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.parameters import line_in
 from nrp_core.errors import (
+    CapabilityError,
     ExperimentError,
     LifecycleError,
+    NetworkError,
     SimulationError,
     TimestepError,
     TransferFunctionRaisedError,
@@ -420,28 +422,54 @@ class ClosedLoop(Closing):
     # -- within a step
 
     def _run_functions(self) -> Failure | None:
-        """Run the functions that are due and return the failure that ends the run, if any."""
-        now_ns = self.now_ns
-        start_ns = now_ns - self.plan.period_ns
-        t = seconds(now_ns if self.tf_time == "end" else start_ns)
-        for function in self.functions:
-            if not (function.is_bound and function.is_due(start_ns)):
-                continue  # a function removed in this step is no longer bound
-            began, failure = work.now_ns(), None
+        """Run the functions that are due and return the failure that ends the run, if any.
+
+        What they publish and change is delivered when all of them have run, so their order does not matter.
+        """
+        n_before, changing, now_ns = len(self.failures), [], self.now_ns
+        self.world.hold_messages()
+        try:
+            for function in self.functions:
+                if not function.is_bound:
+                    continue  # it was removed in this step
+                if not self._make_calls(function, now_ns) and self.on_error == "stop":
+                    break
+                if function.deferring:
+                    changing.append(function)
+        finally:
+            self.world.release_messages()
+        for function in changing:
             try:
-                self.time_limit.call(function.run, now_ns, t)
+                function.deliver()  # nothing if it has failed
+            except (NetworkError, CapabilityError) as error:
+                self._note_failure(function, error)
+        failed = self.on_error == "stop" and len(self.failures) > n_before
+        return self.failures[n_before] if failed else None
+
+    def _make_calls(self, function: TransferFunction, now_ns: int) -> bool:
+        """Make the calls of a function that are due in this step, and return whether all succeeded."""
+        start_ns = now_ns - self.plan.period_ns
+        for call in function.calls_due(start_ns):
+            began, failed = work.now_ns(), False
+            try:
+                t = seconds(now_ns if self.tf_time == "end" else start_ns)
+                self.time_limit.call(function.run, now_ns, t, call)
             except (SimulationError, LifecycleError):
                 raise  # an engine failed while the function used it
             except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything
-                failure = Failure.of(function, error, step=self.steps, t_ns=now_ns)
+                self._note_failure(function, error)
+                failed = True
             self.account.function_ns[function.name] += work.now_ns() - began
             self.account.function_calls[function.name] += 1
-            if failure is not None:
-                self.failures.append(failure)
-                if self.on_error == "stop":
-                    return failure
-                function.quarantine()
-        return None
+            if failed:
+                return False
+        return True
+
+    def _note_failure(self, function: TransferFunction, error: BaseException) -> None:
+        """Keep the failure of a function, and put it in quarantine if the run continues."""
+        self.failures.append(Failure.of(function, error, step=self.steps, t_ns=self.now_ns))
+        if self.on_error == "quarantine":
+            function.quarantine()
 
     # -- from outside
 

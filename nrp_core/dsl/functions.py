@@ -8,11 +8,20 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import Enum
 from math import isfinite
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, get_args
 
 from nrp_core.brain.interface import Brain
-from nrp_core.clock import SampleSchedule, seconds
-from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping, PublishedTopic, SourceLine, Topic
+from nrp_core.clock import seconds
+from nrp_core.dsl.calls import ONCE, Call, Calls, Throttle, calls_for_messages
+from nrp_core.dsl.parameters import (
+    Adapter,
+    Binding,
+    ParameterMapping,
+    PublishedTopic,
+    SourceLine,
+    SubscribedTopic,
+    Topic,
+)
 from nrp_core.errors import ExperimentError, LifecycleError, TopicError, TriggerError, did_you_mean
 from nrp_core.world.world import World
 
@@ -61,44 +70,6 @@ def name_taken_message(name: str, place: object) -> str:
     return f"the transfer function '{name}' already exists, at {place}; rename one"
 
 
-class Throttle:
-    """Admits one run in each period of a rate; the first run is immediate.
-
-    Periods are counted from time 0 in rational arithmetic, so the mean rate is exact even if
-    steps do not divide it: 30 Hz at steps of 20 ms gives gaps of 40, 40 and 20 ms.
-
-    Args:
-        rate_hz: runs per second, positive; None: no limit.
-    """
-
-    def __init__(self, rate_hz: float | None) -> None:
-        self.rate_hz = rate_hz
-        self._schedule = None if rate_hz is None else SampleSchedule.of(rate_hz, 1)
-        self._last = -1
-
-    def admits(self, t_ns: int) -> bool:
-        """Return whether a run is admitted now; if so, count it."""
-        if self._schedule is None:
-            return True
-        period = self._schedule.index_at(t_ns)
-        if period <= self._last:
-            return False
-        self._last = period
-        return True
-
-    def save(self) -> int:
-        """Return the state."""
-        return self._last
-
-    def restore(self, saved: int) -> None:
-        """Restore a state from :meth:`save`."""
-        self._last = saved
-
-    def reset(self) -> None:
-        """Return to time 0."""
-        self._last = -1
-
-
 TIME = "t"
 
 
@@ -120,8 +91,12 @@ class TransferFunction:
         flow: its direction.
         topic: the topic of its return value; None: the value is ignored.
         triggers: names of parameters whose new messages or spikes make it run; ``t``: every step.
+        calls: whether the messages of a step make it run ``once``, or ``each`` of them makes it run.
         throttling_rate: the largest number of runs per second.
         priority: functions with a higher priority run first within a step.
+
+    Attributes:
+        deferring: the parameters with changes that wait for :meth:`deliver`, once bound.
 
     Raises:
         TransferFunctionError: the function has another form.
@@ -136,6 +111,7 @@ class TransferFunction:
         triggers: Sequence[str] = (TIME,),
         throttling_rate: float | None = None,
         priority: int = 0,
+        calls: Calls = "once",
     ) -> None:
         self.function = function
         self.name = function.__name__
@@ -143,10 +119,11 @@ class TransferFunction:
         self.__doc__ = function.__doc__
         self.flow, self.topic, self.priority = flow, topic, priority
         self.parameters = self._parameters_of(function)
-        self.triggers = self._checked_triggers(triggers)
+        self.triggers, self.calls = self._checked_triggers(triggers), calls
         self.throttle = Throttle(throttling_rate)
         self.mappings: dict[str, ParameterMapping] = {}
         self._adapters: dict[str, Adapter] = {}
+        self.deferring: dict[str, Adapter] = {}
         self._arguments: tuple[Adapter, ...] | None = None
         self._active = True
 
@@ -241,10 +218,15 @@ class TransferFunction:
         for parameter in self.parameters:
             self._adapters[parameter] = self.mappings[parameter].bind(binding)
         self._publisher = self._publisher_of(binding)
-        self._triggering = [self._trigger(name) for name in self.triggers if name != TIME]
+        triggering = [self._trigger(name) for name in self.triggers if name != TIME]
+        each = triggering if self.calls == "each" else []
+        self._called_by = [adapter for adapter in each if isinstance(adapter, SubscribedTopic)]
+        self._triggering = [adapter for adapter in triggering if adapter not in self._called_by]
         still, plain = Adapter.refresh, Adapter.commit
         self._refreshed = [a for a in self._adapters.values() if type(a).refresh is not still]
         self._committed = {n: a for n, a in self._adapters.items() if type(a).commit is not plain}
+        later = Adapter.deliver
+        self.deferring = {n: a for n, a in self._adapters.items() if type(a).deliver is not later}
         self._arguments = tuple(self._adapters.values())
         self.active = self._active
 
@@ -289,19 +271,31 @@ class TransferFunction:
         for adapter in self._adapters.values():
             adapter.set_read(False)
 
-    def is_due(self, t_ns: int) -> bool:
-        """Return whether it runs in the step that began at ``t_ns``; called once per step."""
-        return self._active and self._is_triggered() and self.throttle.admits(t_ns)
+    def calls_due(self, t_ns: int) -> Iterable[Call]:
+        """Return its calls in the step that began at ``t_ns``, in order; called once per step."""
+        if not self._active:
+            return ()
+        if self._called_by:
+            return self._calls_for_messages(t_ns)
+        return ONCE if self._is_triggered() and self.throttle.admits(t_ns) else ()
+
+    def _calls_for_messages(self, t_ns: int) -> Iterator[Call]:
+        yield from calls_for_messages(self._called_by, self.throttle.admits)
+        if self._is_triggered() and self.throttle.admits(t_ns):
+            yield Call()
 
     def _is_triggered(self) -> bool:
         return TIME in self.triggers or any(one.has_news() for one in self._triggering)
 
-    def run(self, now_ns: int, t: float | None = None) -> Any:
+    def run(self, now_ns: int, t: float | None = None, call: Call = ONCE[0]) -> Any:
         """Run it on its bound parameters, and send its return value to its topic.
+
+        Changes of weights and the like wait for :meth:`deliver`.
 
         Args:
             now_ns: the time that brain and world have reached.
             t: the time in seconds that is passed to the function; by default ``now_ns``.
+            call: which of the calls in this step it is; one for a message passes the time of the message.
 
         Raises:
             LifecycleError: it is not bound.
@@ -310,11 +304,15 @@ class TransferFunction:
         """
         if self._arguments is None:
             raise LifecycleError(f"'{self.name}' is not bound; call bind(brain, world) first")
-        for adapter in self._refreshed:
-            adapter.refresh(now_ns)
+        if call.t_ns is None:
+            for adapter in self._refreshed:
+                adapter.refresh(now_ns)
+        else:
+            t = seconds(call.t_ns)
+            self._refresh_for(call, now_ns)
         result = self.function(seconds(now_ns) if t is None else t, *self._arguments)
         for name, changed in self._committed.items():
-            self._commit(name, changed)
+            self._finish(name, changed.commit)
         if result is not None and self._publisher is not None:
             try:
                 self._publisher.send_message(result)
@@ -322,9 +320,28 @@ class TransferFunction:
                 raise self.place.located(error, f"return value of '{self.name}'") from None
         return result
 
-    def _commit(self, parameter: str, changed: Adapter) -> None:
+    def _refresh_for(self, call: Call, now_ns: int) -> None:
+        """Show the messages until one of them, and the devices as they are now."""
+        assert call.t_ns is not None
+        counts = dict(zip(map(id, self._called_by), call.messages, strict=True))
+        for adapter in self._refreshed:
+            if isinstance(adapter, SubscribedTopic):
+                adapter.refresh_until(call.t_ns, counts.get(id(adapter)))
+            else:
+                adapter.refresh(now_ns)
+
+    def deliver(self) -> None:
+        """Apply the changes that wait until all functions of the step have run.
+
+        Raises:
+            NetworkError: it has set an impossible weight.
+        """
+        for name, changed in self.deferring.items():
+            self._finish(name, changed.deliver)
+
+    def _finish(self, parameter: str, apply: Callable[[], None]) -> None:
         try:
-            changed.commit()
+            apply()
         except ExperimentError as error:
             raise self.place.located(error, f"parameter '{parameter}' of '{self.name}'") from None
 
@@ -411,6 +428,7 @@ class _FunctionDecorator:
         throttling_rate: float | None = None,
         *,
         priority: int = 0,
+        calls: Calls = "once",
     ) -> None:
         self.place = SourceLine.of_caller()
         if not (triggers is None or isinstance(triggers, (str, list, tuple))):
@@ -419,9 +437,13 @@ class _FunctionDecorator:
             raise self.place.error(f"throttling_rate is a positive rate in Hz, not {throttling_rate!r}")
         if not isinstance(priority, int):
             raise self.place.error(f"priority is an integer, not {priority!r}")
+        if calls not in get_args(Calls):
+            raise self.place.error(f"calls is 'once' or 'each', not {calls!r}")
+        if calls == "each" and triggers in (None, TIME):
+            raise self.place.error("calls='each' needs the topics whose messages call it: triggers=[...]")
         self._triggers = TIME if triggers is None else triggers
         self._throttling_rate = throttling_rate
-        self._priority = priority
+        self._priority, self._calls = priority, calls
 
     def __call__(self, function: Callable[..., Any]) -> TransferFunction:
         """Return the transfer function, registered with the current collector."""
@@ -439,7 +461,7 @@ class _FunctionDecorator:
     def _make(self, function: Callable[..., Any]) -> TransferFunction:
         return TransferFunction(
             function, flow=self.flow, topic=self.topic, triggers=self._triggers,
-            throttling_rate=self._throttling_rate, priority=self._priority,
+            throttling_rate=self._throttling_rate, priority=self._priority, calls=self._calls,
         )  # fmt: skip
 
 
@@ -449,7 +471,7 @@ class Neuron2Robot(_FunctionDecorator):
     Args:
         robot_topic: the topic that the return value is published on, unless the value is None. Without a
                 topic the value is ignored.
-        triggers, throttling_rate, priority: see :class:`Robot2Neuron`.
+        triggers, throttling_rate, priority, calls: see :class:`Robot2Neuron`.
     """
 
     flow = Flow.NEURON_TO_ROBOT
@@ -461,8 +483,9 @@ class Neuron2Robot(_FunctionDecorator):
         throttling_rate: float | None = None,
         *,
         priority: int = 0,
+        calls: Calls = "once",
     ) -> None:
-        super().__init__(triggers, throttling_rate, priority=priority)
+        super().__init__(triggers, throttling_rate, priority=priority, calls=calls)
         self.topic = None if robot_topic is None else Topic.of(robot_topic)
 
 
@@ -474,6 +497,10 @@ class Robot2Neuron(_FunctionDecorator):
             function run. By default it runs every step.
         throttling_rate: the largest number of runs per second.
         priority: functions with a higher priority run first within a step.
+        calls: ``once``: the function runs once in a step in which messages came, and has all of them in
+            ``.messages``. ``each``: it runs once for each message of a triggering topic, in the order of
+            their times; ``t`` is the time of the message, and every topic shows what had come by then. A
+            spike recorder makes it run once in a step.
 
     Raises:
         TransferFunctionError: an argument is invalid.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from nrp_core.dsl.calls import ONCE, Call
 from nrp_core.dsl.device_kinds import (
     DeviceKind,
     leaky_integrator_alpha,
@@ -82,8 +83,8 @@ class MonitoringFunction(TransferFunction):
         self._refreshed.append(device)
         self._shown_on = PublishedTopic(binding.world, self._monitored)
 
-    def run(self, now_ns: int, t: float | None = None) -> Any:
-        result = super().run(now_ns, t)
+    def run(self, now_ns: int, t: float | None = None, call: Call = ONCE[0]) -> Any:
+        result = super().run(now_ns, t, call)
         if result is not None:
             for message in self._messages(self._adapters[DEVICE], now_ns * 1e-9 if t is None else t):
                 self._shown_on.send_message(message)

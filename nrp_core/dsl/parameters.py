@@ -39,7 +39,10 @@ class Adapter:
         """Update it just before the function runs."""
 
     def commit(self) -> None:
-        """Apply what the function has changed in it; called when the function has returned."""
+        """Take over what the function has changed in it; called when the function has returned."""
+
+    def deliver(self) -> None:
+        """Apply changes that another function could read; called when all functions of the step have run."""
 
     def has_news(self) -> bool | None:
         """Return whether something came that the function has not seen; None: it triggers no function."""
@@ -321,8 +324,20 @@ class SubscribedTopic(Adapter):
         return self._subscription.has_news
 
     def refresh(self, now_ns: int) -> None:
+        subscription = self._subscription
+        self._dropped = subscription.dropped
+        self._receive(subscription.take())
+
+    def refresh_until(self, t_ns: int, most: int | None = None) -> None:
+        """Show the messages until a time, or as many as ``most``, as those since the function last ran."""
         self._dropped = self._subscription.dropped
-        self._receive(self._subscription.take())
+        until = sum(one.t_ns <= t_ns for one in self.untaken) if most is None else most
+        self._receive(self._subscription.take(until))
+
+    @property
+    def untaken(self) -> tuple[Stamped, ...]:
+        """The messages that came since the last refresh, oldest first."""
+        return self._subscription.messages
 
     def _receive(self, new: list[Stamped]) -> None:
         """Show messages to the function as those since it last ran."""

@@ -15,11 +15,12 @@ from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, from_seconds, milliseconds
+from nrp_core.dsl.calls import ONCE
 from nrp_core.dsl.devices import Device, DeviceGroup
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource, Variable
 from nrp_core.dsl.monitors import MonitoringFunction
-from nrp_core.dsl.parameters import SubscribedTopic
+from nrp_core.dsl.parameters import ReceivedMessage, SubscribedTopic
 from nrp_core.dsl.rewards import MapReward
 from nrp_core.dsl.selection import GROUP, Groups, Selection, select, select_projection
 from nrp_core.dsl.weights import MapWeights, Weights
@@ -42,7 +43,7 @@ from nrp_core.scene.rigid import (
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
-from nrp_core.world.topics import TopicInfo
+from nrp_core.world.topics import Stamped, TopicInfo, check_message
 from nrp_core.world.world import World
 
 _CELL = "MockCell"
@@ -252,9 +253,14 @@ class MockWorld(World):
         for name, type_ in (topics or {}).items():
             self.declare(name, type_)
 
-    def put(self, topic: str, message: Any) -> None:
-        """Publish a message as the robot would."""
-        self.advertise(topic).publish(message)
+    def put(self, topic: str, message: Any, t_ns: int | None = None) -> None:
+        """Publish a message as the robot would, by default at the present time."""
+        if t_ns is None:
+            self.advertise(topic).publish(message)
+        else:
+            info = self._board.info(topic)
+            check_message(info, message)
+            self._board.push(info.name, Stamped(t_ns, message))
 
     def sent(self, topic: str) -> list[Any]:
         """Return every message on a topic since the last reset, oldest first."""
@@ -294,9 +300,10 @@ class Rig:
         """Set the inputs of the function.
 
         Args:
-            inputs: by parameter: the message of a topic, the value of a variable, the voltage or
-                rate of a device (a list for a device group), the spike times in ms of a recorder, the
-                weights of a projection (one for all synapses, or one for each).
+            inputs: by parameter: the message of a topic, with its time as a
+                :class:`~nrp_core.dsl.parameters.ReceivedMessage`, the value of a variable, the voltage or
+                rate of a device (a list for a device group), the spike times in ms of a recorder, the weights
+                of a projection (one for all synapses, or one for each).
 
         Raises:
             TransferFunctionError: the function has no such input.
@@ -305,7 +312,9 @@ class Rig:
             self._set(parameter, self.function.adapters.get(parameter), value)
 
     def _set(self, parameter: str, adapter: object, value: Any) -> None:
-        if isinstance(adapter, SubscribedTopic):
+        if isinstance(adapter, SubscribedTopic) and isinstance(value, ReceivedMessage):
+            self.world.put(adapter.name, value.value, from_seconds(value.t))
+        elif isinstance(adapter, SubscribedTopic):
             self.world.put(adapter.name, value)
         elif isinstance(adapter, Variable):
             adapter.value = value
@@ -325,11 +334,17 @@ class Rig:
     def run(self, t: float | None = None) -> Any:
         """Run the function, even if it is not due, and return its result.
 
+        A function with ``calls="each"`` is called for each message that was set; the results are a list.
+
         Args:
             t: the time in seconds; by default 20 ms after the last run.
         """
-        self._t_ns = self._t_ns + 20 * NS_PER_MS if t is None else from_seconds(t)
-        return self.function.run(self._t_ns)
+        before_ns, self._t_ns = self._t_ns, self._t_ns + 20 * NS_PER_MS if t is None else from_seconds(t)
+        each = self.function.calls == "each"
+        calls = list(self.function.calls_due(before_ns)) if each else ONCE
+        results = [self.function.run(self._t_ns, None, call) for call in calls]
+        self.function.deliver()
+        return results if each else results[0]
 
     def sent(self, topic: str) -> list[Any]:
         """Return every message on a topic, oldest first."""

@@ -33,18 +33,23 @@ class Weights(Adapter):
         self._values: FloatArray | None = None
         self._read: FloatArray | None = None
         self._parameters: dict[str, FloatArray] = {}
+        self._plastic: bool | None = None
+        self._given_values: FloatArray | None = None
+        self._given_parameters: dict[str, FloatArray] = {}
+        self._given_plastic: bool | None = None
 
     @property
     def values(self) -> FloatArray:
         """The weights in PyNN's units, one for each synapse, shape ``(n,)``.
 
-        It is an ordinary array. When the function has returned, the weights that it has changed in the array
-        are those of the synapses; if it raises an error, no weight changes. Spikes in transit keep the
-        weights with which they were sent.
+        It is an ordinary array. When all functions of the step have run, the weights that the function has
+        changed in the array are those of the synapses; if it raises an error, no weight changes. Spikes in
+        transit keep the weights with which they were sent.
         """
         if self._values is None:
-            self._values = self._brain.read_weights(self._projection.label)
-            self._read = self._values.copy()
+            given = self._given_values
+            self._read = self._brain.read_weights(self._projection.label) if given is None else given
+            self._values = self._read.copy()
         return self._values
 
     @values.setter
@@ -63,15 +68,17 @@ class Weights(Adapter):
 
     @property
     def plastic(self) -> bool:
-        """Whether the weights change by themselves; setting it stops or continues learning from now on.
+        """Whether the weights change by themselves; setting it stops or continues learning.
 
-        See :meth:`nrp_core.brain.Brain.set_plastic`.
+        It acts when all functions of the step have run. See :meth:`nrp_core.brain.Brain.set_plastic`.
         """
-        return self._brain.is_plastic(self._projection.label)
+        given = self._given_plastic if self._plastic is None else self._plastic
+        return self._brain.is_plastic(self._projection.label) if given is None else given
 
     @plastic.setter
     def plastic(self, plastic: bool) -> None:
-        self._brain.set_plastic(self._projection.label, bool(plastic))
+        learning(self._projection)
+        self._plastic = bool(plastic)
 
     def state(self, variable: str) -> FloatArray:
         """Return a state variable of the synapses, one value for each, shape ``(n,)``.
@@ -84,7 +91,7 @@ class Weights(Adapter):
         return self._brain.read_synapse_state(self._projection.label, variable)
 
     def set_parameters(self, **values: npt.ArrayLike) -> None:
-        """Change parameters of synapses in equations when the function has returned.
+        """Change parameters of synapses in equations when all functions of the step have run.
 
         See :meth:`nrp_core.brain.Brain.set_synapse_parameters`.
 
@@ -117,19 +124,30 @@ class Weights(Adapter):
         return f"the brain backend '{backend}' cannot change {needed} while it runs"
 
     def refresh(self, now_ns: int) -> None:
-        self.reset()
+        self._values = self._read = self._plastic = None
+        self._parameters = {}
 
     def commit(self) -> None:
-        if self._parameters:
-            self._brain.set_synapse_parameters(self._projection.label, self._parameters)
         values, read = self._values, self._read
         if values is not None and (read is None or not np.array_equal(values, read)):
-            self._brain.set_weights(self._projection.label, values)
+            self._given_values = values
+        self._given_parameters |= self._parameters
+        self._given_plastic = self._given_plastic if self._plastic is None else self._plastic
+        self.refresh(self._brain.now_ns)
+
+    def deliver(self) -> None:
+        values, plastic, parameters = self._given_values, self._given_plastic, self._given_parameters
         self.reset()
+        if plastic is not None:
+            self._brain.set_plastic(self._projection.label, plastic)
+        if parameters:
+            self._brain.set_synapse_parameters(self._projection.label, parameters)
+        if values is not None:
+            self._brain.set_weights(self._projection.label, values)
 
     def reset(self) -> None:
-        self._values = self._read = None
-        self._parameters = {}
+        self._given_values, self._given_plastic, self._given_parameters = None, None, {}
+        self.refresh(0)
 
     def value_text(self) -> str:
         return "" if self._values is None else f"{len(self._values)} weights"

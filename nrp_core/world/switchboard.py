@@ -14,6 +14,7 @@ from typing import Any
 
 from nrp_core.clock import SampleSchedule, from_seconds
 from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.findings import Code
 from nrp_core.messages.base import NumberLayout, layout_of, type_name
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation
@@ -101,6 +102,7 @@ class Switchboard:
         self._bus: dict[str, list[Subscription]] = {}
         self._subscriptions: list[Subscription] = []
         self._subscribed: frozenset[str] | None = None
+        self._held: list[tuple[str, Any, Sequence[float] | None]] | None = None
         self._received: set[str] = set()
         self._unreceived: set[str] = set()
 
@@ -270,7 +272,7 @@ class Switchboard:
     # -- messages
 
     def drop_old(self) -> None:
-        """Drop the messages that nobody has taken for long; called before each step."""
+        """Drop the messages that nobody has taken for long; called once a second, before a step."""
         now_ns = self._engine.now_ns
         for subscription in self._subscriptions:
             if subscription.depth is None:
@@ -292,25 +294,47 @@ class Switchboard:
         Raises:
             TopicError: the model of the topic was deleted.
         """
-        owner = self._owner
-        owner.require_ready()
+        self._owner.require_ready()
+        if name not in self._parts and name not in self._bus:
+            raise TopicError(f"the topic '{name}' no longer exists: its model was deleted")
+        layout = self._layouts.get(name)
+        numbers = None if layout is None else layout.numbers(message)
+        if self._held is not None:
+            self._held.append((name, None if numbers else deepcopy(message), numbers))
+        else:
+            self._send(name, message if name in self._parts else deepcopy(message), numbers)
+
+    def hold(self) -> None:
+        """Let published messages wait until :meth:`release`.
+
+        What runs until then sees the same messages in whatever order it runs.
+        """
+        self._held = []
+
+    def release(self) -> None:
+        """Deliver the messages that wait, in the order in which they were published."""
+        held, self._held = self._held or (), None
+        for name, message, numbers in held:
+            if name in self._parts or name in self._bus:
+                self._send(name, message, numbers)
+            else:
+                lost = f"a message on '{name}' was dropped: its model was deleted in the same step"
+                self._engine.warnings.add(Code.NRP282, lost, subject=name)
+
+    def _send(self, name: str, message: Any, numbers: Sequence[float] | None) -> None:
+        """Deliver a message that its sender does not change any more, or the numbers in it."""
         part = self._parts.get(name)
         if part is not None:
-            layout = self._layouts.get(name)
             try:
-                part.write(name, layout.numbers(message) if layout else message, self._engine.now_ns)
+                part.write(name, message if numbers is None else numbers, self._engine.now_ns)
             except BaseException as error:
                 self._fail(name, error)
                 raise
-        elif name in self._bus:
-            (self._received if self._bus[name] else self._unreceived).add(name)
-            self.push(
-                name, Stamped(self._engine.now_ns, deepcopy(message))
-            )  # the sender may reuse its message
         else:
-            raise TopicError(f"the topic '{name}' no longer exists: its model was deleted")
+            (self._received if self._bus[name] else self._unreceived).add(name)
+            self.push(name, Stamped(self._engine.now_ns, message))
         if self.observers:
-            self.show(name, message)
+            self.show(name, message if numbers is None else self._layouts[name].message(numbers))
 
     def _fail(self, name: str, error: BaseException) -> None:
         """Mark the owner as failed by an error of a part; raise it as one of ours if it is not."""
@@ -319,7 +343,8 @@ class Switchboard:
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
         """Deliver the finite numbers of a message to the part that alone receives it, if there is one."""
         self._owner.require_ready()
-        part = None if self.observers or name not in self._layouts else self._parts.get(name)
+        alone = not self.observers and self._held is None and name in self._layouts
+        part = self._parts.get(name) if alone else None
         if part is None:
             return False
         try:

@@ -196,7 +196,7 @@ class Publication:
         self.topic, self.name, self.board = topic, name, board
 
     def publish(self, message: Any) -> None:
-        """Publish a message; it takes effect at once.
+        """Publish a message; it takes effect at once, or when all transfer functions of the step have run.
 
         Raises:
             TopicError: the topic cannot carry the message.

@@ -12,7 +12,7 @@ from typing import Any, Concatenate, Literal, ParamSpec, TypeAlias, TypeVar
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.overview import Overview, Row, counted
-from nrp_core.clock import milliseconds, seconds
+from nrp_core.clock import NS_PER_S, milliseconds, seconds
 from nrp_core.errors import SceneError, TimestepError, did_you_mean
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import SCENE_CHANGES
@@ -70,6 +70,7 @@ class World(Overview, Simulation):
         forces: the forces that users apply to bodies and joints.
         paused: while this is true, time passes but nothing moves.
         watchers: called with every change; for nested changes only with the outermost one.
+        hold_messages, release_messages: see :meth:`.Switchboard.hold`.
     """
 
     def __init__(self, engine: Engine, nominal: Scene | None = None) -> None:
@@ -81,6 +82,7 @@ class World(Overview, Simulation):
         self.paused = False
         self.forces = ForcesPart(engine)
         self._board = Switchboard(engine, self)
+        self.hold_messages, self.release_messages = self._board.hold, self._board.release
         self.parts = Parts(engine, self._board)
         self._opened = engine.scene
         self._services = Services(engine, {name: given(self) for name, given in SERVICES.load_all().items()})
@@ -357,7 +359,8 @@ class World(Overview, Simulation):
                 f"{milliseconds(t_ns):g} ms is not a multiple of the world's step, "
                 f"{milliseconds(step_ns):g} ms"
             )
-        board.drop_old()
+        if engine.now_ns // NS_PER_S != t_ns // NS_PER_S:  # not in each step: it takes time
+            board.drop_old()
         if not board.started:
             board.started = True
             parts.begin()
@@ -375,10 +378,15 @@ class World(Overview, Simulation):
                 if deadline_ns is not None and deadline_ns <= stop_ns:
                     part.at_deadline(stop_ns)
             board.sample()
-            for observer in self._physics_observers:
-                if observer.deadline_ns is not None and observer.deadline_ns <= stop_ns:
-                    observer.observe(stop_ns)
+            if self._physics_observers:
+                self._observe(stop_ns)
         engine.check_finite(t_ns)
+
+    def _observe(self, now_ns: int) -> None:
+        """Let the observers look that have asked for this time."""
+        for observer in self._physics_observers:
+            if observer.deadline_ns is not None and observer.deadline_ns <= now_ns:
+                observer.observe(now_ns)
 
     def _next_stop(self, timed: Sequence[Part], t_ns: int) -> int:
         """Return the time of the next sample, deadline, look of an observer or the end, on the grid, ns."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Any, Literal
 
+import numpy as np
 import pytest
 from golden import Golden
 
@@ -15,6 +16,8 @@ from nrp_core.clock import NS_PER_MS
 from nrp_core.dsl.testing import MockBrain, MockWorld
 from nrp_core.errors import LifecycleError, TimestepError, TopicError
 from nrp_core.messages.std_msgs import Float64, String
+from nrp_core.network.data import Network, Population, Projection
+from nrp_core.network.synapses import STDP
 
 PERIOD = 20 * NS_PER_MS
 
@@ -78,7 +81,7 @@ def test_the_output_of_a_function_acts_from_the_next_step_on(concurrent: bool) -
     assert brain.arrivals_ms == [30.0, 40.0, 50.0, 60.0]
 
 
-def test_a_message_from_a_function_reaches_the_next_function_and_the_one_before_a_step_later() -> None:
+def test_a_message_from_a_function_reaches_all_functions_in_the_next_step() -> None:
     early: list[Any] = []
     late: list[Any] = []
 
@@ -94,11 +97,45 @@ def test_a_message_from_a_function_reaches_the_next_function_and_the_one_before_
     @nrp.MapRobotSubscriber("x", "/x")
     @nrp.Neuron2Robot()
     def after(t: float, x: Any) -> None:
-        late.append((x.value.data, x.changed))
+        late.append((x.value and x.value.data, x.changed))
 
     loop_of(before, sends, after).run_until(3 * PERIOD)
-    assert early == [(None, False), (1, True), (2, True)]
-    assert late == [(1, True), (2, True), (3, True)]
+    assert early == late == [(None, False), (1, True), (2, True)]
+
+
+def test_each_message_calls_a_function_and_its_changes_add_up() -> None:
+    seen: list[tuple[float, float]] = []
+
+    @nrp.MapWeights("w", nrp.brain.projection("s"))
+    @nrp.MapRobotSubscriber("x", nrp.Topic("/x", Float64))
+    @nrp.Robot2Neuron(triggers=["x"], calls="each")
+    def counts(t: float, w: Any, x: Any) -> None:
+        w.values[x.value.data.is_integer() * 1] += 1.0
+        seen.append((t, x.value.data))
+
+    weights = []
+
+    @nrp.MapWeights("w", nrp.brain.projection("s"))
+    @nrp.Robot2Neuron()
+    def reads(t: float, w: Any) -> None:
+        weights.append(w.values.tolist())
+
+    def sends(loop: ClosedLoop) -> None:
+        for number in (loop.steps, loop.steps + 0.5, loop.steps + 1.0):
+            world.put("/x", Float64(float(number)))
+
+    index = np.arange(2, dtype=np.int32)
+    synapses = Projection("s", "p", "p", "excitatory", index, index, np.zeros(2), np.ones(2), STDP)
+    brain = MockBrain(Network({"p": Population("p", 2, "MockCell", {})}, (synapses,)))
+    world = MockWorld({"/x": Float64})
+    for functions in ((counts, reads), (reads, counts)):
+        with ClosedLoop(brain, world, functions, period_ns=PERIOD) as loop:
+            loop.hooks.before_functions.append(sends)
+            loop.run_until(2 * PERIOD)
+            assert loop.account.function_calls == {"counts": 6, "reads": 2}
+            loop.reset()
+    assert seen == 2 * [(0.02, 1), (0.02, 1.5), (0.02, 2), (0.04, 2), (0.04, 2.5), (0.04, 3)]
+    assert weights == 2 * [[0.0, 0.0], [1.0, 2.0]], "changes act when all functions of the step have run"
 
 
 def test_higher_priority_runs_first_and_equals_run_in_the_order_given() -> None:

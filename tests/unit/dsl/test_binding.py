@@ -247,10 +247,10 @@ def test_an_inactive_function_is_not_due_and_its_sources_are_silent(load: Load) 
     )
     function.active = False
     function.bind(brain(), world())
-    assert not function.is_due(0)
+    assert not list(function.calls_due(0))
     assert not function.x.active
     function.x.amplitude = 1.0
     function.active = True
-    assert function.is_due(0)
+    assert list(function.calls_due(0))
     assert function.x.active
     assert np.all(function.x.port.current_na(0.0) == 1.0)

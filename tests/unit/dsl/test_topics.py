@@ -12,7 +12,13 @@ from golden import Golden
 
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.messages import message_packages, message_type
-from nrp_core.dsl.parameters import PreprocessedTopic, PublishedTopic, SubscribedTopic, Topic
+from nrp_core.dsl.parameters import (
+    PreprocessedTopic,
+    PublishedTopic,
+    ReceivedMessage,
+    SubscribedTopic,
+    Topic,
+)
 from nrp_core.dsl.testing import MockBrain, MockWorld, Rig
 from nrp_core.errors import TopicError, TransferFunctionError
 from nrp_core.messages.geometry_msgs import Twist
@@ -119,11 +125,49 @@ def test_reset_forgets_the_value() -> None:
 def test_a_function_triggered_by_a_topic_is_due_when_something_came(load: Load) -> None:
     (function,) = load(READS.format("triggers='x'"))
     rig = Rig(function)
-    assert not function.is_due(0)
+    assert not list(function.calls_due(0))
     rig.set(x=Float64(1.0))
-    assert function.is_due(0)
+    assert list(function.calls_due(0))
     assert rig.run() == (Float64(1.0), True)
-    assert not function.is_due(20_000_000)
+    assert not list(function.calls_due(20_000_000))
+
+
+EACH = """
+seen = []
+@nrp.MapRobotSubscriber("z", Topic("/z", "std_msgs/Float64"))
+@nrp.MapRobotSubscriber("y", Topic("/y", "std_msgs/Float64"))
+@nrp.MapRobotSubscriber("x", Topic("/x", "std_msgs/Float64"))
+@nrp.Robot2Neuron(triggers=["x", "y"], calls="each"{})
+def f(t, x, y, z):
+    return (t, *([message.value.data for message in topic.messages] for topic in (x, y, z)))
+"""
+
+
+def test_each_message_of_its_triggers_calls_a_function_in_the_order_of_their_times(load: Load) -> None:
+    (function,) = load(EACH.format(""))
+    rig = Rig(function)
+    for name, t in (("y", 0.003), ("x", 0.001), ("x", 0.004), ("z", 0.002), ("z", 0.003), ("z", 0.009)):
+        rig.set(**{name: ReceivedMessage(t, Float64(1000 * t))})
+    assert rig.run() == [(0.001, [1], [], []), (0.003, [], [3], [2, 3]), (0.004, [4], [], [])]
+    assert rig.run() == []
+    rig.set(x=ReceivedMessage(0.021, Float64(21)))
+    assert rig.run() == [(0.021, [21], [], [9])]
+
+
+def test_messages_that_a_throttling_rate_does_not_admit_come_with_the_next_call(load: Load) -> None:
+    (function,) = load(EACH.format(", throttling_rate=500"))
+    rig = Rig(function)
+    for ms in range(20):
+        rig.set(x=ReceivedMessage(ms / 1000, Float64(ms)))
+    calls = rig.run()
+    assert [t for t, *_ in calls] == [ms / 1000 for ms in range(0, 20, 2)]
+    assert [len(x) for _, x, _, _ in calls] == [1] + 9 * [2]
+
+
+@pytest.mark.parametrize("wrong", ["calls='all', triggers='x'", "calls='each'", "calls='each', triggers='t'"])
+def test_calls_are_once_or_each_and_need_triggers(load: Load, wrong: str, golden: Golden) -> None:
+    with golden.raises(TransferFunctionError, match="calls"):
+        load(READS.format(wrong))
 
 
 SPIKES = """
@@ -142,11 +186,11 @@ def test_a_function_triggered_by_a_spike_recorder_is_due_when_a_neuron_spiked(
 ) -> None:
     (function,) = load(SPIKES.format(neurons, each))
     rig = Rig(function, brain=MockBrain({"p": 2}))
-    assert not function.is_due(0)
+    assert not list(function.calls_due(0))
     rig.set(x=[5.0] if each == "[x]" else [[], [5.0]])
-    assert function.is_due(0)
+    assert list(function.calls_due(0))
     assert sum(rig.run()) == 1
-    assert not function.is_due(20_000_000)
+    assert not list(function.calls_due(20_000_000))
 
 
 def test_a_throttled_trigger_waits_for_its_period(load: Load) -> None:
@@ -155,7 +199,7 @@ def test_a_throttled_trigger_waits_for_its_period(load: Load) -> None:
     due = []
     for k in range(10):
         rig.set(x=Float64(1.0))
-        due.append(function.is_due(k * 20_000_000))
+        due.append(bool(function.calls_due(k * 20_000_000)))
         if due[-1]:
             rig.run()
     assert [k for k in range(10) if due[k]] == [0, 5]
