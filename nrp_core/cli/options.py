@@ -193,7 +193,10 @@ def open_recording(folder: Path, use: str) -> Recording:
     with usage_errors("DIR"):
         recording = Recording(folder)
     if not recording.complete:
-        warn(f"the recording is truncated or damaged: only its intact part is {use}")
+        warn(
+            f"the recording is truncated or damaged: only its intact beginning is {use}; "
+            f"'nrp recover {folder}' also restores what follows the damage"
+        )
     return recording
 
 

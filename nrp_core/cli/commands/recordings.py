@@ -43,7 +43,7 @@ def recover(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Recover the intact part of a recording that is truncated or damaged."""
+    """Recover all that is intact in a recording that is truncated or damaged."""
     from nrp_core.recording.reading.recover import recover as recovered
     from nrp_core.recording.recording import Recording
 
@@ -55,7 +55,8 @@ def recover(
     elif outcome.kept is None:
         typer.echo(f"{source.file} is complete: nothing to recover")
     else:
-        typer.echo(f"{outcome.file}: {outcome.messages} messages, {outcome.until_s:g} s")
+        lost = "" if not outcome.lost else f"; {outcome.lost} messages are lost with damaged chunks"
+        typer.echo(f"{outcome.file}: {outcome.messages} messages, {outcome.until_s:g} s{lost}")
         typer.echo(f"the original file is kept as {outcome.kept}")
 
 

@@ -6,8 +6,11 @@ import json
 import os
 import struct
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import chain
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import BinaryIO
 
@@ -19,6 +22,10 @@ from mcap.writer import MCAP0_MAGIC
 
 _HEAD = struct.Struct("<BQ")
 _COMPRESSIONS = ("lz4", "zstd")
+_CHUNK_OPCODE = bytes([Opcode.CHUNK])
+_COMPRESSION = _HEAD.size + 3 * 8 + 4
+"""Place of the name of its compression in a chunk, after two times, a size and a checksum."""
+_COMPRESSION_FIELDS = tuple(struct.pack("<I", len(name)) + name.encode() for name in ("", *_COMPRESSIONS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +73,7 @@ class McapMessages:
 
     Args:
         path: the file.
+        past_damage: whether to continue with the next intact chunk after damage.
 
     Attributes:
         read_bytes: size of the intact beginning of the file.
@@ -76,8 +84,9 @@ class McapMessages:
         expected: the number of messages by the file's statistics; None if it has none.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, past_damage: bool = False) -> None:
         self.path = path
+        self._past_damage = past_damage
         self.read_bytes = 0
         self.chunks: list[tuple[int, int]] = []
         self.ends = self.broken = False
@@ -89,7 +98,7 @@ class McapMessages:
         schemas: dict[int, Schema] = {}
         topics: dict[int, RecordedTopic] = {}
         next_number: dict[int, int] = {}
-        for record in self._records():
+        for record in chain(self._definitions(), self._records()):
             if isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel) and record.id not in topics and record.schema_id in schemas:
@@ -100,7 +109,8 @@ class McapMessages:
             elif isinstance(record, Message) and record.channel_id in topics:
                 if record.sequence not in (0, next_number.get(record.channel_id, 0)):
                     self.broken = True
-                    return
+                    if not self._past_damage:
+                        return
                 next_number[record.channel_id] = record.sequence + 1
                 self.count += 1
                 yield topics[record.channel_id], record
@@ -123,44 +133,61 @@ class McapMessages:
             file.seek(max(0, size - len(MCAP0_MAGIC)))
             return size > len(MCAP0_MAGIC) and file.read() == MCAP0_MAGIC
 
+    def _definitions(self) -> list[McapRecord]:
+        """Return the definitions in the whole file, if a lost chunk may have held those of later ones."""
+        if not self._past_damage:
+            return []
+        everything = McapMessages(self.path, past_damage=True)
+        return [record for record in everything._records() if isinstance(record, Schema | Channel)]
+
     def _records(self) -> Iterator[McapRecord]:
         with self.path.open("rb") as file:
-            if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                return
             size = os.fstat(file.fileno()).st_size
+            is_damaged = file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC
+            if is_damaged and not (self._past_damage and _seek_chunk(file, 0, size)):
+                return
             while True:
                 self.read_bytes = file.tell()
                 found = _next(file, size)
-                if found is None:
-                    return
                 try:
+                    if found is None:
+                        raise _BrokenRecordError
                     yield from self._within(*found)
                 except _BrokenRecordError:
-                    self.broken = True
-                    return
-                if found[0] == Opcode.FOOTER:
+                    self.broken = self.broken or found is not None
+                    if not (self._past_damage and _seek_chunk(file, self.read_bytes + 1, size)):
+                        return
+                if found is not None and found[0] == Opcode.FOOTER:
                     return
 
     def _within(self, opcode: int, content: bytes) -> list[McapRecord]:
         """Return the records in a record, or the record itself."""
-        try:
-            record = _parse(opcode, content)
-            if isinstance(record, Chunk):
-                _require_known(record)
-                inner: list[McapRecord] = breakup_chunk(record, validate_crc=True)
-                self.chunks.append((self.read_bytes, self.read_bytes + _HEAD.size + len(content)))
-                return inner
-        except Exception as error:
-            raise _BrokenRecordError from error  # damage causes a different exception for each kind of record
+        record, inner = _unpack(opcode, content)
+        if isinstance(record, Chunk):
+            self.chunks.append((self.read_bytes, self.read_bytes + _HEAD.size + len(content)))
+            return inner
         if isinstance(record, DataEnd):
             self.ends = True
         elif isinstance(record, Statistics):
             self.expected = record.message_count
-        return [] if record is None or self.chunks or self.ends else [record]
+        defines = self._past_damage and isinstance(record, Schema | Channel)
+        return [] if record is None or ((self.chunks or self.ends) and not defines) else [record]
 
 
 class _BrokenRecordError(Exception):
     """A record has invalid contents."""
+
+
+def _unpack(opcode: int, content: bytes) -> tuple[McapRecord | None, list[McapRecord]]:
+    """Return a record of a kind that is needed here, and those in it if it is a chunk."""
+    try:
+        record = _parse(opcode, content)
+        if not isinstance(record, Chunk):
+            return record, []
+        _require_known(record)
+        return record, breakup_chunk(record, validate_crc=True)
+    except Exception as error:
+        raise _BrokenRecordError from error  # damage causes a different exception for each kind of record
 
 
 def _require_known(chunk: Chunk) -> None:
@@ -193,3 +220,21 @@ def _next(file: BinaryIO, size: int) -> tuple[int, bytes] | None:
         return None
     opcode, length = _HEAD.unpack(head)
     return None if length > size - file.tell() else (opcode, file.read(length))
+
+
+def _seek_chunk(file: BinaryIO, start: int, size: int) -> bool:
+    """Go to the first intact chunk from a place on; return whether one is found."""
+    if not size:
+        return False
+    with mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        place = data.find(_CHUNK_OPCODE, start)
+        while place >= 0:
+            file.seek(place)
+            if data[place + _COMPRESSION : place + _COMPRESSION + 8].startswith(_COMPRESSION_FIELDS):
+                found = _next(file, size)
+                with suppress(_BrokenRecordError):
+                    if found is not None and _unpack(*found)[1]:
+                        file.seek(place)
+                        return True
+            place = data.find(_CHUNK_OPCODE, place + 1)
+    return False

@@ -9,6 +9,7 @@ from nrp_core._support.files import writing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.messages.cdr import Codec
+from nrp_core.recording.reading.mcap_messages import McapMessages
 from nrp_core.recording.reading.recording import RecordingReader
 from nrp_core.recording.writing.writer import McapFile
 
@@ -24,16 +25,18 @@ class Recovered:
         messages: number of its messages.
         until_s: simulated time of the last one, s.
         kept: the new path of the damaged file; None if it was intact.
+        lost: number of messages that the damaged file had and this one lacks; None if it does not say.
     """
 
     file: Path
     messages: int
     until_s: float
     kept: Path | None
+    lost: int | None = 0
 
 
 def recover(recording: RecordingReader, target: Path | None = None) -> Recovered:
-    """Write all intact messages to a proper file.
+    """Write all intact messages to a proper file, also those after damage.
 
     Args:
         recording: a truncated or damaged recording; a complete one is not changed.
@@ -50,32 +53,35 @@ def recover(recording: RecordingReader, target: Path | None = None) -> Recovered
     if draft.exists() and target is not None:
         raise ExperimentError("exists already", path=draft)
     with writing(draft):
-        messages, until_s = _write_or_remove(recording, draft)
+        messages, until_s, lost = _write_or_remove(recording, draft)
         if target is not None:
-            return Recovered(target, messages, until_s, source)
+            return Recovered(target, messages, until_s, source, lost)
         kept = _free(source)
         source.replace(kept)
         draft.replace(source)
-    return Recovered(source, messages, until_s, kept)
+    return Recovered(source, messages, until_s, kept, lost)
 
 
-def _write_or_remove(recording: RecordingReader, target: Path) -> tuple[int, float]:
+def _write_or_remove(recording: RecordingReader, target: Path) -> tuple[int, float, int | None]:
     """Write a file; if that fails, remove it. Return the result of :func:`_write`."""
     try:
-        messages, until_s = _write(recording, target)
-        if not messages:
+        written = _write(recording, target)
+        if not written[0]:
             raise ExperimentError("it does not have one intact message of a recording", path=recording.file)
     except BaseException:
         target.unlink(missing_ok=True)
         raise
-    return messages, until_s
+    return written
 
 
-def _write(recording: RecordingReader, target: Path) -> tuple[int, float]:
-    """Return the number of messages, and the time of the last one, s."""
+def _write(recording: RecordingReader, target: Path) -> tuple[int, float, int | None]:
+    """Return the number of messages, the time of the last one, s, and the number of lost messages."""
     recovered, last_ns = McapFile(target, Codec({})), 0
+    intact = McapMessages(recording.file, past_damage=True)
     try:
-        for topic, message in recording.raw():
+        for topic, message in intact:
+            if message is None:
+                continue
             if not recovered.knows(topic.name):
                 recording.define(recovered.codec, topic)
                 recovered.announce(topic.name, topic.type_name, topic.about)
@@ -83,7 +89,8 @@ def _write(recording: RecordingReader, target: Path) -> tuple[int, float]:
             last_ns = max(last_ns, message.log_time)
     finally:
         recovered.close()
-    return sum(recovered.counts.values()), seconds(last_ns)
+    lost = None if intact.expected is None else intact.expected - intact.count
+    return sum(recovered.counts.values()), seconds(last_ns), lost
 
 
 def _count(recording: RecordingReader) -> tuple[int, float]:

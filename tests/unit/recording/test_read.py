@@ -1,5 +1,7 @@
 """Reading recordings: whole ones by anybody, cut ones as far as they go."""
 
+import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +10,9 @@ import pytest
 from golden import Golden
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.data_stream import ReadDataStream
+from mcap.records import Chunk, ChunkIndex, Message
+from mcap.stream_reader import breakup_chunk
 from rosbags.highlevel import AnyReader
 
 from nrp_core.errors import ExperimentError
@@ -154,6 +159,29 @@ def test_a_recovered_file_is_read_by_anybody(folder: Path) -> None:
     with AnyReader([recovered]) as reader:
         assert sum(1 for _ in reader.messages()) == outcome.messages
     assert Recording(recovered).topics["/gazebo/model_states"].role == Role.MODELS
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_byte_costs_a_recovery_at_most_one_chunk(folder: Path, data: st.DataObject) -> None:
+    whole, known = (folder / MCAP_NAME).read_bytes(), by_topic(folder)
+    with (folder / MCAP_NAME).open("rb") as file:
+        chunks = mcap.reader.make_reader(file).get_summary().chunk_indexes
+    largest = max(sum(1 for _ in messages_in(whole, chunk)) for chunk in chunks)
+    damaged = bytearray(whole)
+    damaged[data.draw(st.integers(0, len(damaged) - 1))] ^= data.draw(st.integers(1, 255))
+    path, recovered = folder / "damaged.mcap", folder / "recovered.mcap"
+    path.write_bytes(damaged)
+    recovered.unlink(missing_ok=True)
+    outcome = recover(Recording(path), recovered)
+    assert sum(map(len, known.values())) - outcome.messages <= largest
+    assert all(set(found) <= set(known[topic]) for topic, found in by_topic(recovered).items())
+
+
+def messages_in(data: bytes, index: ChunkIndex) -> Iterator[Message]:
+    start = index.chunk_start_offset + 9
+    chunk = Chunk.read(ReadDataStream(io.BytesIO(data[start : start + index.chunk_length - 9])))
+    return (record for record in breakup_chunk(chunk) if isinstance(record, Message))
 
 
 def test_an_unfinished_file_that_holds_nothing_is_an_empty_recording(tmp_path: Path) -> None:
