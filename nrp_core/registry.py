@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import ClassVar, Final, Generic, TypeVar, cast
+from typing import Final, Generic, TypeVar, cast
 
 from nrp_core._support.packages import State, entries, installed, name_and_version
 from nrp_core.errors import (
@@ -99,8 +99,6 @@ class Registry(Generic[T]):
     bases: Sequence[type] = ()
     interface_version: int | None = None
 
-    EMPTY: ClassVar[str] = "install one, e.g. pip install nrp-core"
-
     def providers(self) -> list[Provider]:
         """Return every installed plugin, by name, without importing any."""
         return list(_providers(self.group, installed()))
@@ -151,7 +149,8 @@ class Registry(Generic[T]):
             )
         if not found:
             names = self.names()
-            hint = did_you_mean(name, names) if names else f"; none is installed: {self.EMPTY}"
+            example = "" if self.interface_version is None else ": install one, e.g. pip install nrp-core"
+            hint = did_you_mean(name, names) if names else f"; none is installed{example}"
             raise UnknownBackendError(f"no {self.kind} is called '{name}'{hint}")
         if len(found) > 1:
             owners = " and ".join(map(str, found))

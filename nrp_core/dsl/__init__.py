@@ -20,6 +20,7 @@ from nrp_core.dsl.device_kinds import (
     ac_source,
     conductance_recorder,
     dc_source,
+    device,
     fixed_frequency,
     injector,
     leaky_integrator_alpha,
@@ -77,6 +78,7 @@ __all__ = [
     "chain_neurons",
     "conductance_recorder",
     "dc_source",
+    "device",
     "fixed_frequency",
     "injector",
     "leaky_integrator_alpha",
@@ -97,6 +99,7 @@ __all__ = [
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from nrp_core.dsl.device_kinds import DEVICES as DEVICES
     from nrp_core.dsl.device_kinds import DeviceKind as DeviceKind
     from nrp_core.dsl.devices import CurrentGenerator as CurrentGenerator
     from nrp_core.dsl.devices import Device as Device

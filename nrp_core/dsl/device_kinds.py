@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Final, Self
+from typing import Any, ClassVar, Final, Self
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from nrp_core.dsl import devices
 from nrp_core.dsl.devices import Device
 from nrp_core.dsl.parameters import Adapter, Binding
 from nrp_core.dsl.selection import Selection
+from nrp_core.registry import Registry
 from nrp_core.seeds import Seeds
 
 
@@ -42,7 +43,14 @@ class CustomDevice(Adapter):
 
     A device that keeps values between steps returns them from ``save`` and takes them back in ``restore``;
     devices of the brain save theirs themselves.
+
+    Attributes:
+        default_property: the attribute that BIBI documents and the designer assign or read.
+        drives: whether it drives neurons, for the designer; otherwise it reads them.
     """
+
+    default_property: ClassVar[str] = "value"
+    drives: ClassVar[bool] = False
 
     _brain: Brain
     _ports: list[SourcePort | SinkPort]
@@ -86,6 +94,22 @@ class CustomDevice(Adapter):
         for port in self._ports:
             self._brain.remove(port)
         self._ports = []
+
+
+DEVICES: Final[Registry[CustomDevice]] = Registry("nrp_core.devices", "device", bases=(CustomDevice,))
+"""The devices of packages, by their names in BIBI documents and for :func:`device`."""
+
+
+def device(name: str) -> CustomDevice:
+    """Return a new device of an installed package, for ``MapSpikeSink`` or ``MapSpikeSource``.
+
+    Args:
+        name: its name in the entry-point group ``nrp_core.devices``.
+
+    Raises:
+        BackendError: no package registers the name, two do, or it cannot be used.
+    """
+    return DEVICES.load(name)
 
 
 _MODES: Final = ("AllToAll", "OneToOne", "Fixed")

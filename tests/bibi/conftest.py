@@ -8,6 +8,7 @@ from keyword import iskeyword
 from typing import Any
 
 import pytest
+from experiment_fixtures import install, site
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 from nrp_bibi.model import channels, functions, selectors, synapses
@@ -17,6 +18,8 @@ from nrp_bibi.model.functions import Bibi
 from nrp_bibi.model.metamodel import Feature, Node, Value, concrete, features
 from nrp_bibi.model.selectors import NeuronGroupSelector
 from nrp_bibi.model.values import TEMPLATE, dedented
+
+__all__ = ["install", "site"]
 
 _TEXT = st.text(st.characters(codec="utf-8", exclude_categories=["Cs", "Cc"], include_characters="\t\n\r"))
 _NAME = st.from_regex(r"[a-z_][a-z0-9_]{0,6}", fullmatch=True).filter(lambda name: not iskeyword(name))

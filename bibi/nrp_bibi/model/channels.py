@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from nrp_bibi.model.expressions import FlowExpression
@@ -10,6 +10,7 @@ from nrp_bibi.model.metamodel import Node, attribute, child, choice
 from nrp_bibi.model.selectors import NeuronGroupSelector, NeuronSelector
 from nrp_bibi.model.synapses import NeuronConnector, Reference, SynapseDynamics
 from nrp_bibi.model.values import DOTTED, NAME, TOPIC
+from nrp_core.dsl import DEVICES, device
 
 
 class DeviceType(Enum):
@@ -49,6 +50,27 @@ _DEFAULT_PROPERTIES = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class PackagedDevice:
+    """A device of a package.
+
+    Args:
+        value: its name in the entry-point group ``nrp_core.devices``.
+    """
+
+    value: str
+
+    @property
+    def dsl_name(self) -> str:
+        """The expression in transfer functions: ``nrp.<expression>``."""
+        return f'device("{self.value}")'
+
+    @property
+    def default_property(self) -> str:
+        """The property that the body of a channel is assigned to."""
+        return device(self.value).default_property
+
+
 class Target(Enum):
     """The receptors that a device's synapses act on."""
 
@@ -56,7 +78,18 @@ class Target(Enum):
     INHIBITORY = "Inhibitory"
 
 
-DEVICE_TYPE = choice("DeviceType", DeviceType)
+_OURS = choice("DeviceType", DeviceType)
+
+
+def _device_type(text: str) -> DeviceType | PackagedDevice:
+    name = text.strip()
+    return PackagedDevice(name) if name in DEVICES.names() else _OURS.parse(text)
+
+
+DEVICE_TYPE = replace(
+    _OURS, parse=_device_type, expects=f"{_OURS.expects}, or a device that an installed package registers"
+)
+"""The schema lists our own kinds."""
 TARGET = choice("SynapseTarget", Target)
 
 
@@ -65,7 +98,7 @@ class AnyDevice(Node, abstract=True):
     """A device or group of devices; the function writes one with a body, and reads one without."""
 
     name: str = attribute(NAME)
-    type: DeviceType = attribute(DEVICE_TYPE)
+    type: DeviceType | PackagedDevice = attribute(DEVICE_TYPE)
     neurons: NeuronSelector | NeuronGroupSelector
     connector: NeuronConnector | None = child(NeuronConnector, None)
     connector_ref: Reference | None = child(Reference, None)

@@ -12,6 +12,7 @@ from nrp_bibi.model.channels import (
     DeviceGroupChannel,
     DeviceType,
     Local,
+    PackagedDevice,
     Target,
     TopicChannel,
 )
@@ -143,13 +144,20 @@ def _channel(decorator: _Decorator) -> AnyDevice | TopicChannel:
 def _device(
     decorator: _Decorator, name: str, neurons: ast.expr, kind: ast.expr
 ) -> DeviceChannel | DeviceGroupChannel:
-    selector = as_selector(neurons)
-    if dotted_name(kind) not in _KINDS:
-        raise NotExpressibleError.of(kind)
-    type_, settings = _KINDS[dotted_name(kind)], _settings(decorator.literals())
+    selector, type_ = as_selector(neurons), _device_type(kind)
+    settings = _settings(decorator.literals())
     if isinstance(selector, NeuronGroupSelector):
         return DeviceGroupChannel(name=name, type=type_, neurons=selector, **settings)
     return DeviceChannel(name=name, type=type_, neurons=selector, **settings)
+
+
+def _device_type(kind: ast.expr) -> DeviceType | PackagedDevice:
+    match kind:
+        case ast.Call(func=ast.Attribute(value=ast.Name(id="nrp"), attr="device"), args=[name], keywords=[]):
+            return PackagedDevice(_text(name))
+    if dotted_name(kind) not in _KINDS:
+        raise NotExpressibleError.of(kind)
+    return _KINDS[dotted_name(kind)]
 
 
 def _timing(given: dict[str, Any]) -> dict[str, Any]:

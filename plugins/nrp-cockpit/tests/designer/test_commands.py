@@ -258,6 +258,43 @@ def test_every_kind_of_device_says_whether_it_drives_neurons() -> None:
     assert (devices["Poisson"]["unit"], devices["LeakyIntegratorAlpha"]["unit"]) == ("Hz", "mV")
 
 
+ENVELOPE = """
+from nrp_core.dsl import CustomDevice
+
+class Envelope(CustomDevice):
+    default_property = "level"
+
+    def apply(self, neurons, brain):
+        self.level = 0.0
+"""
+
+
+def test_a_device_of_a_package_is_chosen_by_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawing: Drawing
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "lab_envelope.py").write_text(ENVELOPE)
+    info = tmp_path / "lab_envelope-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: lab-envelope\nVersion: 1.0\n")
+    entry_points = "[nrp_core.devices]\nEnvelope = lab_envelope:Envelope\nBroken = lab_nothing:X\n"
+    (info / "entry_points.txt").write_text(entry_points)
+    found = metamodel_data()
+    assert found["devices"]["Envelope"] == {"drives": False, "property": "level", "unit": ""}
+    assert "Broken" not in found["devices"]
+    (kinds,) = (
+        one["enumeration"] for one in found["classes"]["DeviceChannel"]["features"] if one["field"] == "type"
+    )
+    assert kinds == list(found["devices"])
+    function = drawing.function("Neuron2Robot", "wheels")
+    left = drawing.wired("population:actors", function, "left")
+    drawing.do("set", path=left, field="type", text="Envelope")
+    drawing.local(function, "speed", "2 * left.level")
+    python = drawing.document.data()["python"]["text"]
+    assert '@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.device("Envelope"))' in python
+    assert model_findings(drawing.model, drawing.document.path) == []
+
+
 @pytest.mark.parametrize("place", [(float("nan"), 0.0), (0.0, float("-inf"))])
 def test_a_place_that_is_not_finite_is_refused(
     drawing: Drawing, place: tuple[float, float], golden: Golden

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
-from nrp_bibi.model.channels import DeviceType
+from nrp_bibi.model.channels import DEVICE_TYPE, DeviceType
 from nrp_bibi.model.functions import Bibi
 from nrp_bibi.model.metamodel import Feature, Node, Value, concrete, features
 
 from nrp_core import dsl
-from nrp_core.dsl import DeviceKind
+from nrp_core.dsl import DEVICES, DeviceKind
+from nrp_core.errors import BackendError
 
 _UNITS = {"rate": "Hz", "voltage": "mV", "amplitude": "nA", "mean": "nA"}
 """The units of device values."""
@@ -19,7 +21,7 @@ def metamodel_data() -> dict[str, Any]:
     """Return every class that a model can hold, and the kinds of devices."""
     return {
         "classes": classes_data(Bibi),
-        "devices": {kind.value: _device_data(kind) for kind in DeviceType},
+        "devices": {**{kind.value: _device_data(kind) for kind in DeviceType}, **_packaged_devices()},
     }
 
 
@@ -69,13 +71,28 @@ def _feature_data(node: type[Node], feature: Feature) -> dict[str, Any]:
         "least": feature.least,
         "unit": feature.unit,
         "expects": value.expects if value else "",
-        "enumeration": [text for facet, text in value.facets if facet == "enumeration"] if value else [],
+        "enumeration": _enumerated(value) if value else [],
         "default": value.show(default) if value and _is_given(default) else "",
     }
 
 
+def _enumerated(value: Value) -> list[str]:
+    ours = [text for facet, text in value.facets if facet == "enumeration"]
+    return [*ours, *_packaged_devices()] if value is DEVICE_TYPE else ours
+
+
 def _is_given(default: object) -> bool:
     return isinstance(default, (bool, int, float, str)) and default != ""
+
+
+def _packaged_devices() -> dict[str, Any]:
+    """Return the devices that packages register, without those that cannot be used."""
+    found = {}
+    for name in DEVICES.names():
+        with suppress(BackendError):
+            one = DEVICES.load(name)
+            found[name] = {"drives": one.drives, "property": one.default_property, "unit": ""}
+    return found
 
 
 def _device_data(kind: DeviceType) -> dict[str, Any]:
