@@ -43,3 +43,25 @@ def test_the_dependency_rule_is_the_contract_that_is_checked() -> None:
 def test_an_outdated_quote_and_a_missing_layer_are_found() -> None:
     assert unknown_quotes("    why: Without it the loop has no simulator.\n")
     assert layers_of("Inside the core: `cli > brain |\n   world`.") == [["cli"], ["brain", "world"]]
+
+
+GROUP = re.compile(r'Registry(?:\[.*\])?\(\s*"(nrp_core\.\w+)"')
+"""The entry-point group of a registry."""
+
+
+def test_the_reference_lists_every_group_of_plugins() -> None:
+    sources = [path for pattern in ("nrp_core", "plugins/*/src") for path in ROOT.glob(f"{pattern}/**/*.py")]
+    groups = {group for path in sources for group in GROUP.findall(path.read_text())}
+    assert len(groups) > 20
+    table = (ROOT / "docs/reference/python.md").read_text().partition("| entry-point group |")[2]
+    assert groups - set(re.findall(r"`(nrp_core\.\w+)`", table)) == set()
+
+
+def test_the_places_that_contributors_are_sent_to_exist() -> None:
+    table = (
+        (ROOT / "CONTRIBUTING.md").read_text().partition("## Where things are")[2].partition("\n\nRead")[0]
+    )
+    named = re.findall(r"`([\w./-]+/[\w./-]*)`", table)
+    assert len(named) > 40
+    tops = {path.name for path in ROOT.iterdir()}
+    assert [name for name in named if name.split("/")[0] in tops and not (ROOT / name).exists()] == []

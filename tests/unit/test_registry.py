@@ -77,7 +77,7 @@ def test_a_typo_gets_the_nearest_name(golden: Golden) -> None:
 
 def test_an_empty_group_names_the_package_to_install(golden: Golden) -> None:
     with golden.raises(UnknownBackendError):
-        Registry("nobody.has.this", "brain backend").load("event")
+        Registry("nobody.has.this", "brain backend", interface_version=1).load("event")
 
 
 def test_a_broken_plugin_is_named_with_its_cause_and_the_others_are_listed(install: Install) -> None:
