@@ -10,6 +10,7 @@ from typing import Any
 from nrp_bibi.model.functions import Bibi
 from nrp_bibi.model.metamodel import Feature, Node, Value, features
 from nrp_core.errors import TransferFunctionError
+from nrp_core.utilities import replace_file
 
 NAMESPACE = "http://schemas.humanbrainproject.eu/SP10/2014/BIBI"
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
@@ -18,8 +19,12 @@ _ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;"
 
 
 def write_bibi(model: Bibi, path: Path) -> None:
-    """Write a file; see :func:`bibi_text`."""
-    path.write_text(bibi_text(model), encoding="utf-8", newline="\n")
+    """Write a file as a whole; see :func:`bibi_text`.
+
+    Raises:
+        ExperimentError: the disk refused it.
+    """
+    replace_file(path, bibi_text(model))
 
 
 def bibi_text(model: Bibi) -> str:

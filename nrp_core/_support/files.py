@@ -1,8 +1,10 @@
-"""Failures of the disk as errors."""
+"""Files that are written as a whole, and failures of the disk as errors."""
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +23,37 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise ExperimentError(f"cannot be written: {_reason(error)}", path=path) from error
+
+
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write a file as a whole: when the disk is full or the process ends, the old file is still there.
+
+    The content is written to a draft in the same folder, which then gets the name of the file. The file keeps
+    its permissions, and a link stays a link.
+
+    Args:
+        path: the file; its folder must exist.
+        content: a text is written as UTF-8, with the line ends that it has.
+
+    Raises:
+        ExperimentError: the disk refused a write, or the file may only be read.
+    """
+    with writing(path):
+        target = path.resolve()
+        is_there = target.exists()
+        if is_there and not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        draft = target.with_name(f".{target.name}.{os.getpid()}")
+        try:
+            with draft.open("wb") as file:
+                file.write(content.encode() if isinstance(content, str) else content)
+                file.flush()
+                os.fsync(file.fileno())
+            if is_there:
+                shutil.copymode(target, draft)
+            draft.replace(target)
+        finally:
+            draft.unlink(missing_ok=True)
 
 
 def _reason(error: OSError) -> str:

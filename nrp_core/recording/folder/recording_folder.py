@@ -18,6 +18,7 @@ from ruamel.yaml import YAML
 
 from nrp_core._support import machine
 from nrp_core._support.arrays import IntArray
+from nrp_core._support.files import replace_file
 from nrp_core._support.json_values import to_jsonable
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.mappings import write_csv
@@ -362,11 +363,9 @@ class RecordingFolder(RunObserver[Run]):
         """Replace ``run.json`` in one operation, so that a kill leaves a complete file."""
         write_experiment(self._run.experiment, self._folder, self._used_files(), self._root)
         path = self._folder / RUN_NAME
-        draft = path.with_suffix(".draft")
         digests = _digests(self._folder) | ({} if state == RUNNING else self._recorder.digests)
         data = {**self._about, "files": digests, "state": state, "result": result}
-        draft.write_bytes(seal(to_jsonable(data)))
-        draft.replace(path)
+        replace_file(path, seal(to_jsonable(data)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import gzip
 import socket
+import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from nrp_cockpit.wire.address import EVERY, names_of, opened_in_browser
 from nrp_cockpit.wire.files import file_response
 from nrp_cockpit.wire.guard import CONTENT_POLICY, Guard
 from nrp_cockpit.wire.hub import Hub
-from nrp_cockpit.wire.server import Server
+from nrp_cockpit.wire.server import WRONG_S, Server
 from websockets.datastructures import Headers
 
 from nrp_core.errors import ExperimentError
@@ -203,10 +206,43 @@ def test_every_guard_has_tokens_of_its_own() -> None:
     assert all(len(token) >= 32 for token in tokens)
 
 
-def test_a_guard_without_names_takes_any_host_and_still_compares_the_origin() -> None:
-    guard = Guard(hosts=())
-    assert guard.refusal(Headers({"Host": "robot.lab:80"})) is None
-    assert guard.refusal(Headers({"Host": "robot.lab:80", "Origin": "http://evil.example"})) is not None
+@pytest.mark.parametrize(
+    ("listens", "host", "is_taken"),
+    [
+        ("0.0.0.0", "192.0.2.7:80", True), ("0.0.0.0", "[2001:db8::7]:80", True),
+        ("0.0.0.0", "localhost", True),
+        ("0.0.0.0", f"{socket.gethostname()}:80", True), ("0.0.0.0", "evil.example:80", False),
+        ("::", "192.0.2.7", True), ("robot.lab", "Robot.lab:80", True), ("robot.lab", "192.0.2.7", False),
+        ("robot.lab", "localhost", False), ("192.0.2.7", "192.0.2.7:80", True),
+        ("2001:db8::7", "[2001:db8::7]", True),
+        ("localhost", "192.0.2.7", False),
+    ],
+)  # fmt: skip
+def test_a_server_answers_to_the_names_of_its_address(listens: str, host: str, is_taken: bool) -> None:
+    guard = Guard(names_of(listens), listens in EVERY)
+    assert (guard.refusal(Headers({"Host": host})) is None) is is_taken
+    assert guard.refusal(Headers({"Host": host, "Origin": "http://evil.example"})) is not None
+
+
+def test_a_browser_gets_the_token_in_a_file_of_the_user(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[str] = []
+    monkeypatch.setattr("webbrowser.open", given.append)
+    with opened_in_browser("http://127.0.0.1:1/?token=a&b#/start") as file:
+        assert given == [file.as_uri()]
+        assert "token" not in given[0]
+        assert (file.stat().st_mode & 0o777, file.parent.stat().st_mode & 0o777) == (0o600, 0o700)
+        assert 'url=http://127.0.0.1:1/?token=a&amp;b#/start"' in file.read_text()
+    assert not file.exists()
+
+
+def test_wrong_tokens_wait_for_each_other_and_the_right_one_does_not(server: Server) -> None:
+    with ThreadPoolExecutor(4) as threads:
+        began = time.monotonic()
+        wrong = [threads.submit(ask, server, "/?token=wrong", UPGRADE) for _ in range(3)]
+        assert ask(server, "/?token=steering", UPGRADE).status == 101
+        assert not any(one.done() for one in wrong)
+        assert [one.result().status for one in wrong] == [401] * 3
+        assert time.monotonic() - began >= 3 * WRONG_S
 
 
 def test_a_port_that_is_taken_is_an_error_that_names_it(server: Server) -> None:

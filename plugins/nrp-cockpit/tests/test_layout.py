@@ -70,7 +70,7 @@ def test_a_layout_has_some_panels_and_several_of_a_kind(tmp_path: Path, channels
 
 
 def test_the_panels_are_those_of_the_page() -> None:
-    source = Path(__file__).parents[1] / "page" / "src" / "layout" / "tree.ts"
+    source = Path(__file__).parents[1] / "page" / "src" / "state" / "panels.ts"
     (listed,) = re.findall(r"PANELS = \[(.*?)\] as const", source.read_text(), re.DOTALL)
     assert re.findall(r'"(\w+)"', listed) == [*PANELS]
 

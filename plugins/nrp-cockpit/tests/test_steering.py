@@ -257,6 +257,26 @@ def test_a_text_that_is_saved_and_not_applied_does_not_run(
     assert listing(visitor, "listing2.py")[1] == source
 
 
+def test_a_file_that_changed_on_the_disk_or_in_the_run_is_not_overwritten(
+    opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, golden: Golden
+) -> None:
+    path, source = listing(visitor, "listing2.py")
+    elsewhere = tmp_path / "listing2.py"
+    elsewhere.write_text(source)
+    monkeypatch.setitem(opened.session.functions._files, path, elsewhere)
+    visitor.call("functions/save", files={path: source + "# one\n"}, base={path: source})
+    visitor.call("functions/save", files={path: source + "# two\n"})
+    elsewhere.write_text(changed := source + "# of an editor\n")
+    with golden.raises(RefusedError, match="changed on the disk"):
+        visitor.call("functions/save", files={path: source + "# three\n"})
+    with golden.raises(RefusedError, match="somebody else has changed"):
+        visitor.call("functions/save", files={path: source}, base={path: "another text"})
+    assert elsewhere.read_text() == changed
+    visitor.call("functions/save", files={path: changed})
+    visitor.call("functions/save", files={path: source})
+    assert elsewhere.read_text() == source
+
+
 def test_the_time_of_a_call_is_that_of_the_calls_that_are_counted(visitor: Visitor) -> None:
     visitor.call("step", n=5)
     visitor.call("seek", t_s=0.04)

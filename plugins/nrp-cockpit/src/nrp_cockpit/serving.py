@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import webbrowser
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -11,9 +10,11 @@ from dataclasses import dataclass
 import typer
 
 from nrp_cockpit.start.session import Served
-from nrp_cockpit.wire.guard import LOOPBACK, Guard
+from nrp_cockpit.wire.address import EVERY, is_private, names_of, opened_in_browser, shown_host
+from nrp_cockpit.wire.guard import Guard
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.server import Server
+from nrp_core.cli.output import warn
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,27 +43,23 @@ class Serving:
         Args:
             opened: makes the session of a hub and adds its services.
         """
-        hosts = LOOPBACK if self.host in ("127.0.0.1", "localhost", "::1") else ()
-        guard, hub = Guard(hosts, self.origins), Hub()
+        guard, hub = Guard(names_of(self.host), self.host in EVERY, self.origins), Hub()
         with ExitStack() as stack:
             session = opened(hub, stack)
             server = Server(hub, host=self.host, port=self.port, guard=guard)
             stack.callback(server.close)
-            address = f"http://{self._shown_host()}:{server.port}/?token="
+            address = f"http://{shown_host(self.host)}:{server.port}/?token="
             view = f"#/{self.view}" if self.view else ""
             typer.echo(f"{address}{guard.token}{view}")
             typer.echo(f"to watch only: {address}{guard.watch_token}{view}", err=True)
+            if not is_private(self.host):
+                warn("everybody who has the first address can run programs here, and it is sent unencrypted")
             sys.stdout.flush()
             if self.browser:
-                webbrowser.open(f"{address}{guard.token}{view}")
+                stack.enter_context(opened_in_browser(f"{address}{guard.token}{view}"))
             if self.play:
                 session.play()
             try:
                 session.serve()
             except KeyboardInterrupt:
                 session.close()
-
-    def _shown_host(self) -> str:
-        if self.host in ("0.0.0.0", "localhost"):
-            return "127.0.0.1"
-        return f"[{self.host}]" if ":" in self.host else self.host

@@ -9,7 +9,7 @@ import typer
 
 from nrp_core.cli.options import Json, RecordingPath, open_recording
 from nrp_core.cli.output import document, size_text, warn
-from nrp_core.errors import ExperimentError
+from nrp_core.utilities import replace_file
 
 
 def share(
@@ -32,10 +32,7 @@ def share(
     folder = open_recording(recording, "shared").folder
     shared = shared_file(folder, round(max_size * 1e6))
     file = output or folder.absolute().with_name(f"{folder.absolute().name}.html")
-    try:
-        file.write_text(shared.html, encoding="utf-8")
-    except OSError as error:
-        raise ExperimentError(f"the file cannot be written: {error.strerror}", path=file) from error
+    replace_file(file, shared.html)
     if json:
         document({"file": file, "bytes": file.stat().st_size, "losses": shared.losses})
         return

@@ -50,7 +50,7 @@ def test_experiments_recordings_and_sweeps_are_opened_one_after_another(
     expect(here.get_by_role("button", name="broken.yaml")).to_be_disabled()
     expect(here.get_by_role("button", name="broken.yaml")).to_contain_text("did you mean 'slalom_pioneer'")
     page.get_by_role("searchbox", name="Search").fill("short way")
-    expect(page.get_by_role("main").get_by_role("button")).to_have_count(1)
+    expect(page.get_by_role("main").get_by_role("listitem")).to_have_count(1)
     page.get_by_role("button", name="Open ./short.yaml").press("Enter")
     page.get_by_role("button", name="Play").click()
     expect(page.get_by_role("timer")).to_contain_text("1.00 s of 1 s")

@@ -200,7 +200,10 @@ def test_a_script_of_a_person_is_shown_and_never_overwritten(artist: Artist, gol
     artist.population("cells", 3)
     artist.document.save()
     path = artist.document.path
-    path.write_text(by_hand := path.read_text() + "# mine\n")
+    path.write_text(other := path.read_text().replace("sim.Population(3", "sim.Population(4"))
+    with golden.raises(ExperimentError, match="changed outside"):  # also by another designer
+        artist.document.save()
+    path.write_text(by_hand := other + "# mine\n")
     shown = BrainDocument(path)
     assert shown.data()["python"]["text"] == by_hand
     assert not shown.data()["is_drawn"]

@@ -171,7 +171,9 @@ export async function revert(): Promise<void> {
 
 /** Writes the file in the editor as it is shown. */
 export async function save(path: string, text: string): Promise<void> {
-  if (await command("functions/save", { files: { [path]: text } })) notify(`Saved ${baseName(path)}.`);
+  const base = get().bases[path];
+  const request = { files: { [path]: text }, base: base === undefined ? {} : { [path]: base } };
+  if (await command("functions/save", request)) notify(`Saved ${baseName(path)}.`);
 }
 
 export const activate = (name: string, active: boolean) => command("functions/activate", { name, active });

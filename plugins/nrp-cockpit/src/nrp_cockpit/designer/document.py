@@ -11,7 +11,7 @@ from typing import Any
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction, PythonTransferFunction
 from nrp_bibi.reader import parse_bibi, read_bibi
 from nrp_bibi.reverse import reverse, reverse_file
-from nrp_bibi.writer import bibi_text, write_bibi
+from nrp_bibi.writer import bibi_text
 
 from nrp_cockpit.designer.changes import refusals
 from nrp_cockpit.designer.checking import generated
@@ -156,10 +156,7 @@ class Document(Drawing):
         self._take(replaced(self.model, FUNCTIONS, functions))
 
     def save(self) -> None:
-        try:
-            write_bibi(self.model, self.path)
-        except OSError as error:
-            raise ExperimentError(f"cannot be written: {error.strerror}", path=self.path) from error
+        self._write(bibi_text(self.model))
         write_layout(self.path, self.state.moved)
         self._saved, self.origin, self.notes = self.model, self.path, []
 

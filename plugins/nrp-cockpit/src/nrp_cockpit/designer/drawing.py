@@ -10,6 +10,7 @@ from typing import Any
 
 from nrp_cockpit.designer.layout import Positions, read_layout
 from nrp_core.errors import ExperimentError
+from nrp_core.utilities import replace_file
 
 MOST_STATES = 500
 
@@ -48,6 +49,7 @@ class Drawing(ABC):
 
     def __init__(self, path: Path, model: Any) -> None:
         self.path = path
+        self._on_disk = _on_disk(path)
         self.selected: str | None = None
         moved, problem = read_layout(path)
         self.notes = [*self.notes, *filter(None, [problem])]
@@ -106,6 +108,19 @@ class Drawing(ABC):
             ExperimentError: it cannot be written.
         """
 
+    def _write(self, text: str) -> None:
+        """Write the file, unless it is not as the designer has read or written it.
+
+        Raises:
+            ExperimentError: somebody else has changed it, or it cannot be written.
+        """
+        if _on_disk(self.path) != self._on_disk:
+            raise ExperimentError(
+                "was changed outside the designer and is not overwritten; open it again", path=self.path
+            )
+        replace_file(self.path, text)
+        self._on_disk = text.encode()
+
     def undo(self) -> None:
         """Return to the state before the last command."""
         if not self.can_undo:
@@ -135,6 +150,14 @@ class Drawing(ABC):
     def _go(self, state: State) -> None:
         self._states = [*self._states[: self._now + 1], state][-MOST_STATES:]
         self._now = len(self._states) - 1
+
+
+def _on_disk(path: Path) -> bytes | None:
+    """Return the content of a file; None if it does not exist or cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return None
 
 
 def command_of(commands: dict[str, Any], name: str) -> Any:

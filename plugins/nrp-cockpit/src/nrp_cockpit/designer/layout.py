@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nrp_cockpit.designer.graph import Graph
-from nrp_core.errors import ExperimentError
+from nrp_core.utilities import replace_file, writing
 
 Positions = Mapping[str, tuple[float, float]]
 """Positions of boxes that a user moved, by :func:`key_of`."""
@@ -151,10 +151,8 @@ def write_layout(model: Path, moved: Positions) -> None:
         ExperimentError: the folder cannot be written.
     """
     path = layout_path(model)
-    try:
-        if moved:
-            path.write_text(json.dumps({"boxes": dict(moved)}, indent=2) + "\n", encoding="utf-8")
-        else:
-            path.unlink(missing_ok=True)
-    except OSError as error:
-        raise ExperimentError(f"the layout cannot be saved: {error.strerror}", path=path) from error
+    if moved:
+        replace_file(path, json.dumps({"boxes": dict(moved)}, indent=2) + "\n")
+        return
+    with writing(path):
+        path.unlink(missing_ok=True)

@@ -18,6 +18,7 @@ from nrp_core.checks.warnings import new_warnings
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment import Experiment, Run, load_function_file
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
+from nrp_core.utilities import replace_file
 
 T = TypeVar("T")
 
@@ -31,16 +32,18 @@ class Functions:
 
     Args:
         run: the run.
+        before: the functions of the run that this one replaces, whose files are known as that run read them.
 
     Attributes:
         drafts: of the files that were edited.
         costs: the running times of the functions.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Run, before: Functions | None = None) -> None:
         self._run = run
         self._files = {str(path): path for path in run.experiment.transfer_functions}
         self._running = _on_disk(self._files)
+        self._saved: Mapping[str, str] = {**self._running, **(before._saved if before else {})}
         self._names: dict[str, list[str]] = defaultdict(list)
         for function in run.loop.functions:
             if str(function.place.path) in self._files:  # those of old experiments have no file of their own
@@ -131,11 +134,7 @@ class Functions:
         Raises:
             ExperimentError: the run has another text than one of ``base``, because somebody else changed it.
         """
-        for name, text in (base or {}).items():
-            if self._running.get(name, text) != text:
-                raise ExperimentError(
-                    f"somebody else has changed {Path(name).name} since you began to edit it"
-                )
+        self._require_base(base)
         there = self._files if there is None else there
         texts = self._texts(files, there)
         experiment = self._drafted(self._run.experiment, texts, there)
@@ -168,23 +167,33 @@ class Functions:
         """Continue the run with its files as they are on disk."""
         on_disk = _on_disk(self._files)
         self._change({name: self._files[name] for name in on_disk})
-        self._running = on_disk
+        self._running = self._saved = on_disk
         self.doubt()
 
-    def save(self, files: Mapping[str, str]) -> None:
-        """Write texts to the files of the experiment.
+    def save(self, files: Mapping[str, str], base: Mapping[str, str] | None = None) -> None:
+        """Write texts to the files of the experiment, each as a whole.
+
+        Args:
+            files: the texts.
+            base: the texts that some of them were edited from.
 
         Raises:
-            ExperimentError: one is not a file of the experiment, or cannot be written.
+            ExperimentError: one is not a file of the experiment, was changed by somebody else (on the disk or
+                in the run), or cannot be written.
         """
         _require(files, self._files)
+        self._require_base(base)
+        on_disk = _on_disk({name: self._files[name] for name in files})
         for name, text in files.items():
-            try:
-                self._files[name].write_text(text, encoding="utf-8")
-            except OSError as error:
+            if on_disk.get(name, text) not in (text, self._saved.get(name)):
                 raise ExperimentError(
-                    f"cannot be written: {error.strerror}", path=self._files[name]
-                ) from error
+                    "was changed on the disk since the run has read it, and is not overwritten; "
+                    "'Revert to disk' takes the change",
+                    path=self._files[name],
+                )
+        for name, text in files.items():
+            replace_file(self._files[name], text)
+            self._saved = {**self._saved, name: text}
 
     def activate(self, name: str, active: bool) -> None:
         """Activate or deactivate a function."""
@@ -195,6 +204,14 @@ class Functions:
         return {"words": list(words_of(self._run))}
 
     # -- changing
+
+    def _require_base(self, base: Mapping[str, str] | None) -> None:
+        """Refuse texts that were edited from others than those that run."""
+        for name, text in (base or {}).items():
+            if self._running.get(name, text) != text:
+                raise ExperimentError(
+                    f"somebody else has changed {Path(name).name} since you began to edit it"
+                )
 
     def _texts(self, files: Mapping[str, str], there: Mapping[str, Path]) -> dict[str, str]:
         """Return these texts and, of the other files that count, those that run."""

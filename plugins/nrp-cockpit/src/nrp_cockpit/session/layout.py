@@ -17,6 +17,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import form_of, read_form, tree_of
 from nrp_core.messages.cdr import Codec
 from nrp_core.recording.layout import device_topic
+from nrp_core.utilities import replace_file, writing
 
 SUFFIX: Final = ".cockpit.json"
 """The suffix of a layout's file."""
@@ -105,11 +106,9 @@ def _write(path: Path | None, layout: dict[str, Any]) -> None:
     form_of(tree_of(layout), Arrangement, _WHAT)
     if path is None:
         return
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(layout, indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise ExperimentError(f"the layout cannot be saved: {error.strerror}", path=path) from error
+    replace_file(path, json.dumps(layout, indent=2) + "\n")
 
 
 def _missing_field(channel: Channel, path: str) -> str:

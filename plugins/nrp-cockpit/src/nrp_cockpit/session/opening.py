@@ -70,7 +70,7 @@ class Opening:
                 return {"applied": False, "findings": [finding_data(each) for each in error.findings]}
             except NrpError as error:
                 return {"applied": False, "findings": [finding_data(Finding(Code.NRP210, str(error)))]}
-            functions = Functions(run)
+            functions = Functions(run, self.session.functions)
             unless_used.callback(functions.close)
             found = _with_texts(functions, texts)
             if found["applied"]:
@@ -93,7 +93,7 @@ class Opening:
         setting, texts = f"seed={seed}", self.session.functions.texts
         with ExitStack() as unless_used:
             run = unless_used.enter_context(Run(self._read([setting])))
-            functions = Functions(run)
+            functions = Functions(run, self.session.functions)
             unless_used.callback(functions.close)
             _take_texts(functions, texts)
             self.session.exchange(run, functions)
@@ -174,7 +174,7 @@ class Opening:
     ) -> Beside:
         session, run = self.session, Run(experiment)
         try:
-            functions = Functions(run)
+            functions = Functions(run, self.session.functions)
             _take_texts(functions, functions.texts if texts is None else texts)
             if snapshot is not None:
                 _take_over(run, session.run, snapshot)

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 
 from websockets.datastructures import Headers
 
+from nrp_cockpit.wire.address import LOOPBACK, is_number
+
 CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
     "connect-src 'self'; font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
@@ -19,21 +21,21 @@ CONTENT_POLICY = (
 )
 """Nothing is loaded from other servers; inline styles are allowed because the editor needs them."""
 
-LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
-
 
 @dataclass(frozen=True)
 class Guard:
     """Decides about requests.
 
     Args:
-        hosts: the names under which the server may be called, without a port; empty: any.
+        hosts: the names under which the server may be called, without a port.
+        takes_numbers: whether it may also be called by any IP address.
         origins: further origins whose pages may connect.
         token: lets its owner control the run.
         watch_token: lets its owner watch.
     """
 
     hosts: tuple[str, ...] = LOOPBACK
+    takes_numbers: bool = False
     origins: tuple[str, ...] = ()
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
     watch_token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
@@ -44,8 +46,9 @@ class Guard:
         if len(hosts) != 1 or len(origins) > 1:
             return "a request must have one Host and at most one Origin"
         host = hosts[0].lower()
-        if self.hosts and _name(host) not in self.hosts:
-            return f"this server is not '{_name(host)}'"
+        name = _name(host)
+        if name not in self.hosts and not (self.takes_numbers and is_number(name)):
+            return f"this server is not '{name}'; to call it so, start it with --host {name}"
         if origins and origins[0].lower() not in (
             f"http://{host}",
             f"https://{host}",

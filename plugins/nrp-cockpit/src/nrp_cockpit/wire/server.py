@@ -26,6 +26,8 @@ from nrp_core.errors import ExperimentError
 
 LARGEST_REQUEST = 8 << 20
 """Maximum size of a message from a client, bytes; the largest are sources of transfer functions."""
+WRONG_S = 0.5
+"""Wrong tokens are refused one after another, each after this time, so that guessing is slow."""
 ANOTHER_RUN = 1012
 """The code with which connections are closed whose clients have to connect anew: the service restarts."""
 
@@ -73,6 +75,7 @@ class Server:
 
     async def _run(self, started: Future[None]) -> None:
         self._loop, self._closing = asyncio.get_running_loop(), asyncio.Event()
+        self._refusing = asyncio.Lock()
         try:
             self._listening = listening = await self._listen()
         except BaseException as error:
@@ -105,7 +108,7 @@ class Server:
             max_size=LARGEST_REQUEST, write_limit=1 << 20, close_timeout=1,
         )  # fmt: skip
 
-    def _enter(self, _connection: ServerConnection, request: Request) -> Response | None:
+    async def _enter(self, _connection: ServerConnection, request: Request) -> Response | None:
         """Answer requests for files and refused ones; let the others open a connection."""
         refusal = self._guard.refusal(request.headers)
         if refusal is not None:
@@ -114,6 +117,8 @@ class Server:
         if is_file and path != "/ws":
             return file_response(path, self._static, request.headers.get_all("Accept-Encoding"))
         if not self._guard.may_watch(_token(request)):
+            async with self._refusing:
+                await asyncio.sleep(WRONG_S)
             return plain(HTTPStatus.UNAUTHORIZED, "the token is missing or wrong; use the printed address")
         return plain(HTTPStatus.UPGRADE_REQUIRED, "connect with a websocket") if is_file else None
 

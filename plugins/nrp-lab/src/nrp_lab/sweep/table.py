@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.utilities import require_extra, writing
+from nrp_core.utilities import replace_file, require_extra, writing
 from nrp_lab.comparison.grid import ORIGINAL
 from nrp_lab.sweep.model import SEED, Value
 from nrp_lab.sweep.plan import Plan, PlannedRun
@@ -61,10 +61,7 @@ def claim(folder: Path, plan: Plan) -> None:
         "runs": len(plan),
         "source": plan.experiment,
     }
-    with writing(path):
-        draft = path.with_suffix(".draft")
-        draft.write_text(json.dumps(about, indent=1) + "\n", "utf-8")
-        draft.replace(path)
+    replace_file(path, json.dumps(about, indent=1) + "\n")
 
 
 def read_about(folder: Path) -> dict[str, Any]:

@@ -127,16 +127,7 @@ class BrainDocument(Drawing):
 
     def save(self) -> None:
         self._require_drawn()
-        if (
-            self.path.exists()
-            and read_text(self.path) != self._saved
-            and read_script(read_text(self.path)) is None
-        ):
-            raise ExperimentError("it has since been changed by hand and was not overwritten", path=self.path)
-        try:
-            self.path.write_text(self.text, encoding="utf-8", newline="\n")
-        except OSError as error:
-            raise ExperimentError(f"cannot be written: {error.strerror}", path=self.path) from error
+        self._write(self.text)
         write_layout(self.path, self.state.moved)
         self._saved, self.origin, self.notes = self.text, self.path, []
 
