@@ -444,7 +444,7 @@ class Brain(Overview, Simulation):
         for ids, times_ms in emitted:
             if len(ids):
                 self._do_fire(ids, times_ms)
-        for source in self._attached.sources:
+        for source in self._attached.acting:
             events = source.events(since_ms, until_ms)
             if len(events):
                 self._do_inject(events.earlier(milliseconds(began_ns), own_since_ms) if began_ns else events)

@@ -82,7 +82,9 @@ class AttachedDevices:
     Attributes:
         trains, injected: as given.
         sources, sinks: the devices, in the order in which they were added.
-        currents: the sources that are currents.
+        acting: the sources in the order in which they act, that of their names. Sums of floats would depend
+            on the order in which they were added, that of the transfer functions.
+        currents: the sources that are currents, in that order.
         recorders: the sinks that record state.
     """
 
@@ -151,7 +153,8 @@ class AttachedDevices:
             device.restore(states_of[name].pop(0))
 
     def _sort(self) -> None:
-        self.currents = [source for source in self.sources if isinstance(source, CurrentPort)]
+        self.acting = sorted(self.sources, key=lambda source: source.name)
+        self.currents = [source for source in self.acting if isinstance(source, CurrentPort)]
         self.recorders = [sink for sink in self.sinks if isinstance(sink, StateRecorderPort)]
 
     def _stateful(self) -> Iterable[PopulationTrains | SourcePort | SinkPort]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, inf
 from typing import Any, final
@@ -64,13 +65,30 @@ class Judge(ABC):
         self._passed: bool | None = None
         self._distance: float | None = None
         self._reason = "not decided"
+        self._between = False
         self._is_over = False  # whether later steps change nothing, not even the degree
 
+    def news(self) -> Sequence[int]:
+        """Return the times of the messages that came since the last call, ns."""
+        return ()
+
+    def unchanged_ns(self, where: GroundPositions) -> int | None:
+        """Return for how long its distance surely keeps on the same side of the limit, ns."""
+        return None
+
     @final
-    def evaluate(self, now_ns: int, times: Times, where: GroundPositions) -> None:
-        """Evaluate one step; ``times`` are those of the past events."""
+    def evaluate(self, now_ns: int, times: Times, where: GroundPositions, *, between: bool = False) -> None:
+        """Evaluate a moment.
+
+        Args:
+            now_ns: the moment.
+            times: the times of the past events.
+            where: the positions at this moment.
+            between: whether it lies between two steps of the loop.
+        """
         if self._is_over:
             return
+        self._between = between
         if self._began_ns is None:
             begins_ns = start_or_event_ns(self._begins, times)
             if begins_ns is None or now_ns < begins_ns:
@@ -147,6 +165,9 @@ class ComesNear(Judge):
         self._time_ns = None if within_of is None else within_of.time
         self._first: float | None = None
 
+    def unchanged_ns(self, where: GroundPositions) -> int | None:
+        return None if self._is_over else self._proximity.unchanged_ns(where)
+
     def save(self) -> Any:
         return super().save(), self._first
 
@@ -177,18 +198,20 @@ class ComesNear(Judge):
 
 
 class Throughout(Judge):
-    """A condition holds at every step of a part of the run."""
+    """A condition holds at every moment of a part of the run."""
 
     def __init__(self, during: During, limit: float | None = None) -> None:
         super().__init__(during.since, limit)
         self._until = during.until
         self._steps = self._held = 0
+        self._was_wrong = False
 
     def save(self) -> Any:
         return super().save(), self._steps, self._held
 
     def restore(self, saved: Any) -> None:
         judged, self._steps, self._held = saved
+        self._was_wrong = False
         super().restore(judged)
 
     def _degree(self) -> float | None:
@@ -200,8 +223,11 @@ class Throughout(Judge):
         until_ns = start_or_event_ns(self._until, times)
         if until_ns is None or now_ns <= until_ns:
             wrong = self._wrong(now_ns, times, where)
-            self._steps += 1
-            self._held += wrong is None
+            self._was_wrong |= wrong is not None
+            if not self._between:
+                self._steps += 1
+                self._held += not self._was_wrong
+                self._was_wrong = False
             if wrong is not None and self._passed is None:
                 self._decide(False, now_ns, wrong)
         has_ended = until_ns is not None and now_ns >= until_ns
@@ -225,6 +251,15 @@ class Stays(Throughout):
         self._model, self._radius = scene.model(stays.model).name, stays.distance
         self._centre: GroundPoint | None = None if isinstance(stays.of, str) else stays.of
 
+    def unchanged_ns(self, where: GroundPositions) -> int | None:
+        if self._centre is None or self._passed is not None:
+            return None
+        return where.unchanged_ns(self._radius - self._away(where, self._centre), self._model)
+
+    def _away(self, where: GroundPositions, centre: GroundPoint) -> float:
+        x, y = where.ground(self._model)
+        return hypot(x - centre[0], y - centre[1])
+
     def save(self) -> Any:
         return super().save(), self._centre
 
@@ -233,9 +268,8 @@ class Stays(Throughout):
         super().restore(judged)
 
     def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
-        x, y = where.ground(self._model)
-        self._centre = self._centre or (x, y)
-        distance = hypot(x - self._centre[0], y - self._centre[1])
+        self._centre = self._centre or where.ground(self._model)
+        distance = self._away(where, self._centre)
         if self._passed is None:
             self._distance = max(distance, self._distance or 0.0)
         return (
@@ -253,8 +287,16 @@ class StaysSo(Throughout):
         super().__init__(stays.during)
         self._may_be_silent = stays.during.since == START
         self._topic, self._says = stays.name, TopicSays(stays, world)
+        self.news = self._says.news  # type: ignore[method-assign]
         bounds = {"above": stays.above, "below": stays.below, "equal to": stays.equals}
         self._wanted = " and ".join(f"{how} {value}" for how, value in bounds.items() if value is not None)
+
+    def unchanged_ns(self, where: GroundPositions) -> int | None:
+        return self._says.unchanged_ns if self._passed is None else None
+
+    def restore(self, saved: Any) -> None:
+        self._says.restore()
+        super().restore(saved)
 
     def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
         if self._says(now_ns, times):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from functools import partial
 from numbers import Real
 from operator import attrgetter
@@ -12,6 +12,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from nrp_core.errors import TopicError, did_you_mean
+from nrp_core.experiment.events.between_steps import LastMessage
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity, require_poses
 from nrp_core.experiment.model.event_schema import Event, Publish, TopicIs, When
 from nrp_core.messages.base import type_name
@@ -38,54 +39,77 @@ def trigger(event: Event, world: World, where: GroundPositions) -> Condition:
         CapabilityError: it needs a distance, and the world does not report poses of models.
     """
     if event.when is not None:
-        return _all_of(event.when, world, where)
+        return AllOf(event.when, world, where)
     due_ns = event.at or 0
     return lambda now_ns, _times: now_ns >= due_ns
 
 
-def _all_of(when: When, world: World, where: GroundPositions) -> Condition:
-    conditions: list[Condition] = []
-    if when.event is not None:
-        conditions.append(partial(_has_happened, when.event, when.after))
-    if when.near is not None:
-        require_poses(world)
-        proximity, within = Proximity(when.near, world.scene), when.near.within
-        conditions.append(lambda _now_ns, _times: proximity.distance(where) <= within)
-    if when.topic is not None:
-        conditions.append(TopicSays(when.topic, world))
-    return lambda now_ns, times: all(holds(now_ns, times) for holds in conditions)
+class AllOf:
+    """The conditions of an event, all of which must hold."""
 
+    def __init__(self, when: When, world: World, where: GroundPositions) -> None:
+        self._event, self._after_ns, self._where = when.event, when.after, where
+        self._near, self._within = None, 0.0
+        if when.near is not None:
+            require_poses(world)
+            self._near, self._within = Proximity(when.near, world.scene), when.near.within
+        self._topic = None if when.topic is None else TopicSays(when.topic, world)
 
-def _has_happened(event: str, after_ns: int, now_ns: int, times: Times) -> bool:
-    return event in times and now_ns >= times[event] + after_ns
+    def __call__(self, now_ns: int, times: Times) -> bool:
+        return (
+            (self._event is None or (self._event in times and now_ns >= times[self._event] + self._after_ns))
+            and (self._near is None or self._near.distance(self._where) <= self._within)
+            and (self._topic is None or self._topic(now_ns, times))
+        )
+
+    @property
+    def is_consequence(self) -> bool:
+        """Whether it waits for nothing but another event, which it accompanies."""
+        return self._near is None and self._topic is None and not self._after_ns
+
+    def news(self) -> Sequence[int]:
+        """Return the times of the messages that came since the last call, ns."""
+        return () if self._topic is None else self._topic.news()
+
+    def unchanged_ns(self, where: GroundPositions) -> int | None:
+        """Return for how long its distance surely keeps on the same side of the limit, ns."""
+        if self._near is not None:
+            return self._near.unchanged_ns(where)
+        return None if self._topic is None else self._topic.unchanged_ns
+
+    def restore(self) -> None:
+        """Continue with the last message of a world that was reset or restored."""
+        if self._topic is not None:
+            self._topic.restore()
 
 
 class TopicSays:
-    """A condition on the last message of a topic; false before the first message.
+    """A condition on the last message of a topic at a moment; false before the first message.
 
     Raises:
         TopicError: there is no such topic, its message does not have the field, or the values cannot be
             compared.
+
+    Attributes:
+        value: the value at the last moment that was looked at; None before the first message.
     """
 
     def __init__(self, wanted: TopicIs, world: World) -> None:
         self._wanted, self._field = wanted, attrgetter(wanted.field)
-        self._subscription = world.subscribe(wanted.name)
+        subscription = world.subscribe(wanted.name, depth=None)
+        self._last = last = LastMessage(subscription)
+        self.news, self.restore, self.unchanged_ns = last.news, last.restore, last.unchanged_ns
+        self.value: Any = None
         try:
-            example = self._field(self._subscription.topic.type())
+            example = self._field(subscription.topic.type())
         except AttributeError:
-            kind = type_name(self._subscription.topic.type)
+            kind = type_name(subscription.topic.type)
             raise TopicError(f"{wanted.name} carries {kind}, which has no field '{wanted.field}'") from None
         _require_comparable(wanted, example)
 
-    @property
-    def value(self) -> Any:
-        """The last value, None before the first message."""
-        stamped = self._subscription.latest
-        return None if stamped is None else self._field(stamped.message)
-
-    def __call__(self, _now_ns: int, _times: Times) -> bool:
-        value = self.value
+    def __call__(self, now_ns: int, _times: Times) -> bool:
+        stamped = self._last.at(now_ns)
+        self.value = value = None if stamped is None else self._field(stamped.message)
         if value is None:
             return False
         above, below, equals = self._wanted.above, self._wanted.below, self._wanted.equals
@@ -208,8 +232,10 @@ def action_of(publish: Publish, world: World) -> Action:
 class Events:
     """The events of a running experiment.
 
-    They happen between two steps, so that a message published at ``t`` acts from ``t`` on. Events at the same
-    time happen in the order in which they were added, but an event that waits for another one comes after it.
+    The time of an event is that of the message or physics step at which its condition holds. Its actions
+    follow between two steps of the loop, so that a message published at ``t`` acts from ``t`` on. Events at
+    the same time happen in the order in which they were added, but an event that waits for another one comes
+    after it.
     """
 
     def __init__(self) -> None:
@@ -218,8 +244,8 @@ class Events:
 
     def reset(self) -> None:
         """Reset to time 0, without past events."""
-        self._waiting = dict(self._all)
         self._times: dict[str, int] = {}
+        self.restore({})
 
     @property
     def names(self) -> list[str]:
@@ -235,6 +261,8 @@ class Events:
         """Restore the state after these events."""
         self._times = dict(times)
         self._waiting = {name: event for name, event in self._all.items() if name not in times}
+        for condition in self.waiting:
+            condition.restore()
 
     def add(self, name: str, condition: Condition, actions: Sequence[Action] = ()) -> None:
         """Add an event.
@@ -246,10 +274,27 @@ class Events:
         """
         self._all[name] = self._waiting[name] = condition, actions
 
-    def fire_due(self, now_ns: int) -> list[str]:
-        """Execute all events that are due now; return their names, in order."""
+    @property
+    def waiting(self) -> list[AllOf]:
+        """The conditions of events that can happen between two steps of the loop."""
+        return [condition for condition, _ in self._waiting.values() if isinstance(condition, AllOf)]
+
+    def fire_due(self, now_ns: int, changed: Container[object] | None = None) -> list[str]:
+        """Execute all events that are due at a moment; return their names, in order.
+
+        Args:
+            now_ns: the moment.
+            changed: between two steps of the loop, the conditions that may have changed.
+        """
         fired: list[str] = []
-        while due := [name for name, (holds, _) in self._waiting.items() if holds(now_ns, self._times)]:
+        looked_at = {
+            name: holds
+            for name, (holds, _) in self._waiting.items()
+            if changed is None or holds in changed or (isinstance(holds, AllOf) and holds.is_consequence)
+        }
+        while due := [
+            name for name, holds in looked_at.items() if name in self._waiting and holds(now_ns, self._times)
+        ]:
             for name in due:
                 _, actions = self._waiting.pop(name)
                 self._times[name] = now_ns

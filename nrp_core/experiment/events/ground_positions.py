@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise, product
 from math import cos, hypot, pi, sin
@@ -11,6 +11,7 @@ from nrp_core.errors import CapabilityError, SceneError
 from nrp_core.experiment.model.event_schema import Near
 from nrp_core.scene.model import Box, Capsule, Cylinder, Geometry, Link, Model, Plane, Scene, Sphere
 from nrp_core.scene.rigid import Pose, Vector
+from nrp_core.world.physics_observer import unchanged_ns
 from nrp_core.world.world import World
 
 GroundPoint = tuple[float, float]
@@ -96,17 +97,26 @@ def _to_segment(a: GroundPoint, b: GroundPoint, point: GroundPoint) -> float:
     return hypot(px - t * dx, py - t * dy)
 
 
+Poses = Mapping[str, Pose]
+"""The poses of models by their names."""
+_FAST_M_S = 50.0
+
+
 class GroundPositions:
     """The poses of all models, read once per step.
 
     Args:
         world: an open world; without poses if its engine does not report them.
+        period_ns: time between two steps.
+
+    Attributes:
+        poses: the poses at the moment that is looked at.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, world: World, period_ns: int = 0) -> None:
+        self._world, self._period_ns = world, period_ns
         self._scene: Scene | None = None
-        self._poses: dict[str, Pose] = {}
+        self.poses: Poses = {}
         self.refresh()
 
     def refresh(self) -> None:
@@ -116,21 +126,35 @@ class GroundPositions:
         engine = self._world.engine
         if engine.scene is not self._scene:
             self._scene = engine.scene
-            self._poses = {model.name: model.pose for model in self._scene.models}
+            self._fixed = {model.name: model.pose for model in self._scene.models}
             self._moving = [model.name for model in self._scene.models if not model.static]
-        for name in self._moving:
-            self._poses[name] = engine.model_pose(name)
+        self.poses = self._fixed | {name: engine.model_pose(name) for name in self._moving}
+
+    def unchanged_ns(self, gap_m: float, *models: str) -> int:
+        """Return for how long a distance between models surely keeps on the same side of a limit, ns.
+
+        Speeds are read only where it matters; they are at most 50 m/s.
+
+        Args:
+            gap_m: how far the distance is from the limit, m.
+            models: the models.
+        """
+        surely_ns = unchanged_ns(gap_m, _FAST_M_S)
+        if surely_ns >= self._period_ns:
+            return surely_ns
+        motions = [self._world.engine.model_motion(name) for name in models if name in self._moving]
+        return unchanged_ns(gap_m, sum(hypot(*motion.linear) for motion in motions))
 
     def __contains__(self, model: object) -> bool:
-        return model in self._poses
+        return model in self.poses
 
     def pose(self, model: str) -> Pose:
         """Return the pose of a model."""
-        return self._poses[model]
+        return self.poses[model]
 
     def ground(self, model: str) -> GroundPoint:
         """Return the horizontal position of a model's origin."""
-        x, y, _ = self._poses[model].position
+        x, y, _ = self.poses[model].position
         return x, y
 
 
@@ -161,12 +185,26 @@ class Proximity:
     """
 
     def __init__(self, near: Near, scene: Scene) -> None:
-        self._model = scene.model(near.model).name
+        self._model, self._within = scene.model(near.model).name, near.within
         self.target = _target(near, scene)
+        self._models = (self._model, *_target_model(near))
+        self._known: tuple[Poses, float] | None = None
 
     def distance(self, where: GroundPositions) -> float:
         """Return the distance now, m."""
-        return self.target(where).distance(where.ground(self._model))
+        if self._known is None or self._known[0] is not where.poses:
+            self._known = where.poses, self.target(where).distance(where.ground(self._model))
+        return self._known[1]
+
+    def unchanged_ns(self, where: GroundPositions) -> int:
+        """Return for how long the distance surely keeps on the same side of its limit, ns."""
+        return where.unchanged_ns(self.distance(where) - self._within, *self._models)
+
+
+def _target_model(near: Near) -> tuple[str, ...]:
+    """Return the model that the target belongs to, if any."""
+    owner = near.other if near.visual is None else near.visual.partition("/")[0]
+    return () if owner is None else (owner,)
 
 
 def _target(near: Near, scene: Scene) -> Callable[[GroundPositions], Footprint]:

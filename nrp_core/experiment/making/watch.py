@@ -7,6 +7,7 @@ from typing import Any
 
 from nrp_core.cle.wiring import declare_unserved
 from nrp_core.dsl.functions import TransferFunction
+from nrp_core.experiment.events.between_steps import BetweenSteps
 from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
 from nrp_core.experiment.events.events import Action, Events, action_of, trigger
 from nrp_core.experiment.events.ground_positions import GroundPositions
@@ -91,8 +92,9 @@ class Watch:
     """
 
     def __init__(self, experiment: Experiment, world: World, collector: Collector) -> None:
-        self.where = GroundPositions(world)
-        self.events = Events()
+        self.where = GroundPositions(world, experiment.timestep)
+        self._between = BetweenSteps(world, self.where)
+        self._world, self.events = world, Events()
         for name, event in experiment.events.items():
             actions: list[Action] = []
             for i, publish in enumerate(event.publish):
@@ -109,6 +111,7 @@ class Watch:
     def reset(self) -> None:
         """Reset to time 0."""
         self.where.refresh()
+        self._between.plan(0, ())
         self.events.reset()
         for name, judge in self._judges.items():
             judge.restore(self._unspoilt[name])
@@ -125,13 +128,21 @@ class Watch:
         for name, judge in self._judges.items():
             if name in judges:
                 judge.restore(judges[name])
+        self._between.plan(self._world.now_ns, (*self.events.waiting, *self._judges.values()))
 
     def evaluate(self, now_ns: int) -> None:
         """Process the time that the world has reached; called once for each time."""
         self.where.refresh()
+        judges = self._judges.values()
+        for moment_ns, changed in self._between.moments(now_ns, (*self.events.waiting, *judges)):
+            self.events.fire_due(moment_ns, changed)
+            for judge in judges:
+                if judge in changed:
+                    judge.evaluate(moment_ns, self.events.times, self.where, between=True)
         self.events.fire_due(now_ns)
-        for judge in self._judges.values():
+        for judge in judges:
             judge.evaluate(now_ns, self.events.times, self.where)
+        self._between.plan(now_ns, (*self.events.waiting, *judges))
 
     def outcomes(self, end_ns: int | None = None) -> dict[str, Verdict]:
         """Return the outcome of each criterion so far.
