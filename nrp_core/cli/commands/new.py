@@ -23,6 +23,18 @@ class Subject(StrEnum):
     BRAIN = "brain"
     WORLD = "world"
     EXPERIMENT = "experiment"
+    SENSOR = "sensor"
+    DEVICE = "device"
+
+
+_GROUPS: Mapping[Subject, str] = {
+    Subject.BRAIN: "nrp_core.brain",
+    Subject.WORLD: "nrp_core.world",
+    Subject.EXPERIMENT: "nrp_core.experiments",
+    Subject.SENSOR: "nrp_core.sensors",
+    Subject.DEVICE: "nrp_core.devices",
+}
+"""The entry-point groups."""
 
 
 def new(
@@ -36,7 +48,7 @@ def new(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Create a distribution for your own brain, world or experiment."""
+    """Create a distribution for your own brain, world, experiment, sensor or device."""
     if not NAME.fullmatch(name):
         rule = "use lower-case letters, digits, '_' and '-', and begin with a letter"
         raise typer.BadParameter(f"'{name}' is not a valid name: {rule}", param_hint="NAME")
@@ -52,18 +64,10 @@ def new(
 
 
 def _require_free(subject: Subject, name: str) -> None:
-    from nrp_core.brain.backends import brains
     from nrp_core.errors import ExperimentError
-    from nrp_core.experiment.reading.find import SHIPPED
     from nrp_core.registry import Registry
-    from nrp_core.world.backends import worlds
 
-    registries: Mapping[Subject, Registry[Any]] = {
-        Subject.BRAIN: brains(),
-        Subject.WORLD: worlds(),
-        Subject.EXPERIMENT: SHIPPED,
-    }
-    for provider in registries[subject].providers():
+    for provider in Registry[Any](_GROUPS[subject], subject).providers():
         if provider.name == name:
             raise ExperimentError(f"{provider} already provides the {subject} '{name}'; choose another name")
 

@@ -102,7 +102,16 @@ def test_a_new_experiment_runs_at_once_and_meets_its_criteria(nrp, tmp_path):
         assert run.result().passed
 
 
-@pytest.mark.parametrize("subject", ["brain", "world", "experiment"])
+@pytest.mark.parametrize("subject", ["sensor", "device"])
+def test_a_new_part_passes_its_own_tests_at_once(made, subject, warm):
+    folder = made(subject, "acme-own")
+    command = [warm / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider", folder / "tests"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stdout
+    assert " passed" in done.stdout
+
+
+@pytest.mark.parametrize("subject", ["brain", "world", "experiment", "sensor", "device"])
 def test_generated_code_follows_the_rules_of_this_project(nrp, tmp_path, subject):
     nrp("new", subject, "acme", "-o", tmp_path / "acme")
     source = ["--config", str(ROOT / "pyproject.toml"), str(tmp_path / "acme" / "src")]
@@ -135,12 +144,14 @@ def test_a_name_that_no_package_can_have_is_refused(nrp, tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    ("subject", "name"), [("brain", "event"), ("world", "mujoco"), ("experiment", "braitenberg_husky")]
+    ("subject", "name"),
+    [("brain", "event"), ("world", "mujoco"), ("experiment", "braitenberg_husky"), ("sensor", "imu")],
 )
 def test_a_name_that_is_taken_is_refused_with_its_owner(nrp, tmp_path, subject, name):
     done = nrp("new", subject, name, "-o", tmp_path / "x")
     assert done.code == 3
     assert f"nrp-core {version('nrp-core')} (nrp_" in done.err
+    assert f"already provides the {subject} '{name}'" in done.err
     assert not (tmp_path / "x").exists()
 
 
