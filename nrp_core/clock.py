@@ -7,7 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Final
 
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.errors import TimestepError
 
 NS_PER_S = 1_000_000_000
@@ -16,6 +21,8 @@ MS_PER_S = 1000.0
 _NANOSECOND_EXACT_S = 2.0**21
 _NANOSECOND_EXACT_MS = 2.0**31
 """Floats below these are less than half a nanosecond apart."""
+FOREVER_NS: Final = 2**61
+"""73 years: a time that is never reached. A later time, as infinity, counts as this one."""
 
 
 def seconds(t_ns: int) -> float:
@@ -45,6 +52,42 @@ def from_milliseconds(t_ms: float) -> int:
         if t_ns / NS_PER_MS == t_ms:
             return t_ns
     return from_seconds(Fraction(repr(float(t_ms))) / 1000)
+
+
+def nanoseconds(times_ms: npt.ArrayLike) -> IntArray:
+    """Convert times, ms, to nanoseconds as :func:`from_milliseconds` does; later ones are :data:`FOREVER_NS`.
+
+    Compare two times by these numbers: the last bits of a computed float, as ``3 * 0.1``, are not those of
+    the one that a person writes.
+
+    Returns:
+        Whole numbers in the shape of the times.
+    """
+    given = np.asarray(times_ms, float)
+    product = given * NS_PER_MS
+    whole = np.rint(product)
+    with np.errstate(invalid="ignore"):  # infinity
+        is_sure = np.abs(np.abs(product - whole) - 0.5) > np.abs(product) * 2.0**-51  # else it may be a tie
+    found = np.where(is_sure, whole, 0.0).astype(np.int64)
+    for place in np.argwhere(~is_sure):
+        found[tuple(place)] = _bounded_ns(float(given[tuple(place)]))
+    return found
+
+
+def _bounded_ns(t_ms: float) -> int:
+    bound_ms = milliseconds(FOREVER_NS)
+    return FOREVER_NS if t_ms >= bound_ms else -FOREVER_NS if t_ms <= -bound_ms else from_milliseconds(t_ms)
+
+
+def without_rounding_errors(times_ms: npt.ArrayLike) -> FloatArray:
+    """Return times, ms, where those that differ from whole nanoseconds by rounding errors are these.
+
+    Times between two nanoseconds stay as they are.
+    """
+    given = np.asarray(times_ms, float)
+    nearest: FloatArray = nanoseconds(given) / NS_PER_MS
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(given - nearest) <= 8.0 * np.spacing(np.abs(given)), nearest, given)
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ from nrp_core.brain.devices.sinks import (
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.clock import milliseconds
 from nrp_core.errors import DivergedError, NetworkError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import SNAPSHOTS, no_change, no_rewards, no_variable, not_shown, refusal
@@ -47,7 +47,7 @@ from nrp_core.network.changes import (
 )
 from nrp_core.network.currents import Injections
 from nrp_core.network.data import Network, Population, Projection
-from nrp_core.network.grid import Grid
+from nrp_core.network.grid import Grid, nearest_ns
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
 
@@ -458,21 +458,23 @@ class Brain(Overview, Simulation):
             sink.receive(spikes, until_ms)
 
     def _run_under_currents(self, t_ns: int) -> None:
-        """Run to ``t_ns``, halting on the brain's grid where a current changes; record state on the way."""
+        """Run to ``t_ns``, halting at the points of the brain's grid that are nearest to changes of currents.
+
+        State is recorded on the way.
+        """
         grid_ns = self.capabilities.resolution_ns or 1
-        at_ns, began_ms = self.now_ns, milliseconds(self._began_ns)
+        at_ns, began_ns = self.now_ns, self._began_ns
         if not (self._attached.currents or self._attached.injected):
-            self._update_currents(milliseconds(at_ns))
+            self._update_currents(at_ns)
             self._run_recording(at_ns, t_ns, grid_ns)
             return
         while at_ns < t_ns:
-            now_ms = milliseconds(at_ns)
-            self._update_currents(now_ms)
-            halts_ms = [source.next_change_ms(now_ms) for source in self._attached.currents]
-            halts_ms.append(self._attached.injected.next_change_ms(now_ms - began_ms) + began_ms)
-            stop_ns = t_ns
-            if min(halts_ms) < milliseconds(t_ns):
-                stop_ns = min(t_ns, -(-round(min(halts_ms) * NS_PER_MS) // grid_ns) * grid_ns)
+            seen_ns = at_ns + (grid_ns - 1) // 2  # a change up to then acts from this point on
+            self._update_currents(seen_ns)
+            changes_ns = [source.next_change_ns(seen_ns) for source in self._attached.currents]
+            changes_ns.append(self._attached.injected.next_change_ns(seen_ns - began_ns) + began_ns)
+            stop_ns = min(t_ns, nearest_ns(min(changes_ns), grid_ns))
+            assert stop_ns > at_ns, f"a current changes at {stop_ns} ns, which is not after {at_ns} ns"
             self._run_recording(at_ns, stop_ns, grid_ns)
             at_ns = stop_ns
 
@@ -492,12 +494,12 @@ class Brain(Overview, Simulation):
     def _sample(self, recorder: StateRecorderPort, values: FloatArray) -> None:
         recorder.take(np.array([self.now_ns]), values[np.newaxis])
 
-    def _update_currents(self, now_ms: float) -> None:
+    def _update_currents(self, now_ns: int) -> None:
         if not (self._attached.currents or self._attached.injected or np.count_nonzero(self._currents)):
             return
-        total = self._attached.injected.total_na(now_ms - milliseconds(self._began_ns)).copy()
+        total = self._attached.injected.total_na(now_ns - self._began_ns).copy()
         for source in self._attached.currents:
-            np.add.at(total, source.neurons, source.current_na(now_ms))
+            np.add.at(total, source.neurons, source.current_na(now_ns))
         if (total != self._currents).any():
             self._currents = total
             self._do_set_current(total)

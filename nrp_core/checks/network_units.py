@@ -14,6 +14,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.checks.synaptic_effects import HIGHEST_DEVICE_HZ, NEVER_MV, effect_of_spike
+from nrp_core.clock import nanoseconds
 from nrp_core.network.data import Network, Population, Projection
 from nrp_core.network.drawing import extremes
 from nrp_core.network.indices import stored_form
@@ -70,7 +71,6 @@ STRONGEST_PSP_MV: Final = 500.0
 """Largest effect of one spike on a cell at rest: 25 times the usual distance to threshold, 20 mV."""
 STRONGEST_CONDUCTANCE_MV: Final = 3000.0
 """The same without saturation at the reversal potential, which scripts use to make a cell fire for sure."""
-ROUNDING: Final = 1e-6
 
 
 def unlikely_units(network: Network) -> list[str]:
@@ -113,7 +113,11 @@ def _check_synapses(projection: Projection, post: Population, step_ms: float | N
     owner, parameters = f"the projection '{projection.label}'", projection.synapse_parameters
     delays_ms = _extremes(projection, "delay_ms")
     yield from outside(f"a delay of {owner}", delays_ms, DELAY)
-    if step_ms is not None and DELAY.low <= delays_ms.min() < step_ms * (1.0 - ROUNDING):
+    if (
+        step_ms is not None
+        and delays_ms.min() >= DELAY.low
+        and nanoseconds(delays_ms).min() < nanoseconds(step_ms)
+    ):
         yield (
             f"a delay of {owner} is {delays_ms.min():g} ms, shorter than the time step of {step_ms:g} ms; is "
             "it meant in s?"

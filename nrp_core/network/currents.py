@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import inf
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.clock import FOREVER_NS, nanoseconds
 from nrp_core.errors import NetworkError
 from nrp_core.network.checked import freeze_value, global_ids
 
@@ -23,6 +23,9 @@ class InjectedCurrent:
         times_ms: ascending times from 0 at which it changes, shape ``(n,)``.
         amplitudes_na: the current into each cell from these times on, nA, shape ``(n,)``.
 
+    Attributes:
+        times_ns: the same times in nanoseconds.
+
     Raises:
         NetworkError: the times do not ascend, or a value is not finite.
     """
@@ -30,6 +33,7 @@ class InjectedCurrent:
     neurons: IntArray
     times_ms: FloatArray
     amplitudes_na: FloatArray
+    times_ns: IntArray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "neurons", global_ids("an injected current", self.neurons))
@@ -42,20 +46,21 @@ class InjectedCurrent:
             raise NetworkError(
                 f"an injected current has {len(self.times_ms)} times and {len(self.amplitudes_na)} amplitudes"
             )
-        if (np.diff(self.times_ms, prepend=-inf) <= 0.0).any() or (self.times_ms < 0.0).any():
+        object.__setattr__(self, "times_ns", freeze_value(nanoseconds(self.times_ms)))
+        if (np.diff(self.times_ns, prepend=-1) <= 0).any():
             raise NetworkError(
                 f"an injected current: its times are {self.times_ms}; they must ascend from 0 ms or later"
             )
 
-    def current_na(self, now_ms: float) -> float:
+    def current_na(self, now_ns: int) -> float:
         """Return the current from a time on."""
-        step = int(np.searchsorted(self.times_ms, now_ms, side="right")) - 1
+        step = int(np.searchsorted(self.times_ns, now_ns, side="right")) - 1
         return float(self.amplitudes_na[step]) if step >= 0 else 0.0
 
-    def next_change_ms(self, now_ms: float) -> float:
-        """Return the first time after ``now_ms`` at which it changes."""
-        step = int(np.searchsorted(self.times_ms, now_ms, side="right"))
-        return float(self.times_ms[step]) if step < len(self.times_ms) else inf
+    def next_change_ns(self, now_ns: int) -> int:
+        """Return the first time after ``now_ns`` at which it changes."""
+        step = int(np.searchsorted(self.times_ns, now_ns, side="right"))
+        return int(self.times_ns[step]) if step < len(self.times_ns) else FOREVER_NS
 
 
 class Injections:
@@ -68,25 +73,25 @@ class Injections:
 
     def __init__(self, currents: Sequence[InjectedCurrent], size: int) -> None:
         self._currents, self._size = currents, size
-        self._since_ms, self._until_ms, self._total = inf, inf, np.zeros(size)
+        self._since_ns, self._until_ns, self._total = FOREVER_NS, FOREVER_NS, np.zeros(size)
 
     def __len__(self) -> int:
         return len(self._currents)
 
-    def total_na(self, now_ms: float) -> FloatArray:
+    def total_na(self, now_ns: int) -> FloatArray:
         """Return the current into each neuron from a time on."""
-        if not self._since_ms <= now_ms < self._until_ms:
+        if not self._since_ns <= now_ns < self._until_ns:
             self._total = np.zeros(self._size)
             for current in self._currents:
-                np.add.at(self._total, current.neurons, current.current_na(now_ms))
-            self._since_ms = now_ms
-            self._until_ms = min((one.next_change_ms(now_ms) for one in self._currents), default=inf)
+                np.add.at(self._total, current.neurons, current.current_na(now_ns))
+            self._since_ns = now_ns
+            self._until_ns = min((one.next_change_ns(now_ns) for one in self._currents), default=FOREVER_NS)
         return self._total
 
-    def next_change_ms(self, now_ms: float) -> float:
-        """Return the first time after ``now_ms`` at which one changes."""
-        self.total_na(now_ms)
-        return self._until_ms
+    def next_change_ns(self, now_ns: int) -> int:
+        """Return the first time after ``now_ns`` at which one changes."""
+        self.total_na(now_ns)
+        return self._until_ns
 
 
 def require_targets(current: InjectedCurrent, populations: Mapping[str, Any]) -> None:

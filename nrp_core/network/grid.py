@@ -7,16 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.clock import NS_PER_MS, milliseconds, nanoseconds
 from nrp_core.errors import TimestepError
 
 _LAST: Final = "weight"
+Time = TypeVar("Time", int, IntArray)
 
 
 def same_order(
@@ -34,6 +35,11 @@ def same_order(
     names = [_LAST, *(name for name in ours if name != _LAST)]
     first, second = (np.lexsort([np.atleast_1d(side[name]) for name in names]) for side in (ours, theirs))
     return first, second
+
+
+def nearest_ns(times_ns: Time, step_ns: int) -> Time:
+    """Return the multiple of a step that is nearest to each time; of two, the later one."""
+    return (times_ns + step_ns // 2) // step_ns * step_ns
 
 
 ROUNDING: Final = 1e-6
@@ -66,9 +72,13 @@ class Grid:
         times: FloatArray = numbers * self.step_ns / NS_PER_MS
         return times
 
+    def nearest(self, times_ms: npt.ArrayLike) -> IntArray:
+        """Return the number of the point nearest to each time; of two points, the later one."""
+        return nearest_ns(nanoseconds(times_ms), self.step_ns) // self.step_ns
+
     def delays(self, delays_ms: FloatArray) -> IntArray:
         """Return delays in steps, rounded to the nearest number, at least one."""
-        return np.maximum(np.rint(delays_ms * (NS_PER_MS / self.step_ns)).astype(np.int64), 1)
+        return np.maximum(self.nearest(delays_ms), 1)
 
     def number_of(self, t_ns: int) -> int:
         """Return the number of the point at a time.

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from math import pi
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sources import DCSource
 from nrp_core.brain.interface import Brain
-from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
-
-_ROUNDING: Final = 1e-6
+from nrp_core.clock import NS_PER_MS, nanoseconds
+from nrp_core.network.grid import nearest_ns
 
 
 class Waveform:
@@ -24,48 +24,61 @@ class Waveform:
         source: one of PyNN's current sources.
         noise: random numbers for a noisy one.
         dt_ms: interval at which a sinusoidal current is updated, and the shortest for noise.
+
+    Attributes:
+        grid_ns: the steps of the simulator; each change is at the step nearest to its time.
     """
 
     def __init__(self, source: Any, noise: np.random.RandomState, dt_ms: float) -> None:
         self._source, self._noise, self._dt_ms = source, noise, dt_ms
         self._kind = type(source).__name__
         self._drawn = np.empty(0)
+        self.grid_ns = 1
 
     def changes_ns(self, since_ns: int, until_ns: int) -> IntArray:
         """Return the times at which the current changes, ``since < t <= until``; not to be written to."""
-        source = self._source
         if self._kind == "StepCurrentSource":
-            changes = _nearest_ns(source.times, since_ns, until_ns)
+            changes = np.unique(self._on_grid(self._source.times))
         elif self._kind == "DCSource":
-            changes = _nearest_ns(np.array([source.start, source.stop]), since_ns, until_ns)
+            changes = np.unique(self._window_ns)
         else:
-            changes = _grid_ns(self._interval_ms, source.start, source.stop, since_ns, until_ns)
-        return changes
+            changes = _multiples_ns(self._interval_ns, *self._window_ns, since_ns, until_ns)
+        return changes[(changes > since_ns) & (changes <= until_ns)]
 
     def amplitudes_na(self, times_ns: IntArray) -> FloatArray:
         """Return the current from each of ascending times on, nA."""
-        source, times_ms = self._source, times_ns / NS_PER_MS
+        source = self._source
         if self._kind == "StepCurrentSource":
-            steps = np.searchsorted(source.times, times_ms, side="right")
+            steps = np.searchsorted(self._on_grid(source.times), times_ns, side="right")
             found: FloatArray = np.append(0.0, source.amplitudes)[steps]
             return found
-        acts = (source.start <= times_ms) & (times_ms < source.stop)
+        start_ns, stop_ns = self._window_ns
+        acts = (start_ns <= times_ns) & (times_ns < stop_ns)
+        since_ns = times_ns - start_ns
         if self._kind == "NoisyCurrentSource":
-            values = self._noisy(np.where(acts, times_ms, source.start))
+            values = self._noisy(np.where(acts, since_ns, 0) // self._interval_ns)
         elif self._kind == "ACSource":
-            cycles = source.frequency * (times_ms - source.start) * 1e-3 + source.phase / 360.0
+            cycles = source.frequency * (since_ns / NS_PER_MS) * 1e-3 + source.phase / 360.0
             values = source.offset + source.amplitude * np.sin(2 * pi * cycles)
         else:
-            values = np.full(len(times_ms), float(source.amplitude))
+            values = np.full(len(times_ns), float(source.amplitude))
         return np.where(acts, values, 0.0)
 
-    @property
-    def _interval_ms(self) -> float:
-        noisy = self._kind == "NoisyCurrentSource"
-        return max(float(self._source.dt), self._dt_ms) if noisy else self._dt_ms
+    def _on_grid(self, times_ms: npt.ArrayLike) -> IntArray:
+        return nearest_ns(nanoseconds(times_ms), self.grid_ns)
 
-    def _noisy(self, times_ms: FloatArray) -> FloatArray:
-        intervals = np.floor((times_ms - self._source.start) / self._interval_ms + _ROUNDING).astype(np.int64)
+    @property
+    def _window_ns(self) -> tuple[int, int]:
+        start_ns, stop_ns = self._on_grid([self._source.start, self._source.stop]).tolist()
+        return start_ns, stop_ns
+
+    @property
+    def _interval_ns(self) -> int:
+        noisy = self._kind == "NoisyCurrentSource"
+        interval_ms = max(float(self._source.dt), self._dt_ms) if noisy else self._dt_ms
+        return max(1, self.grid_ns, int(self._on_grid(interval_ms)))
+
+    def _noisy(self, intervals: IntArray) -> FloatArray:
         missing = int(intervals.max(initial=0)) + 1 - len(self._drawn)
         if missing > 0:
             self._drawn = np.append(self._drawn, self._noise.standard_normal(-(-missing // 256) * 256))
@@ -73,21 +86,13 @@ class Waveform:
         return found
 
 
-def _nearest_ns(times_ms: FloatArray, since_ns: int, until_ns: int) -> IntArray:
-    """Return times, ms, in ns, of which those count that are after ``since`` and not after ``until``."""
-    near = times_ms[(times_ms > milliseconds(since_ns) - 1.0) & (times_ms < milliseconds(until_ns) + 1.0)]
-    changes = np.array([from_milliseconds(time) for time in near.tolist()], dtype=np.int64)
-    return np.unique(changes[(changes > since_ns) & (changes <= until_ns)])
-
-
 @lru_cache(maxsize=16)
-def _grid_ns(interval_ms: float, start_ms: float, stop_ms: float, since_ns: int, until_ns: int) -> IntArray:
-    """Return the multiples of an interval from ``start`` on, and ``stop``; many sources share them."""
-    first = max(0, int((milliseconds(since_ns) - start_ms) / interval_ms))
-    end_ms = min(milliseconds(until_ns), stop_ms)
-    last = int((end_ms - start_ms) / interval_ms) + 2  # the quotient may be slightly too small
-    times = np.minimum(start_ms + interval_ms * np.arange(first, max(first, last)), stop_ms)
-    return _nearest_ns(np.append(times, stop_ms), since_ns, until_ns)
+def _multiples_ns(interval_ns: int, start_ns: int, stop_ns: int, since_ns: int, until_ns: int) -> IntArray:
+    """Return multiples of an interval from ``start`` to ``until``, and ``stop``; many sources share them."""
+    end_ns = min(until_ns, stop_ns - 1)
+    first, last = max(0, (since_ns - start_ns) // interval_ns), (end_ns - start_ns) // interval_ns
+    times = start_ns + interval_ns * np.arange(first, last + 1)
+    return np.append(times, stop_ns) if start_ns < stop_ns else np.empty(0, np.int64)
 
 
 class Current:
@@ -115,10 +120,11 @@ class Current:
         self._amplitudes.append(amplitudes)
         return amplitudes
 
-    def sampled_na(self, times_ms: FloatArray) -> FloatArray:
+    def sampled_na(self, times_ns: IntArray) -> FloatArray:
         """Return the current at ascending times."""
-        changed_ms = np.concatenate(self._times) / NS_PER_MS
-        return np.concatenate(self._amplitudes)[np.searchsorted(changed_ms, times_ms, side="right")]
+        return np.concatenate(self._amplitudes)[
+            np.searchsorted(np.concatenate(self._times), times_ns, side="right")
+        ]
 
 
 class Currents:
@@ -139,6 +145,8 @@ class Currents:
 
     def start(self, brain: Brain) -> None:
         """Connect to the cells of a brain that was just opened."""
+        for current in self._currents:
+            current.waveform.grid_ns = brain.capabilities.resolution_ns or 1
         self._port: Any = brain.add_source(DCSource(), self._cells, name=self._name)
 
     def begin(self, now_ns: int) -> None:

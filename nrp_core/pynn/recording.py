@@ -17,7 +17,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import is_number
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort, StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
+from nrp_core.clock import from_milliseconds, milliseconds, nanoseconds
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.network.changes import Rewirings
 from nrp_core.network.pynn.models import own_name
@@ -122,7 +122,7 @@ class Recorder(recording.Recorder):
         for name in sorted(asked):
             if name not in recorded:
                 yield f"{owner}: '{name}' is not recorded, so there are no data of it: call record('{name}')"
-            elif now_ms > 0 and self._since_ms.get(name, 0.0) == now_ms:
+            elif now_ms > 0 and from_milliseconds(self._since_ms.get(name, 0.0)) == from_milliseconds(now_ms):
                 yield (
                     f"{owner}: '{name}' is recorded from {now_ms:g} ms on, and nothing has run since: call "
                     "record() before run()"
@@ -217,7 +217,7 @@ class Recorder(recording.Recorder):
         own = np.searchsorted(port.neurons, wanted[columns])
         every = len(columns) == len(wanted) == len(port.neurons)
         for times_ms, values in port.parts():
-            since_ns = np.rint(times_ms * NS_PER_MS).astype(np.int64) - self._begin_ns
+            since_ns = nanoseconds(times_ms) - self._begin_ns
             regular = since_ns % interval_ns == 0  # a device begins with a sample at any time
             rows = since_ns[regular] // interval_ns
             if every and regular.all() and (np.diff(rows) == 1).all():

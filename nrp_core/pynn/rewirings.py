@@ -17,6 +17,7 @@ from pyNN import recording
 from quantities import ms
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.clock import from_milliseconds, nanoseconds
 from nrp_core.network.changes import Rewirings
 
 REWIRING: Final = recording.Variable(name="rewiring", location=None, label=None)
@@ -32,7 +33,7 @@ def events_of(changes: Iterable[Rewirings], since_ms: float) -> list[Any]:
         for name in ("time_ms", "pre_index", "post_index", "formed")
     )
     order = np.lexsort((formed, post, pre, time_ms))
-    order = order[time_ms[order] >= since_ms]
+    order = order[nanoseconds(time_ms[order]) >= from_milliseconds(since_ms)]
     columns = [each[order] for each in (time_ms, pre, post)]
     chosen = {flag: formed[order] == flag for flag in (True, False)}
     return [_event(*names, *(each[chosen[flag]] for each in columns)) for *names, flag in _KINDS]

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain
-from nrp_core.clock import from_milliseconds
+from nrp_core.clock import NS_PER_MS, from_milliseconds, nanoseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError, did_you_mean
 from nrp_core.findings import Findings
 from nrp_core.network.changes import Rewirings, Synapses
@@ -139,7 +139,7 @@ class RunningState(State):
         populations = self.brain.network.populations.values() if self.brain is not None else ()
         for population in (one for one in populations if one.label not in self._retimed):
             first_ms = min((times[0] for times in population.spike_times_ms if len(times)), default=0.0)
-            if first_ms > self._longest_ms:
+            if nanoseconds(first_ms) > from_milliseconds(self._longest_ms):
                 late = f"its spike_times begin at {first_ms:g} ms"
                 ended = f"the longest run ended at {self._longest_ms:g} ms"
                 self.warn([f"no cell of '{population.label}' fired: {late}, and {ended}"])
@@ -248,9 +248,10 @@ class RunningState(State):
         return [current.source for current in self._currents]
 
     def current_data(self, source: Any) -> tuple[FloatArray, FloatArray]:
-        times_ms: FloatArray = self.dt * np.arange(round(self.t / self.dt) + 1.0)
-        found = (current.sampled_na(times_ms) for current in self._currents if current.source is source)
-        return times_ms, next(found, np.zeros(len(times_ms)))
+        step_ns, lasted_ns = from_milliseconds(self.dt), from_milliseconds(self.t)
+        times_ns = step_ns * np.arange(lasted_ns // step_ns + 1)
+        found = (current.sampled_na(times_ns) for current in self._currents if current.source is source)
+        return times_ns / NS_PER_MS, next(found, np.zeros(len(times_ns)))
 
     def reset(self) -> None:
         super().reset()

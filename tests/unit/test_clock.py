@@ -6,7 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.clock import NS_PER_S, SampleSchedule, StepPlan, from_milliseconds, from_seconds, seconds
+from nrp_core.clock import (
+    FOREVER_NS,
+    NS_PER_S,
+    SampleSchedule,
+    StepPlan,
+    from_milliseconds,
+    from_seconds,
+    nanoseconds,
+    seconds,
+    without_rounding_errors,
+)
 from nrp_core.errors import TimestepError
 
 MS = 1_000_000
@@ -32,6 +42,29 @@ def test_every_float_is_read_by_its_printed_form(t_s: float) -> None:
     assert from_seconds(t_s) == round(Fraction(repr(t_s)) * NS_PER_S)
     t_ms = t_s * 22.0
     assert from_milliseconds(t_ms) == round(Fraction(repr(t_ms)) * MS)
+
+
+@given(
+    st.floats(-1e12, 1e12)
+    | st.integers(-(10**12), 10**12).map(lambda n: n * 0.1)
+    | st.integers(-(10**9), 10**9).map(lambda n: (n + 0.5) / MS)
+)
+def test_times_in_an_array_are_read_as_one_alone(t_ms: float) -> None:
+    assert nanoseconds([[t_ms, 0.3]]).tolist() == [[from_milliseconds(t_ms), 300_000]]
+
+
+def test_a_time_that_is_never_reached_is_a_number_too() -> None:
+    assert nanoseconds([float("inf"), 1e300, -float("inf")]).tolist() == [FOREVER_NS, FOREVER_NS, -FOREVER_NS]
+
+
+@given(st.integers(0, 10**6))
+def test_computed_times_become_those_that_are_written(n: int) -> None:
+    assert without_rounding_errors([n * 0.1, 0.1 * n]).tolist() == [n / 10, n / 10]
+
+
+def test_times_between_two_nanoseconds_stay() -> None:
+    assert without_rounding_errors(1.00000025).tolist() == 1.00000025
+    assert without_rounding_errors([float("inf")]).tolist() == [float("inf")]
 
 
 @pytest.mark.parametrize(("brain", "world"), [(None, None), (MS, 2 * MS), (20 * MS, None), (None, 20 * MS)])

@@ -40,7 +40,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.network.changes import DOPAMINE, ParameterChange
 from nrp_core.network.data import Network, Projection
 
@@ -79,7 +79,7 @@ class EventBrain(Brain):
         if self._rewards is None:
             self._run_to(t_ns)
         else:
-            since_ns = round(self._now_ms.item(0) * NS_PER_MS)
+            since_ns = from_milliseconds(self._now_ms.item(0))
             self._rewards.run(
                 since_ns, t_ns, self._run_to, lambda n: self._stored.since(n), self._synapses
             )  # fmt: skip
@@ -105,7 +105,7 @@ class EventBrain(Brain):
         if self._rewards is not None:
             super()._do_run_recording(t_ns, traces, samples)
             return
-        now_ns = round(self._now_ms.item(0) * NS_PER_MS)
+        now_ns = from_milliseconds(self._now_ms.item(0))
         plan = planned(traces, now_ns, t_ns, _PATIENCE_NS)
         while (done := int(plan.done[0])) < len(plan.stops):
             until_ms = plan.stops[done] + (_AHEAD_MS if self._ahead else _PATIENCE_MS)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import floor, inf, isfinite, prod
+from math import inf, isfinite, prod
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.membrane import LeakyMembrane
 from nrp_core.brain.spikes import NO_SPIKES, Spikes
-from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.clock import NS_PER_MS, nanoseconds
 from nrp_core.errors import CapabilityError
 from nrp_core.network.filters import MembraneKernel
 
@@ -300,10 +300,6 @@ class SpikeRecorderPort(SinkPort):
         self._parts = list(parts)
 
 
-_ROUNDING = 1e-9
-"""Tolerance for a time at a multiple of ``dt``, in samples."""
-
-
 @dataclass(frozen=True, slots=True)
 class StateRecorder(SinkSpec):
     """Samples of a state variable of each chosen neuron.
@@ -322,8 +318,8 @@ class StateRecorder(SinkSpec):
     begin: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (isfinite(self.dt) and self.dt > 0):
-            raise ValueError(f"dt must be more than 0 ms, not {self.dt}")
+        if not (isfinite(self.dt) and nanoseconds(self.dt) > 0):
+            raise ValueError(f"dt must be at least 1 ns (1e-6 ms), not {self.dt} ms")
 
     def open(self, neurons: IntArray, n_neurons: int, name: str) -> StateRecorderPort:
         return StateRecorderPort(self, neurons, n_neurons, name)
@@ -394,6 +390,7 @@ class StateRecorderPort(SinkPort):
     def __init__(self, spec: StateRecorder, neurons: IntArray, n_neurons: int, name: str) -> None:
         super().__init__(neurons, n_neurons, name)
         self._spec = spec
+        self._interval_ns, self._begin_ns = nanoseconds([spec.dt, spec.begin]).tolist()
         self.reset()
 
     @property
@@ -403,15 +400,12 @@ class StateRecorderPort(SinkPort):
 
     def due(self, since_ns: int, until_ns: int, grid_ns: int) -> Trace:
         """Return the samples to be taken, ``since < t <= until``, each at a point of the brain's grid."""
-        numbers = np.arange(self._number(since_ns) + 1, self._number(until_ns) + 1)
-        exact_ns = np.rint((self._spec.begin + numbers * self._spec.dt) * NS_PER_MS).astype(np.int64)
+        first, last = ((t_ns - self._begin_ns) // self._interval_ns + 1 for t_ns in (since_ns, until_ns))
+        exact_ns = self._begin_ns + np.arange(first, last) * self._interval_ns
         times_ns = np.minimum(-(-exact_ns // grid_ns) * grid_ns, until_ns)
         if len(times_ns) > 1:  # they ascend
             times_ns = times_ns[np.append(True, np.diff(times_ns) > 0)]
         return Trace(self.variable, self.neurons, times_ns)
-
-    def _number(self, t_ns: int) -> int:
-        return floor((milliseconds(t_ns) - self._spec.begin) / self._spec.dt + _ROUNDING)
 
     def take(self, times_ns: IntArray, values: FloatArray) -> None:
         """Store samples of each neuron, shape ``(n, n_neurons)``, if the recorder is active."""
@@ -421,7 +415,7 @@ class StateRecorderPort(SinkPort):
     def samples(self, since_ms: float = -inf, until_ms: float = inf) -> tuple[FloatArray, FloatArray]:
         """Return times (ms) with ``since < t <= until``, shape ``(n,)``, and values, ``(n, n_neurons)``."""
         times = np.concatenate([np.empty(0), *(times for times, _ in self._samples)])
-        first, last = np.searchsorted(times, [since_ms, until_ms], side="right")
+        first, last = np.searchsorted(nanoseconds(times), nanoseconds([since_ms, until_ms]), side="right")
         kept = [values for _, values in self._samples] or [np.empty((0, len(self.neurons)))]
         values = kept[0] if len(kept) == 1 else np.concatenate(kept)
         return times[first:last], values[first:last]

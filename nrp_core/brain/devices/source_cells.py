@@ -18,7 +18,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.ports import NO_EVENTS
 from nrp_core.brain.devices.trains import PoissonPort, PoissonSource
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.clock import MS_PER_S
+from nrp_core.clock import MS_PER_S, NS_PER_MS, nanoseconds, without_rounding_errors
 from nrp_core.errors import CapabilityError
 from nrp_core.network.data import Population
 from nrp_core.network.grid import Grid
@@ -62,7 +62,8 @@ class RenewalTrains:
         self, cell_type: str, parameters: Parameters, neurons: IntArray, seeds: Seeds, name: str
     ) -> None:
         self._law, self._own, self._neurons = INTERVALS[cell_type], parameters, neurons
-        self._stop_ms = parameters["start"] + parameters["duration"]
+        borders_ns = nanoseconds(parameters["start"]) + nanoseconds(parameters["duration"])
+        self._stop_ms = borders_ns / NS_PER_MS
         self._rng = seeds.stream(name)
         self._rows: deque[FloatArray] = deque()
         self._first_row = 0
@@ -216,7 +217,7 @@ class PopulationTrains:
         done = self._ids[(self._times_ms == now_ms) & (now_ms > 0.0)]
         kept = ~np.isin(self._ids, chosen)
         ids = np.concatenate([self._ids[kept], np.repeat(chosen, [len(train) for train in trains])])
-        times = np.concatenate([self._times_ms[kept], *trains])
+        times = np.concatenate([self._times_ms[kept], *map(without_rounding_errors, trains)])
         late = (times == now_ms) & ~np.isin(ids, done) & (now_ms > 0.0)
         self._take_trains(ids, np.where(late, nextafter(now_ms, inf), times))
         self._trains_changed = True
@@ -248,7 +249,8 @@ class PopulationTrains:
     def _take_given(self) -> None:
         trains = self._population.spike_times_ms
         lengths = [len(train) for train in trains]
-        self._take_trains(np.repeat(self._neurons[: len(trains)], lengths), np.concatenate([[], *trains]))
+        times_ms = without_rounding_errors(np.concatenate([[], *trains]))
+        self._take_trains(np.repeat(self._neurons[: len(trains)], lengths), times_ms)
         self._trains_changed = False
 
     def _take_trains(self, ids: IntArray, times_ms: FloatArray) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from math import floor, inf, isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from nrp_core.brain.devices.trains import (
     TrainPort,
 )
 from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.clock import FOREVER_NS, from_milliseconds, nanoseconds, without_rounding_errors
 from nrp_core.errors import NeuronSelectionError
 from nrp_core.network.data import Network
 from nrp_core.seeds import Seeds
@@ -75,8 +76,8 @@ class VaryingSpec(CurrentSpec):
     dt: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (isfinite(self.dt) and self.dt > 0):
-            raise ValueError(f"dt must be more than 0 ms, not {self.dt}")
+        if not (isfinite(self.dt) and nanoseconds(self.dt) > 0):
+            raise ValueError(f"dt must be at least 1 ns (1e-6 ms), not {self.dt} ms")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +123,7 @@ class CurrentPort(SourcePort):
     def __init__(self, spec: CurrentSpec, neurons: IntArray, name: str) -> None:
         super().__init__(neurons, name)
         self._spec = spec
+        self._start_ns, self._stop_ns = nanoseconds([spec.start, spec.stop]).tolist()
         self._set: dict[str, Setting] = {}
         for setting in self._settings():
             least = 0.0 if setting in _NEVER_NEGATIVE else -inf
@@ -132,15 +134,15 @@ class CurrentPort(SourcePort):
     def _settings(cls) -> list[str]:
         return [name for name in dir(cls) if isinstance(getattr(cls, name), _Tunable)]
 
-    def current_na(self, now_ms: float) -> FloatArray:
-        """Return the current into each neuron from ``now_ms`` on."""
-        value = self._value(now_ms)
-        on = self.active and self._spec.start <= now_ms < self._spec.stop
+    def current_na(self, now_ns: int) -> FloatArray:
+        """Return the current into each neuron from ``now_ns`` on."""
+        value = self._value(now_ns)
+        on = self.active and self._start_ns <= now_ns < self._stop_ns
         return value if on else np.zeros(len(self.neurons))
 
-    def next_change_ms(self, now_ms: float) -> float:
-        """Return the next time after ``now_ms`` at which the current changes by itself."""
-        return min((border for border in (self._spec.start, self._spec.stop) if border > now_ms), default=inf)
+    def next_change_ns(self, now_ns: int) -> int:
+        """Return the next time after ``now_ns`` at which the current changes by itself."""
+        return min((end for end in (self._start_ns, self._stop_ns) if end > now_ns), default=FOREVER_NS)
 
     def reset(self, seeds: Seeds) -> None:
         for name, setting in self._set.items():
@@ -155,7 +157,7 @@ class CurrentPort(SourcePort):
             self._set[name].set(value)
 
     @abstractmethod
-    def _value(self, now_ms: float) -> FloatArray:
+    def _value(self, now_ns: int) -> FloatArray:
         """Return the current into each neuron within the time window; called in the order of time."""
 
 
@@ -181,7 +183,7 @@ class DCPort(CurrentPort):
     quantity, unit = "amplitude", "nA"
     amplitude = _Tunable("Current into each neuron, nA: one number where all have the same.")
 
-    def _value(self, now_ms: float) -> FloatArray:
+    def _value(self, now_ns: int) -> FloatArray:
         return self._set["amplitude"].each
 
 
@@ -190,13 +192,17 @@ class VaryingPort(CurrentPort):
 
     _spec: VaryingSpec
 
-    def next_change_ms(self, now_ms: float) -> float:
-        next_value_ms = (self._cell(now_ms) + 1) * self._spec.dt
-        return min(next_value_ms, super().next_change_ms(now_ms))
+    def __init__(self, spec: VaryingSpec, neurons: IntArray, name: str) -> None:
+        super().__init__(spec, neurons, name)
+        self._interval_ns = from_milliseconds(spec.dt)
 
-    def _cell(self, now_ms: float) -> int:
-        """Return the grid interval of a time; a boundary, to rounding, belongs to the next interval."""
-        return floor(now_ms / self._spec.dt + 1e-9)
+    def next_change_ns(self, now_ns: int) -> int:
+        next_value_ns = (self._cell(now_ns) + 1) * self._interval_ns
+        return min(next_value_ns, super().next_change_ns(now_ns))
+
+    def _cell(self, now_ns: int) -> int:
+        """Return the grid interval of a time; a boundary belongs to the next interval."""
+        return now_ns // self._interval_ns
 
 
 class ACPort(VaryingPort):
@@ -208,11 +214,11 @@ class ACPort(VaryingPort):
     frequency = _Tunable("Frequency, Hz.")
     phase = _Tunable("Phase at the start, degrees.")
 
-    def _value(self, now_ms: float) -> FloatArray:
+    def _value(self, now_ns: int) -> FloatArray:
         amplitude, offset, frequency, phase = (
             self._set[name].each for name in ("amplitude", "offset", "frequency", "phase")
         )
-        since_s = ((self._cell(now_ms) + 0.5) * self._spec.dt - self._spec.start) * 1e-3
+        since_s = ((self._cell(now_ns) + 0.5) * self._spec.dt - self._spec.start) * 1e-3
         return offset + amplitude * np.sin(2 * np.pi * frequency * since_s + np.radians(phase))
 
 
@@ -232,8 +238,8 @@ class NoisyCurrentPort(VaryingPort):
         self._drawn = -1
         self._noise = np.zeros(len(self.neurons))
 
-    def _value(self, now_ms: float) -> FloatArray:
-        while self._drawn < self._cell(now_ms):
+    def _value(self, now_ns: int) -> FloatArray:
+        while self._drawn < self._cell(now_ns):
             self._noise = self._rng.standard_normal(len(self.neurons))
             self._drawn += 1
         return self._set["mean"].each + self._set["stdev"].each * self._noise
@@ -302,7 +308,7 @@ class SpikeInjectorPort(SourcePort):
         places = np.arange(n) if neuron_ids is None else np.atleast_1d(np.asarray(neuron_ids, dtype=np.int64))
         if places.size and not (places.min() >= 0 and places.max() < n):
             raise NeuronSelectionError(f"'{self.name}' drives neurons 0..{n - 1}, not {places.tolist()}")
-        given = self._now_ms if times_ms is None else np.asarray(times_ms, dtype=float)
+        given = self._now_ms if times_ms is None else without_rounding_errors(times_ms)
         times = np.broadcast_to(given, places.shape)
         if not (np.isfinite(times).all() and (times >= self._now_ms).all()):
             raise ValueError(

@@ -28,6 +28,7 @@ from nrp_core.brain.devices.ports import (
     check_synapse,
 )
 from nrp_core.brain.spikes import SynapticEvents
+from nrp_core.clock import from_milliseconds, milliseconds, nanoseconds
 from nrp_core.network.data import Network
 from nrp_core.network.parameters import MAX_RATE_HZ
 from nrp_core.seeds import Seeds
@@ -129,7 +130,8 @@ class TrainPort(SourcePort):
     def __init__(self, spec: SpikeSourceSpec, neurons: IntArray, seeds: Seeds, name: str) -> None:
         super().__init__(neurons, name)
         self._spec = spec
-        self._borders_ms = spec.start, spec.start + spec.duration
+        start_ns, duration_ns = nanoseconds([spec.start, spec.duration]).tolist()
+        self._borders_ns = start_ns, start_ns + duration_ns
         self._rates = Setting("rate", len(neurons), least=0.0, most=MAX_RATE_HZ / spec.n)
         self._weights = np.full(_BLOCK, spec.weight)
         self._synapses: ShortTermSynapses | None = None
@@ -187,18 +189,18 @@ class TrainPort(SourcePort):
 
     def _between(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of the spikes in a window."""
-        start_ms, stop_ms = self._borders_ms
-        if (start_ms <= since_ms or until_ms <= start_ms) and (stop_ms <= since_ms or until_ms <= stop_ms):
+        since_ns, until_ns = from_milliseconds(since_ms), from_milliseconds(until_ms)
+        cuts = [milliseconds(border_ns) for border_ns in self._borders_ns if since_ns < border_ns < until_ns]
+        if not cuts:
             return self._segment(since_ms, until_ms)
-        cuts = [border for border in self._borders_ms if since_ms < border < until_ms]
         parts = [self._segment(a, b) for a, b in pairwise([since_ms, *cuts, until_ms])]
         times, neurons = zip(*parts, strict=True)
         return np.concatenate(times), np.concatenate(neurons)
 
     def _segment(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of the spikes in an interval within which the rate is constant."""
-        start_ms, stop_ms = self._borders_ms
-        on = self.active and start_ms <= since_ms < stop_ms
+        start_ns, stop_ns = self._borders_ns
+        on = self.active and start_ns <= from_milliseconds(since_ms) < stop_ns
         rate = self._operational_rate if on else 0.0
         if rate != self._anchored_rate:
             self._anchor_u += self._anchored_rate * (since_ms - self._anchor_ms) * 1e-3

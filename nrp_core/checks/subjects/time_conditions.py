@@ -13,7 +13,7 @@ from nrp_core.checks.static_experiment import (
     checks_function,
 )
 from nrp_core.cle.latency import paths
-from nrp_core.clock import NS_PER_S, milliseconds, seconds
+from nrp_core.clock import NS_PER_S, from_seconds, milliseconds, seconds
 from nrp_core.experiment.model.event_schema import END, START, During, Event, TopicIs, causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.section import Key
@@ -62,7 +62,7 @@ def check_reached_times(function: CheckedFunction) -> Iterator[Finding]:
         match node:
             case ast.Compare(ast.Name("t"), _, [other]) | ast.Compare(other, _, [ast.Name("t")]):
                 bound_s = function.body.constant(other) if function.body.name("t") == NUMBER else None
-                if bound_s is not None and bound_s > duration_s:
+                if bound_s is not None and from_seconds(bound_s) > function.experiment.duration:
                     message = f"'t', in seconds, never reaches {bound_s:g}: the run ends at {duration_s:g} s"
                     yield function.warning(Code.NRP248, node, message)
 

@@ -16,7 +16,7 @@ from nrp_core._support.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
 from nrp_core.cle.wiring import declare_topics
-from nrp_core.clock import StepPlan, seconds
+from nrp_core.clock import StepPlan, from_milliseconds, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction, require_new_name
 from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, did_you_mean
@@ -107,6 +107,8 @@ def make_parts(
     if build is None:
         progress(building(experiment))
     network = build_network(experiment, collector, build)
+    if network is not None and network.timestep_ms is not None:
+        _require_script_step(experiment, network.timestep_ms, collector)
     is_accepted = _is_accepted(experiment, brain, network, review or _review, collector)
     stage = None if scene is None else _make_stage(experiment, world, scene, collector)
     return PlanParts(experiment, brain, world, network, scene, stage, parameters, is_accepted, collector)
@@ -135,6 +137,17 @@ def _require_steps(
     world_step_ns = world.capabilities.step_ns if world else None
     with collector.during(Code.NRP372, *place_of_step(experiment)):
         StepPlan(experiment.timestep, brain_step_ns, world_step_ns)
+
+
+def _require_script_step(experiment: Experiment, timestep_ms: float, collector: Collector) -> None:
+    """Require that the loop stops at time steps of the brain script, as every simulator with a grid does."""
+    step_ns, period_ns = from_milliseconds(timestep_ms), experiment.timestep
+    if step_ns <= 0 or period_ns % step_ns:
+        message = (
+            f"the brain has a time step of {timestep_ms:g} ms (setup(timestep=...)), and the loop one of "
+            f"{milliseconds(period_ns):g} ms, which is not a multiple of it"
+        )
+        collector.add(Code.NRP372, message, *place_of_step(experiment))
 
 
 def place_of_step(experiment: Experiment) -> tuple[Key, ...]:

@@ -14,7 +14,7 @@ from typing import Any, Final
 from nrp_core._support.named_values import Named
 from nrp_core._support.overview import Overview, Row
 from nrp_core.cle.loop import Failure
-from nrp_core.clock import seconds
+from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.findings import Code, Finding, Level, Weight
@@ -73,7 +73,9 @@ class Judgement:
     @property
     def covers_all(self) -> bool:
         """Whether the run reached the end of the experiment, as far as known."""
-        return self.state == FINISHED and (self.duration_s is None or self.reached_s >= self.duration_s)
+        if self.duration_s is None:
+            return self.state == FINISHED
+        return self.state == FINISHED and from_seconds(self.reached_s) >= from_seconds(self.duration_s)
 
     @property
     def headline(self) -> str:

@@ -7,7 +7,7 @@ import difflib
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from math import isfinite
+from math import isfinite, isnan
 from numbers import Real
 from types import MappingProxyType, ModuleType
 from typing import Any, Final, NoReturn
@@ -18,6 +18,7 @@ from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
 
 from nrp_core._support.checked_arguments import is_number
+from nrp_core.clock import from_milliseconds, nanoseconds
 from nrp_core.errors import BackendError, NetworkError, did_you_mean
 from nrp_core.network.cells import CELLS
 from nrp_core.network.pynn import electrodes, models, populations, projections, rng, synapses
@@ -37,7 +38,6 @@ from nrp_core.network.pynn.simulator import Recorder, Simulator
 from nrp_core.network.synapses import LAWS
 from nrp_core.parameters import GivenParameters
 
-_ROUNDING_MS: Final = 1e-9
 _MOST_CALLS: Final = 1000
 """At one time; a callback may name the present time some times, as one with a list of times does."""
 
@@ -51,8 +51,8 @@ class Callback:
     """
 
     def __init__(self, function: Callable[[float], Any], until_ms: float) -> None:
-        self._function, self._until_ms = function, until_ms
-        self._called_ms, self._calls = float("nan"), 0
+        self._function, self._until_ns = function, from_milliseconds(until_ms)
+        self._called_ns, self._calls = -1, 0
 
     def __call__(self, now_ms: float) -> Any:
         """Call it.
@@ -60,11 +60,11 @@ class Callback:
         Raises:
             InvalidValueError: the answer is no time, or the present or a past one again and again.
         """
-        answer = self._function(now_ms)
-        self._calls = self._calls + 1 if now_ms == self._called_ms else 1
-        self._called_ms = now_ms
-        is_time = isinstance(answer, Real) and float(answer) >= now_ms - _ROUNDING_MS
-        if now_ms < self._until_ms - _ROUNDING_MS and (not is_time or self._calls > _MOST_CALLS):
+        answer, now_ns = self._function(now_ms), from_milliseconds(now_ms)
+        self._calls = self._calls + 1 if now_ns == self._called_ns else 1
+        self._called_ns = now_ns
+        is_time = isinstance(answer, Real) and not isnan(answer) and nanoseconds(float(answer)) >= now_ns
+        if now_ns < self._until_ns and (not is_time or self._calls > _MOST_CALLS):
             name = getattr(self._function, "__name__", self._function)
             raise InvalidValueError(
                 f"run: the callback {name} returned {answer!r:.40} at {now_ms:g} ms; it must return the time "

@@ -13,6 +13,7 @@ from pyNN.parameters import ParameterSpace
 from pyNN.standardmodels import StandardCurrentSource, electrodes
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.clock import NS_PER_MS, nanoseconds
 from nrp_core.errors import CapabilityError
 from nrp_core.network.pynn.arguments import (
     InvalidValueError,
@@ -25,7 +26,7 @@ from nrp_core.network.pynn.models import untranslated
 from nrp_core.network.pynn.populations import require_existing
 from nrp_core.network.pynn.simulator import Simulator
 
-_FOREVER_MS = 1e12
+_FOREVER_NS = 10**18  # PyNN's
 
 
 class CurrentSource(StandardCurrentSource):
@@ -61,7 +62,7 @@ class CurrentSource(StandardCurrentSource):
             if not allowed.all():
                 raise InvalidValueError(f"{type(self).__name__}: {name} is {numbers}; it must be {rule}")
         start, stop = (values.get(name, self.__dict__.get(name)) for name in ("start", "stop"))
-        if start is not None and stop is not None and stop < start:
+        if start is not None and stop is not None and nanoseconds(stop) < nanoseconds(start):
             raise InvalidValueError(f"{type(self).__name__}: stop is {stop:g} ms, before start, {start:g} ms")
 
     def get_native_parameters(self) -> ParameterSpace:
@@ -114,11 +115,11 @@ class DCSource(CurrentSource, electrodes.DCSource):
     translations = untranslated(electrodes.DCSource.default_parameters)
 
     def steps(self) -> tuple[FloatArray, FloatArray]:
-        times, amplitudes = np.array([self.start, self.stop]), np.array([float(self.amplitude), 0.0])
-        if self.stop == self.start:
+        times_ns = np.maximum(nanoseconds([self.start, self.stop]), 0)
+        if times_ns[0] == times_ns[1]:
             return np.zeros(1), np.zeros(1)
-        kept = times < _FOREVER_MS
-        return np.maximum(times[kept], 0.0), amplitudes[kept]
+        kept = times_ns < _FOREVER_NS
+        return times_ns[kept] / NS_PER_MS, np.array([float(self.amplitude), 0.0])[kept]
 
 
 class ACSource(CurrentSource, electrodes.ACSource):
@@ -128,7 +129,7 @@ class ACSource(CurrentSource, electrodes.ACSource):
 
 
 class StepCurrentSource(CurrentSource, electrodes.StepCurrentSource):
-    """A current that changes in steps, at the time steps nearest to ``times``."""
+    """A current that changes in steps, at ``times``, or at the points of a grid that are nearest to them."""
 
     translations = untranslated(electrodes.StepCurrentSource.default_parameters)
 
@@ -140,12 +141,10 @@ class StepCurrentSource(CurrentSource, electrodes.StepCurrentSource):
             raise InvalidValueError(
                 f"StepCurrentSource needs as many times as amplitudes, not {len(times)} and {len(amplitudes)}"
             )
-        if (len(times) and times[0] < 0) or (np.diff(times) <= 0).any():
+        if (np.diff(nanoseconds(times), prepend=-1) <= 0).any():
             raise InvalidValueError(f"StepCurrentSource: times ascend from 0 ms or later, not {times}")
-        rounded = self._round_timestamp(times, self._simulator.state.dt)
-        last = np.diff(rounded, append=np.inf) > 0
-        object.__setattr__(self, "times", rounded[last])
-        object.__setattr__(self, "amplitudes", amplitudes[last])
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "amplitudes", amplitudes)
 
     def steps(self) -> tuple[FloatArray, FloatArray]:
         return self.times, self.amplitudes

@@ -14,6 +14,7 @@ from pyNN.common import Assembly, BasePopulation
 from pyNN.random import RandomDistribution
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
+from nrp_core.clock import nanoseconds
 from nrp_core.errors import NetworkError
 from nrp_core.network import data as data
 from nrp_core.network.currents import InjectedCurrent
@@ -160,7 +161,7 @@ def _injected(state: State) -> tuple[FloatArray, tuple[InjectedCurrent, ...]]:
     constant_na, currents = np.zeros(state.n_cells), []
     for injection in state.injections:
         times_ms, amplitudes_na = injection.source.steps()
-        if len(times_ms) == 1 and times_ms[0] == 0.0:
+        if nanoseconds(times_ms).tolist() == [0]:
             np.add.at(constant_na, injection.cells, amplitudes_na[0])
         else:
             currents.append(InjectedCurrent(injection.cells, times_ms, amplitudes_na))

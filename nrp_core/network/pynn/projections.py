@@ -17,6 +17,7 @@ from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray
+from nrp_core.clock import from_milliseconds, nanoseconds
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 from nrp_core.network.changes import DOPAMINE, SYNAPSE_STATE
 from nrp_core.network.drawing import Columns
@@ -39,7 +40,6 @@ from nrp_core.network.synapses import ELECTRICAL, LAWS, STDP
 
 _CELLS = (common.BasePopulation, common.Assembly)
 _NONE = type(None)
-_ROUNDING_MS = 1e-9
 _PARTS = (
     ("source", _CELLS, "a population, view or assembly"),
     ("target", _CELLS, "a population, view or assembly"),
@@ -334,11 +334,14 @@ class Projection(common.Projection):
 
     def _within(self) -> Mapping[str, Limit]:
         """Return the limit of delays, if ``setup`` gives one; NEST refuses longer ones, too."""
-        longest_ms = self._simulator.state.max_delay + _ROUNDING_MS
+        longest_ms = self._simulator.state.max_delay
         if np.isinf(longest_ms):
             return {}
-        rule = f"from 0 ms to max_delay of setup, {self._simulator.state.max_delay:g} ms"
-        return {"delay": Limit(rule, lambda delays_ms: (delays_ms >= 0) & (delays_ms <= longest_ms))}
+        longest_ns = from_milliseconds(longest_ms)
+        rule = f"from 0 ms to max_delay of setup, {longest_ms:g} ms"
+        return {
+            "delay": Limit(rule, lambda delays_ms: (delays_ms >= 0) & (nanoseconds(delays_ms) <= longest_ns))
+        }
 
 
 def _complete(connector: Any) -> None:

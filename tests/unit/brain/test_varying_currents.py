@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf
-
 import numpy as np
 import pytest
 from golden import Golden
@@ -11,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.brain.devices.sources import ACSource, CurrentPort, CurrentSpec, DCSource, NoisyCurrentSource
+from nrp_core.clock import FOREVER_NS
 from nrp_core.dsl.testing import MockBrain
 from nrp_core.seeds import Seeds
 
@@ -63,14 +62,14 @@ def port_of(spec: CurrentSpec, seed: int = 1) -> CurrentPort:
 
 def test_a_sine_begins_at_its_start_with_its_phase() -> None:
     port = port_of(ACSource(amplitude=2.0, offset=1.0, frequency=10.0, phase=90.0, start=5.0, dt=0.001))
-    assert port.current_na(4.999).tolist() == [0.0, 0.0]
-    assert port.current_na(5.0) == pytest.approx([3.0, 3.0], abs=1e-6)
-    assert port.current_na(55.0) == pytest.approx([-1.0, -1.0], abs=1e-6)
+    assert port.current_na(4_999_000).tolist() == [0.0, 0.0]
+    assert port.current_na(5 * MS) == pytest.approx([3.0, 3.0], abs=1e-6)
+    assert port.current_na(55 * MS) == pytest.approx([-1.0, -1.0], abs=1e-6)
 
 
 def test_noise_has_its_mean_and_deviation_and_is_independent_between_neurons() -> None:
     port = port_of(NoisyCurrentSource(mean=0.5, stdev=0.1))
-    drawn = np.array([port.current_na(t) for t in range(4000)])
+    drawn = np.array([port.current_na(t * MS) for t in range(4000)])
     error = 0.1 / np.sqrt(4000)
     assert drawn.mean(axis=0) == pytest.approx([0.5, 0.5], abs=5 * error)
     assert drawn.std(axis=0) == pytest.approx([0.1, 0.1], abs=5 * error)
@@ -80,24 +79,24 @@ def test_noise_has_its_mean_and_deviation_and_is_independent_between_neurons() -
 def test_a_restored_state_of_the_saved_currents_continues_exactly() -> None:
     port, other = port_of(NoisyCurrentSource()), port_of(NoisyCurrentSource(), seed=2)
     for t in range(5):
-        port.current_na(t)
+        port.current_na(t * MS)
     other.restore(port.save())
-    assert [other.current_na(t).tolist() for t in range(5, 9)] == [
-        port.current_na(t).tolist() for t in range(5, 9)
+    assert [other.current_na(t * MS).tolist() for t in range(5, 9)] == [
+        port.current_na(t * MS).tolist() for t in range(5, 9)
     ]
 
 
 def test_a_silenced_current_is_zero_and_keeps_its_settings() -> None:
     port = port_of(ACSource(offset=1.0))
     port.active = False
-    assert port.current_na(0.0).tolist() == [0.0, 0.0]
+    assert port.current_na(0).tolist() == [0.0, 0.0]
     port.active = True
-    assert port.current_na(0.0).any()
+    assert port.current_na(0).any()
 
 
 def test_a_constant_current_changes_only_at_its_borders() -> None:
     port = port_of(DCSource(amplitude=1.0, start=2.0, stop=4.0))
-    assert [port.next_change_ms(t) for t in (0.0, 2.0, 4.0)] == [2.0, 4.0, inf]
+    assert [port.next_change_ns(t * MS) for t in (0, 2, 4)] == [2 * MS, 4 * MS, FOREVER_NS]
 
 
 def test_a_grid_of_zero_width_is_refused(golden: Golden) -> None:

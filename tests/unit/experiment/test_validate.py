@@ -131,6 +131,11 @@ def test_a_mistake_in_a_file_is_found_in_that_file(
     assert errors[0].endswith(f"[{code}]")
 
 
+def test_a_script_is_refused_whose_time_step_does_not_divide_the_loop(edit: Edit, golden: Golden) -> None:
+    (error,) = errors_of(edit("timestep=0.1", "timestep=0.3", "brain.py"))
+    golden(error)
+
+
 def test_mistakes_in_different_files_are_found_at_once(edit: Edit) -> None:
     edit("backend: counting", "backend: countin")
     edit("actors[0]", "motors[0]", "drive.py")

@@ -24,9 +24,11 @@ from nrp_brain_event.random_numbers import GOLDEN, mixed
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import inlined, jit
+from nrp_core.clock import nanoseconds
 from nrp_core.network.data import Network, Projection
 from nrp_core.network.drawing import extremes
 from nrp_core.network.grid import Grid as TimeGrid
+from nrp_core.network.grid import nearest_ns
 from nrp_core.network.indices import stored_form
 from nrp_core.network.synapses import STATIC
 
@@ -182,9 +184,6 @@ def _decide(bounds: Array, high: np.uint64, word: np.uint64, j: int) -> int:
     return count
 
 
-_NEVER = 1 << 62
-
-
 def drawable(network: Network) -> frozenset[str]:
     """Return the labels of the Poisson populations of equal cells with one synapse each.
 
@@ -246,8 +245,10 @@ def load_noise(
         record["consecutive"] = (np.diff(lines[-1].astype(np.int64)) == 1).all()
         record["guide"], record["weight"] = len(guides), projection.weight[0]
         record["delay"] = times.delays(projection.delay_ms[:1])[0]
-        record["begin"] = min(round(start / times.step_ms), _NEVER)
-        record["end"] = min(round(min((start + duration) / times.step_ms, 2.0**61)), _NEVER)
+        start_ns, duration_ns = nanoseconds([start, duration]).tolist()
+        record["begin"], record["end"] = (
+            nearest_ns(t_ns, times.step_ns) // times.step_ns for t_ns in (start_ns, start_ns + duration_ns)
+        )
         guides.append(guide(rate * times.step_ms * 1e-3))
         first += projection.size
     widest = max((len(bounds) for _, bounds in guides), default=1)

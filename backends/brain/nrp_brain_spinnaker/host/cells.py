@@ -37,6 +37,7 @@ from nrp_brain_spinnaker.machine.neuron_kernels import FINE_BITS, LIFT_BITS, OPE
 from nrp_brain_spinnaker.models import CONDUCTANCE_SCALE, GSYN, ISYN, CellModel, Semantics, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions, hinted_substeps
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.clock import nanoseconds
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.network.data import Network, Population
 
@@ -211,7 +212,7 @@ class Grid:
 
     def first_tick_at(self, times_ms: FloatArray) -> IntArray:
         """Return the first tick at or after each time; times are rounded to whole microseconds."""
-        return -(np.floor(times_ms * 1000).astype(np.int64) // -self.step_us)
+        return -(nanoseconds(times_ms) // 1000 // -self.step_us)
 
     def substeps_of(self, model: CellModel, population: Population) -> int:
         """Return the number of updates of the cells of a population in a tick."""

@@ -22,7 +22,9 @@ from nrp_brain_spinnaker.hardware import POISSON_SOURCES_PER_CORE
 from nrp_brain_spinnaker.machine.fixed_point import FRACTION_LARGEST, ONE, exp_accum
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
+from nrp_core.clock import FOREVER_NS, nanoseconds
 from nrp_core.network.data import Population
+from nrp_core.network.grid import nearest_ns
 from nrp_core.seeds import Seeds
 
 _WORD: Final = 0xFFFFFFFF
@@ -183,7 +185,8 @@ def _settings(population: Population, step_us: int) -> IntArray:
 
 
 def _setting(step_us: int, rate_hz: float, start_ms: float, duration_ms: float) -> tuple[int, ...]:
-    start, end = (_ticks(time, step_us) for time in (start_ms, start_ms + duration_ms))
+    start_ns, duration_ns = nanoseconds([start_ms, duration_ms]).tolist()
+    start, end = (_ticks(t_ns, step_us) for t_ns in (start_ns, min(start_ns + duration_ns, FOREVER_NS)))
     mean = mean_per_tick(rate_hz, step_us)
     if mean == 0 and round(rate_hz * 2**32) == 0:
         return start, start, 1, 0, 0
@@ -193,8 +196,8 @@ def _setting(step_us: int, rate_hz: float, start_ms: float, duration_ms: float) 
     return start, end, 0, draws, exp_accum(-(mean // draws)) << 17
 
 
-def _ticks(time_ms: float, step_us: int) -> int:
-    return _FOREVER if time_ms == np.inf else int(np.floor(time_ms * 1000 / step_us + 0.5))
+def _ticks(t_ns: int, step_us: int) -> int:
+    return _FOREVER if t_ns == FOREVER_NS else nearest_ns(t_ns, 1000 * step_us) // (1000 * step_us)
 
 
 @jit

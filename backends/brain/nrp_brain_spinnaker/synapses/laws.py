@@ -30,6 +30,7 @@ from nrp_brain_spinnaker.synapses.tsodyks_markram import (
 )
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
+from nrp_core.clock import nanoseconds
 from nrp_core.errors import CapabilityError, NetworkError
 from nrp_core.network.data import Network, Projection
 from nrp_core.network.rewiring import Neuromodulation
@@ -106,7 +107,7 @@ def _dopamine(projection: Projection, model: CellModel, layout: Layout) -> IntAr
     """Return the change of dopamine by each synapse, s4.11."""
     where, weight = f"projection '{projection.label}'", projection.weight
     step_ms = layout.grid.step_us / 1000
-    late = np.flatnonzero(projection.delay_ms > step_ms * (1 + 1e-9))
+    late = np.flatnonzero(nanoseconds(projection.delay_ms) > 1000 * layout.grid.step_us)
     if late.size:
         raise NetworkError(
             f"{where}: the delay of synapse {late[0]} is {projection.delay_ms[late[0]]:g} ms; rewards and "

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from nrp_core.brain import FloatArray, IntArray, same_order
-from nrp_core.clock import NS_PER_MS
+from nrp_core.clock import nanoseconds
 
 Synapses = tuple[IntArray, IntArray, Mapping[str, FloatArray]]
 
@@ -55,10 +54,5 @@ class Link:
         ours = {**values, **self._changed, "source": pre, "target": post}
         theirs = synapses.get(list(ours))
         return synapses, *same_order(
-            *(known | {"delay": _whole_ns(known["delay"])} for known in (ours, theirs))
+            *(known | {"delay": nanoseconds(known["delay"])} for known in (ours, theirs))
         )
-
-
-def _whole_ns(delays_ms: npt.ArrayLike) -> FloatArray:
-    whole: FloatArray = np.rint(np.asarray(delays_ms) * NS_PER_MS)
-    return whole

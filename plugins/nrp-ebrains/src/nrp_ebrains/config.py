@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Key, Place, Tree, form_of, parse_tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
@@ -89,7 +89,7 @@ class EngineConfig(_Form):
     @property
     def step_ns(self) -> int:
         """Its time step."""
-        return round(self.EngineTimestep * NS_PER_S)
+        return from_seconds(self.EngineTimestep)
 
     @property
     def file(self) -> str | None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
-from math import ceil
 from pathlib import Path
 from typing import Any
 
 from nrp_legacy.files import EMPTY_ROOM
 from ruamel.yaml import YAML
 
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Experiment, Place, Tree, experiment_of
 from nrp_core.findings import Code, Finding, InvalidExperimentError
@@ -58,7 +57,7 @@ def _described(path: Path, configuration: Configuration) -> dict[str, Any]:
     """Return the contents of the file in the keys of our experiments."""
     folder, step_ns = path.parent, configuration.timestep_ns
     timeout_s = configuration.SimulationTimeout or DURATION_S
-    duration_ns = ceil(round(timeout_s * NS_PER_S) / step_ns) * step_ns
+    duration_ns = -(-from_seconds(timeout_s) // step_ns) * step_ns
     nest, gazebo = configuration.engines(*NEST), configuration.engines(*GAZEBO)
     model = file_in(folder, nest[0].NestInitFileName) if nest else path
     world: dict[str, Any] = {"backend": "mujoco", "scene": str(EMPTY_ROOM)}

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import NS_PER_S, from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 
 
@@ -65,8 +65,8 @@ class MujocoSimulator(Simulator):
         self._mujoco = mujoco
         self._model = mujoco.MjModel.from_xml_path(str(world))
         self._data = mujoco.MjData(self._model)
-        self._step_ns = round(self._model.opt.timestep * NS_PER_S)
-        if round(step_s * NS_PER_S) < self._step_ns:
+        self._step_ns = from_seconds(self._model.opt.timestep)
+        if from_seconds(step_s) < self._step_ns:
             raise ExperimentError(
                 f"the time step of the engine is shorter than that of {world.name}, "
                 f"{self._model.opt.timestep:g} s"

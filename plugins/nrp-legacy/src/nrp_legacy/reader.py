@@ -10,7 +10,7 @@ from math import ceil
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
-from nrp_core.clock import NS_PER_MS, NS_PER_S
+from nrp_core.clock import NS_PER_MS, NS_PER_S, from_milliseconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment import Experiment, Place, Tree, experiment_of, overridden
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
@@ -108,7 +108,7 @@ class _Reading:
             if element not in self._launches:
                 self._note(element, Code.NRP216, f"<{local(element.tag)}> is not supported: ignored")
         self._notes += check_documents(exc, bibi)
-        timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS, milliseconds_of) * NS_PER_MS)
+        timestep_ns = from_milliseconds(self._time(bibi.timestep, TIMESTEP_MS, milliseconds_of))
         duration_ns = (
             ceil(self._time(exc.timeout, documents.DURATION_S) * NS_PER_S / timestep_ns) * timestep_ns
         )

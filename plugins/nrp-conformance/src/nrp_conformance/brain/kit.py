@@ -13,7 +13,7 @@ import numpy as np
 from nrp_conformance.base import SimulatorTests, skip_undeclared
 from nrp_core import brains
 from nrp_core.brain import Brain, BrainBackend, BrainCapabilities, SpikeRecorder, SpikeRecorderPort
-from nrp_core.clock import NS_PER_MS, milliseconds
+from nrp_core.clock import from_milliseconds, milliseconds
 from nrp_core.network.cells import CELLS
 from nrp_core.network.currents import InjectedCurrent
 from nrp_core.network.data import Network, Population, Projection
@@ -177,7 +177,7 @@ class BrainKit(SimulatorTests[BrainBackend, BrainCapabilities]):
     def grid_ns(self, t_ms: float) -> int:
         """Return the first time at or after ``t_ms`` at which the brain can be stopped."""
         step_ns = self.capabilities.resolution_ns or 1
-        return -(-round(t_ms * NS_PER_MS) // step_ns) * step_ns
+        return -(-from_milliseconds(t_ms) // step_ns) * step_ns
 
     @cached_property
     def sample(self) -> Sample:

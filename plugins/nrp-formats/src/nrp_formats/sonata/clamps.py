@@ -15,6 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core.brain import FloatArray, InjectedCurrent, IntArray, Network
+from nrp_core.clock import nanoseconds
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.network.nest_models import NestParameter
 from nrp_formats.sonata.node_sets import nodes_matching
@@ -129,7 +130,8 @@ def _sweep(entry: Mapping[str, Any], file: Path) -> tuple[FloatArray, FloatArray
         raise NetworkError(f"{file} has no stimulus of the sweep {wanted!r}: {error}") from None
     stride = max(1, round(interval_s * rate_hz))
     times_ms, amplitudes = np.arange(len(amplitudes))[::stride] * (1e3 / rate_hz), amplitudes[::stride]
-    inside = (times_ms >= window_ms[0]) & (times_ms <= window_ms[1])
+    begin_ns, end_ns = nanoseconds(window_ms)
+    inside = (nanoseconds(times_ms) >= begin_ns) & (nanoseconds(times_ms) <= end_ns)
     return times_ms[inside] + delay_ms, amplitudes[inside]
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from math import inf
+from math import isfinite
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import from_seconds
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.findings import Code
 from nrp_core.messages.base import ns_of
@@ -148,7 +148,7 @@ def _ns(value: Any) -> int:
     """Return a time or a duration, which may be a message, one without a value, or seconds."""
     if isinstance(value, OpenMessage):
         value = Duration(vars(value).get("secs", 0), vars(value).get("nsecs", 0))
-    return ns_of(value) if hasattr(value, "nanosec") else round(float(value) * NS_PER_S)
+    return ns_of(value) if hasattr(value, "nanosec") else from_seconds(float(value))
 
 
 _STATES = {
@@ -209,9 +209,9 @@ class SimpleActionClient:
     def wait_for_result(self, timeout: Any = None, **options: Any) -> bool:
         """Wait in simulated time and return whether the goal is done; transfer functions do not wait."""
         limit_s = float(options.get("execute_timeout", timeout) or 0.0)
-        end_s = self._graph.now_s + limit_s if limit_s else inf
+        end_ns = self._graph.now_ns + from_seconds(limit_s) if isfinite(limit_s) and limit_s else None
         task = Task.here()
-        while task is not None and self._moves and self._graph.now_s < end_s:
+        while task is not None and self._moves and (end_ns is None or self._graph.now_ns < end_ns):
             task.wait_until(0)
         return self._movement is not None and self._movement.is_over
 

@@ -8,7 +8,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import NS_PER_S, from_seconds
 from nrp_core.findings import Code
 from nrp_legacy.shims.graph import Graph, absolute, log, shown
 from nrp_legacy.shims.modules import OpenMessage, module, with_numbers
@@ -113,7 +113,7 @@ class Timer:
     def __init__(
         self, graph: Graph, period: Any, callback: Callable[[Any], Any], oneshot: bool = False, **_more: Any
     ) -> None:
-        self._period_ns, self._callback, self._once = round(float(period) * NS_PER_S), callback, oneshot
+        self._period_ns, self._callback, self._once = from_seconds(float(period)), callback, oneshot
         self._graph, self._last_ns = graph, graph.now_ns
         self._last: Time | None = None
         graph.attend(self)
@@ -188,7 +188,7 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
 
 def sleep(graph: Graph, duration: Any) -> None:
     """Wait in simulated time; a transfer function cannot wait and continues at once."""
-    graph.wait_until(graph.now_ns + round(float(duration) * NS_PER_S))
+    graph.wait_until(graph.now_ns + from_seconds(float(duration)))
 
 
 class _Rate:
@@ -212,11 +212,11 @@ def _wait_for_message(graph: Graph, topic: str, kind: Any, timeout: float | None
         if latest is None:
             raise ROSException(f"no message on {name} yet; a transfer function cannot wait for one")
         return latest
-    end_s = None if timeout is None else graph.now_s + float(timeout)
+    end_ns = None if timeout is None else graph.now_ns + from_seconds(float(timeout))
     listener = graph.listen(name, kind, came.append)
     try:
         while not came:
-            if end_s is not None and graph.now_s >= end_s:
+            if end_ns is not None and graph.now_ns >= end_ns:
                 raise ROSException(f"no message on {name} within {timeout} s")
             graph.wait_until(0)
     finally:

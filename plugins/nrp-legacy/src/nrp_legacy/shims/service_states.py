@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import from_seconds
 from nrp_core.findings import Code
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.scene.meshes.stl import mean_color
@@ -108,7 +108,7 @@ class SetMaterialColorServiceState(CallingState):
     def execute(self, userdata: Any) -> str:
         task = Task.here()
         if task is not None and self._delay_s > 0:
-            task.wait_until(self._graph.now_ns + round(self._delay_s * NS_PER_S))
+            task.wait_until(self._graph.now_ns + from_seconds(self._delay_s))
         name, (*visual, _, material) = "/gazebo/set_visual_properties", self.values
         color = self._of_texture(str(material))
         values = self.values if color is None else (*visual, "material:diffuse", color)

@@ -8,7 +8,7 @@ from functools import partial
 from types import ModuleType
 from typing import Any
 
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import from_seconds
 from nrp_core.findings import Code
 from nrp_core.messages.cle_ros_msgs import SpikeEvent, SpikeRate
 from nrp_core.messages.gazebo_msgs import LinkStates, ModelStates
@@ -222,7 +222,7 @@ class WaitToClockState(PollingState):
     """Waits for a time of the simulation, s."""
 
     def __init__(self, graph: Graph, time: float, *_keys: Any, **_more: Any) -> None:
-        self.end_ns = round(float(time) * NS_PER_S)
+        self.end_ns = from_seconds(float(time))
         super().__init__(graph, lambda _userdata: graph.now_ns >= self.end_ns)
 
 
@@ -241,7 +241,7 @@ class ClockDelayState(PollingState):
         if delay_s is None:
             raise TypeError("ClockDelayState needs the seconds that it waits, waitfor or waittime")
         super().__init__(graph, lambda _userdata: graph.now_ns >= self._end_ns)
-        self.delay_ns = round(float(delay_s) * NS_PER_S)
+        self.delay_ns = from_seconds(float(delay_s))
         self._end_ns = 0
 
     def _entered(self) -> None:

@@ -6,7 +6,7 @@ from functools import total_ordering
 from typing import Any, Final
 
 from nrp_core.cle.loop import ClosedLoop
-from nrp_core.clock import NS_PER_S
+from nrp_core.clock import NS_PER_S, from_seconds
 from nrp_core.dsl import message_type
 from nrp_core.experiment import Run
 from nrp_core.messages import base
@@ -43,7 +43,7 @@ class Span:
 
     def __init__(self, secs: float = 0, nsecs: int = 0) -> None:
         """Create it from seconds, possibly fractional, and additional nanoseconds."""
-        self.sec, self.nanosec = divmod(round(secs * NS_PER_S) + nsecs, NS_PER_S)
+        self.sec, self.nanosec = divmod(from_seconds(secs) + nsecs, NS_PER_S)
 
     @classmethod
     def from_sec(cls, seconds: float) -> Any:
@@ -100,4 +100,4 @@ class Time(Span, base.Time):
 
 
 def _ns(value: Any) -> int:
-    return value.ns if isinstance(value, Span) else round(float(value) * NS_PER_S)
+    return value.ns if isinstance(value, Span) else from_seconds(float(value))

@@ -12,6 +12,7 @@ from pyNN.parameters import ParameterSpace
 from pyNN.parameters import Sequence as Train
 
 from nrp_core.brain import RECEPTORS, FloatArray, Synapses
+from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 from nrp_core.network.pynn import populations, projections
 from nrp_core.network.pynn.arguments import InvalidValueError, require_kind
@@ -320,7 +321,7 @@ class Population(_Cells, populations.Population):
 
         def extend(until_ms: float) -> None:
             nonlocal trains
-            if until_ms > rates.drawn_ms:
+            if from_milliseconds(until_ms) > from_milliseconds(rates.drawn_ms):
                 more = rates.trains(self.size, stream, state.dt, until_ms + _AHEAD_MS)
                 trains = [np.append(old, new.value) for old, new in zip(trains, more, strict=True)]
                 self.set(spike_times=[Train(times) for times in trains])

@@ -15,7 +15,7 @@ from threading import Event, Thread, current_thread
 from types import ModuleType
 from typing import Any, Final
 
-from nrp_core.clock import MS_PER_S
+from nrp_core.clock import MS_PER_S, from_milliseconds
 
 _STOPS: Final = {"request_stop", "stop_run"}
 _BEGINS: Final = {"run_forever"}
@@ -70,7 +70,9 @@ class SimulatedClock:
         """Set the time, and let all threads that wake by then go on until they sleep again or end."""
         self._now_ms = now_ms
         while due := [
-            thread for thread in self._threads if thread.wake_ms <= now_ms and not thread.goes.is_set()
+            thread
+            for thread in self._threads
+            if from_milliseconds(thread.wake_ms) <= from_milliseconds(now_ms) and not thread.goes.is_set()
         ]:
             thread = min(due, key=lambda each: each.wake_ms)
             thread.rests.clear()
