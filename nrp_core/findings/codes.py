@@ -289,10 +289,10 @@ class Code(Enum):
         Weight.ALTERED,
     )
     NRP264 = Explanation(
-        "A value of a robot or room is ignored, missing or impossible.",
+        "A value of a robot or room is impossible, or not supported, and another one is used.",
         "The model moves or looks as the message says.",
-        "Write the intended value into the file; correct the name of an element if it is misspelled.",
-        "{n} values of models are ignored or replaced",
+        "Write the intended value into the file.",
+        "{n} values of models are replaced",
         Weight.ALTERED,
     )
     NRP265 = Explanation(
@@ -573,6 +573,21 @@ class Code(Enum):
         "the robot.",
         "{n} robots fell, flew away or were thrown",
         Weight.INCOMPLETE,
+    )
+
+    NRP383 = Explanation(
+        "An element, attribute or parameter of a robot or room has no effect.",
+        "The simulation ignores it: it is misspelled, misplaced, contradicted by another, or not supported.",
+        "Correct its name or place, or remove it; docs/reference/scenes.md lists what is supported.",
+        "{n} elements or parameters of models have no effect",
+        Weight.ALTERED,
+    )
+    NRP384 = Explanation(
+        "A mass, inertia, friction, limit, rate or colour in a model is missing or unusual.",
+        "The message names the value that is used.",
+        "No action is needed; write the value into the file if you know it.",
+        "{n} values of models are completed",
+        Weight.REMARK,
     )
 
     def __repr__(self) -> str:

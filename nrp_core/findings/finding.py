@@ -8,7 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from nrp_core.errors import ExperimentError, Instead
+from nrp_core.errors import ArgumentError, ExperimentError, Instead
 from nrp_core.findings.codes import Code, Weight
 from nrp_core.findings.removed_codes import MERGED
 
@@ -36,6 +36,9 @@ class Finding:
         subject: the thing concerned, such as a link, topic, mesh file or function, if it has a name.
         count: the number of places; ``path`` and ``line`` are the first of them.
         instead: a name in the line, and what to replace it with, if that would mend it.
+
+    Raises:
+        ArgumentError: the code is not a member of :class:`~nrp_core.Code`.
     """
 
     code: Code
@@ -47,6 +50,13 @@ class Finding:
     subject: str | None = None
     count: int = 1
     instead: Instead | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.code, Code):
+            name = self.code if self.code in Code.__members__ else Code.NRP278.name
+            raise ArgumentError(
+                f"the code of a finding is a member of nrp_core.Code, not {self.code!r}: use Code.{name}"
+            )
 
     @property
     def weight(self) -> Weight:

@@ -46,6 +46,9 @@ class Findings(Sequence[Finding]):
 
         Returns:
             whether it is new.
+
+        Raises:
+            ArgumentError: there is no such code.
         """
         n_before = len(self)
         self.append(Finding(code, message, level, path, line, subject=subject))

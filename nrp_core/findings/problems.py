@@ -13,7 +13,12 @@ MARKS = {Weight.INCOMPLETE: "✗", Weight.ALTERED: "!", Weight.REMARK: "·"}
 """The sign of each weight in a text."""
 MAX_LINES = 5
 """The number of lines in a summary about a run that is complete."""
-_OF_MODELS = frozenset({Code.NRP258, Code.NRP260, Code.NRP262, Code.NRP264, Code.NRP265, Code.NRP266})
+_OF_MODELS = frozenset(
+    {
+        Code.NRP258, Code.NRP260, Code.NRP262, Code.NRP264, Code.NRP265, Code.NRP266, Code.NRP383,
+        Code.NRP384,
+    }
+)  # fmt: skip
 """How a robot or room differs from its file."""
 
 

@@ -11,7 +11,7 @@ EDITS = [
     ("husky.sdf", "<pose>-0.0856132 -0.000839955 0.238145", "<pose>-85.6132 -0.839955 238.145",
      "the centre of mass of the link 'base_link' of 'husky' is 253 m from the link"),
     ("room.sdf", "0.004</size></box>", "0.004</size></box><sphere><radius>1</radius></sphere>",
-     "a <geometry> has one shape: <box> is used, and not <sphere> [NRP264]"),
+     "a <geometry> has one shape: <box> is used, and not <sphere> [NRP383]"),
 ]  # fmt: skip
 
 

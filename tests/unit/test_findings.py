@@ -6,12 +6,13 @@ import pickle
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from golden import Golden
 
 import nrp_core
-from nrp_core.errors import ExperimentError, TopicError, did_you_mean
+from nrp_core.errors import ArgumentError, ExperimentError, TopicError, did_you_mean
 from nrp_core.findings import (
     Code,
     Finding,
@@ -130,6 +131,14 @@ def test_collected_findings_are_kept_once_and_in_their_order() -> None:
     assert "the plugin" not in found
 
 
+@pytest.mark.parametrize("code", ["LAB001", "NRP279", None])
+def test_an_unknown_code_is_refused_when_it_is_added(code: Any, golden: Golden) -> None:
+    found = Findings()
+    with golden.raises(ArgumentError, match=str(code)):
+        found.add(code, "the arm is cold")
+    assert not found
+
+
 def test_a_text_becomes_a_finding_of_the_general_code() -> None:
     found = Findings(["slow"])
     found.append("slow")
@@ -143,13 +152,13 @@ def test_a_text_becomes_a_finding_of_the_general_code() -> None:
 
 def test_findings_that_differ_only_in_place_become_one_that_counts_them() -> None:
     places = [
-        Finding(Code.NRP264, "<a> is ignored", Level.WARNING, Path("a.sdf"), line) for line in (3, 4, 9)
+        Finding(Code.NRP383, "<a> is ignored", Level.WARNING, Path("a.sdf"), line) for line in (3, 4, 9)
     ]
-    other = Finding(Code.NRP264, "<b> is ignored", Level.WARNING, Path("a.sdf"), 5)
+    other = Finding(Code.NRP383, "<b> is ignored", Level.WARNING, Path("a.sdf"), 5)
     first, second = merged([*places, other])
-    assert (first.line, first.count, str(first)) == (3, 3, "a.sdf:3: <a> is ignored (and 2 more) [NRP264]")
+    assert (first.line, first.count, str(first)) == (3, 3, "a.sdf:3: <a> is ignored (and 2 more) [NRP383]")
     assert second == other
-    assert headline([first, second]) == "4 values of models are ignored or replaced"
+    assert headline([first, second]) == "4 elements or parameters of models have no effect"
     assert headline([other]) == "<b> is ignored"
 
 

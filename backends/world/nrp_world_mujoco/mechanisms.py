@@ -238,7 +238,7 @@ class Mechanisms:
         more = f" (and {len(in_vain) - 1} more)" if len(in_vain) > 1 else ""
         hint = did_you_mean(link, valid)
         message = f"the scene has no link '{link}'{hint}: the <exclude> has no effect{more}"
-        self._warnings.add(Code.NRP264, message, subject=link, path=element.path, line=element.line or None)
+        self._warnings.add(Code.NRP383, message, subject=link, path=element.path, line=element.line or None)
 
     def _elsewhere(self, kind: str, name: str, of: str) -> bool:
         """Return whether a name is that of a part of a model that is not in the scene."""

@@ -298,7 +298,7 @@ class NativeElements:
             if element.attribute(name) is not None:
                 message = f"{name} of <{element.full_tag}> is not used"
                 self.warnings.add(
-                    Code.NRP264, message, subject=name, path=element.path, line=element.line or None
+                    Code.NRP383, message, subject=name, path=element.path, line=element.line or None
                 )
 
 

@@ -170,7 +170,7 @@ def set_contacts(model: Model, links: Mapping[str, tuple[int, int]], client: int
                 raise element.error(f"{wanted}{did_you_mean(link or '', links)}")
             for each in (each for each in element.children if each.tag in _UNUSED):
                 message = f"<{each.tag}> of the <contact> of '{link}' is not used"
-                warnings.add(Code.NRP264, message, subject=each.tag, path=each.path, line=each.line or None)
+                warnings.add(Code.NRP383, message, subject=each.tag, path=each.path, line=each.line or None)
             used = [each for each in element.children if each.tag not in (*_UNUSED, _ANCHOR)]
             values = dict(map(_value, used))
             if any(each.tag == _ANCHOR for each in element.children):

@@ -148,7 +148,7 @@ def read_geometry(
     if others:
         ignored = ", ".join(f"<{tag}>" for tag in others)
         message = f"a <geometry> has one shape: <{shape.tag}> is used, and not {ignored}"
-        reading.notes.warn(element, Code.NRP264, message)
+        reading.notes.warn(element, Code.NRP383, message)
     if shape.tag == "plane":
         return [_plane(shape)]
     if shape.tag == "mesh":

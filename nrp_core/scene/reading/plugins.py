@@ -169,13 +169,13 @@ def check_parameters(plugin: Element, notes: Notes) -> None:
     name = f"the plugin '{plugin_name(plugin)}'"
     problems = list(_problems(plugin, name))
     for child, problem in problems:
-        notes.warn(child, Code.NRP264, problem, subject=child.tag)
+        notes.warn(child, Code.NRP383, problem, subject=child.tag)
     reported = [child for child, _ in problems]
     unused = [child for child in _unused(plugin) if not any(child is one for one in reported)]
     if unused:
         tags = [f"<{tag}>" for tag in dict.fromkeys(child.tag for child in unused)]
         message = f"{name} acts here without {' and '.join(filter(None, (', '.join(tags[:-1]), tags[-1])))}"
-        notes.warn(unused[0], Code.NRP264, message, subject=plugin_name(plugin))
+        notes.warn(unused[0], Code.NRP383, message, subject=plugin_name(plugin))
 
 
 def _unused(holder: Element) -> Iterator[Element]:

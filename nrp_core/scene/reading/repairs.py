@@ -41,7 +41,7 @@ def usable_friction(mu: float, element: Element, notes: Notes) -> float:
         return mu
     notes.warn(
         element,
-        Code.NRP264,
+        Code.NRP384,
         f"a friction coefficient of {mu:g} means 'never slips': no material has it and contact solvers "
         f"lose accuracy with it, so the value used is {DEFAULT_FRICTION:g}",
     )
@@ -72,19 +72,19 @@ def usable_inertial(
         if given:
             what = f": {of_shapes.mass:.3g} kg computed from its collision shapes" if of_shapes else ""
             message = f"the link '{link}' has a mass of 0 and could not move{what}"
-            notes.warn(element, Code.NRP264, message, subject=link)
+            notes.warn(element, Code.NRP384, message, subject=link)
         return repair_inertia(of_shapes)[0] if of_shapes else None
     if given.mass < 0:
         raise element.error(f"the mass of the link '{link}' is {given.mass:g} kg; it must be more than 0")
     if given.mass < LEAST_MASS:
         message = f"the mass of the link '{link}' is {given.mass:g} kg: {LEAST_MASS:g} kg is used"
-        notes.warn(element, Code.NRP264, message, subject=link)
+        notes.warn(element, Code.NRP384, message, subject=link)
         given = replace(given, mass=LEAST_MASS)
     if max(map(abs, given.inertia)) < NO_INERTIA * given.mass:
         like = "its collision shapes" if of_shapes else "a ball of 5 cm radius"
         notes.warn(
             element,
-            Code.NRP264,
+            Code.NRP384,
             f"the link '{link}' has no inertia or one of about 0: the inertia of {like} is used",
             subject=link,
         )
@@ -94,7 +94,7 @@ def usable_inertial(
         now = ", ".join(f"{value:.3g}" for value in inertial.inertia[:3])
         notes.warn(
             element,
-            Code.NRP264,
+            Code.NRP384,
             f"the inertia of the link '{link}' is repaired to {now} kg m^2: {wrong}",
             subject=link,
         )
@@ -119,7 +119,7 @@ def report_without_inertial(elements: Sequence[Element], links: Sequence[Link], 
         message = f"none of the {heavy} links has an <inertial>: the robot has {of} its collision shapes"
     else:
         message = f"{len(bare)} links, as '{name}', have no <inertial>: {of} their collision shapes"
-    notes.warn(first, Code.NRP264, message, subject=name)
+    notes.warn(first, Code.NRP384, message, subject=name)
 
 
 def with_default_masses(
@@ -145,13 +145,13 @@ def with_default_masses(
         if not rigid[link.name] & settled and held[link.name] & settled:
             mass = SENSOR_SHARE * (whole or 1.0)
             message = f"the link '{link.name}' moves beside a force sensor without mass: {mass:.2g} kg"
-            notes.warn(element, Code.NRP264, message, subject=link.name)
+            notes.warn(element, Code.NRP384, message, subject=link.name)
             settled.add(link.name)
             result.append(replace(link, inertial=like_shape(_BALL, Inertial(mass))))
         elif not rigid[link.name] & settled:
             used = f"{light:.2g} kg" if light else "SDF's default, 1 kg, is used"
             message = f"the link '{link.name}' moves but has no mass: {used}"
-            notes.warn(element, Code.NRP264, message, subject=link.name)
+            notes.warn(element, Code.NRP384, message, subject=link.name)
             settled.add(link.name)
             inertial = like_shape(_BALL, Inertial(light)) if light else Inertial(1.0)
             result.append(replace(link, inertial=inertial))

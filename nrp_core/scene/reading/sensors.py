@@ -48,7 +48,7 @@ def rate_of(sensor: Element, reading: Reading) -> float:
     name = sensor.attribute("name")
     reading.notes.warn(
         sensor,
-        Code.NRP264,
+        Code.NRP384,
         f"the sensor '{name}' has no <update_rate>: {DEFAULT_RATE_HZ:g} Hz is used",
         subject=name,
     )
@@ -84,7 +84,7 @@ def noise_of(section: Element, reading: Reading) -> Noise:
         message = (
             "this <noise> has numbers and is of the type none: there is no noise; write <type>gaussian</type>"
         )
-        reading.notes.warn(noise, Code.NRP264, message)
+        reading.notes.warn(noise, Code.NRP383, message)
     return Noise() if kind == "none" else given
 
 
@@ -369,7 +369,7 @@ def _warn_of_unread(sensor: Element, reading: Reading) -> None:
             check_parameters(child, reading.notes)
         elif child.tag not in sensor.asked and child.tag in (*sensor_types(), *_UNSIMULATED):
             message = f"<{child.tag}> has no effect in the sensor '{name}', which is of type '{kind}'"
-            reading.notes.warn(child, Code.NRP264, message, subject=child.tag)
+            reading.notes.warn(child, Code.NRP383, message, subject=child.tag)
 
 
 def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> list[Link] | None:

@@ -90,7 +90,7 @@ def _warn_of_gravity(holder: Element, reading: Reading) -> None:
         x, y, z = gravity.numbers(3)
         if hypot(x, y) > _ASIDE or not _ON_EARTH[0] <= z <= _ON_EARTH[1]:
             message = f"the gravity of {gravity.text} in the file of a robot is not used: that of the room is"
-            reading.notes.warn(gravity, Code.NRP264, message, subject="gravity")
+            reading.notes.warn(gravity, Code.NRP383, message, subject="gravity")
 
 
 @checks_arguments()

@@ -222,7 +222,7 @@ def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
     parts = color.numbers(3 if len(color.text.split()) == 3 else 4)
     if not all(0 <= part <= 1 for part in parts):
         reading.notes.warn(
-            color, Code.NRP264, f"<{tag}> holds numbers from 0 to 1, not '{color.text}': read as 255ths"
+            color, Code.NRP384, f"<{tag}> holds numbers from 0 to 1, not '{color.text}': read as 255ths"
         )
         parts = tuple(min(max(part / 255 if part > 1 else part, 0.0), 1.0) for part in parts)
     r, g, b, *alpha = parts

@@ -102,7 +102,7 @@ def _closing(row: Row, element: Element, reading: Reading) -> Iterator[Loop]:
         return
     if joint.kind != "fixed":
         message = f"{closes}: it is a constraint without a position, limits, friction or commands"
-        reading.notes.warn(element, Code.NRP264, message, subject=joint.name)
+        reading.notes.warn(element, Code.NRP383, message, subject=joint.name)
     yield Loop(joint.name, joint.kind, joint.parent, joint.child, joint.pose, joint.axis)
 
 
@@ -141,7 +141,7 @@ def _warn_of_limits(joint: Element, reading: Reading) -> None:
             f"the joint '{joint.attribute('name')}' is continuous: it turns past its <limit> of {lower:g} to "
             f"{upper:g} rad; one with limits is revolute"
         )
-        reading.notes.warn(limit, Code.NRP264, message, subject=joint.attribute("name"))
+        reading.notes.warn(limit, Code.NRP383, message, subject=joint.attribute("name"))
 
 
 def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> Iterator[Joint]:
@@ -162,7 +162,7 @@ def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> I
                 raise element.error(f"the joint '{joint.name}' mimics '{leader}', which does not exist{hint}")
             if (what := WITHOUT_ONE_WAY.get(named[leader].kind)) is not None:
                 message = f"the joint '{joint.name}' mimics '{leader}', which is {what}: it moves freely"
-                reading.notes.warn(element, Code.NRP264, message, subject=joint.name)
+                reading.notes.warn(element, Code.NRP383, message, subject=joint.name)
                 joint = replace(joint, mimic=None)
             elif (left := _share_left(joint, follows, named[leader])) < _LEAST_SHARE:
                 mostly = " for the most part" if left > 0 else ""
@@ -170,7 +170,7 @@ def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> I
                     f"the joint '{joint.name}' mimics {follows.multiplier:g} x '{leader}', which its "
                     f"limits of {joint.lower:g} to {joint.upper:g} exclude{mostly}: they are not used"
                 )
-                reading.notes.warn(element, Code.NRP264, message, subject=joint.name)
+                reading.notes.warn(element, Code.NRP383, message, subject=joint.name)
                 joint = replace(joint, lower=-inf, upper=inf)
         yield joint
 
@@ -243,7 +243,7 @@ def _warn_of_signs(limit: Element, joint: str, reading: Reading) -> None:
         value = limit.number(tag, inf, finite=False)
         if -_LARGE < value < 0 and value != -1:
             message = f"the <{tag}> of the joint '{joint}' is {value:g}: a negative one is no limit, as -1 is"
-            reading.notes.warn(limit, Code.NRP264, message, subject=joint)
+            reading.notes.warn(limit, Code.NRP384, message, subject=joint)
 
 
 def _warn_of_push(dynamics: Element, joint: str, reading: Reading) -> None:

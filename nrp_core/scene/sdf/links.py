@@ -61,11 +61,11 @@ def read_bits(collision: Element, reading: Reading) -> tuple[int, int]:
     bounce = surface.section("bounce")
     if bounce.number("restitution_coefficient", 0.0) > 0:
         message = "the <restitution_coefficient> of a <bounce> is not simulated: nothing bounces"
-        reading.notes.warn(bounce, Code.NRP264, message, subject="bounce")
+        reading.notes.warn(bounce, Code.NRP383, message, subject="bounce")
     contact = surface.section("contact")
     if contact.flag("collide_without_contact", False):
         message = "<collide_without_contact> is not simulated: whatever touches the collision is stopped"
-        reading.notes.warn(contact, Code.NRP264, message, subject="collide_without_contact")
+        reading.notes.warn(contact, Code.NRP383, message, subject="collide_without_contact")
     touched = _bits(contact, "collide_bitmask", ALL_BITS)
     return _bits(contact, "category_bitmask", touched), touched
 

@@ -177,7 +177,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> SdfParts:
             message = (
                 f"the <static> of the nested model '{inner.name}' is not simulated: it moves as what holds it"
             )
-            reading.notes.warn(inner.user, Code.NRP264, message, subject=inner.name)
+            reading.notes.warn(inner.user, Code.NRP383, message, subject=inner.name)
     frames = _frames(model, nested, source.version)
     own = model.all("link")
     alone = len(own) == 1 and not nested

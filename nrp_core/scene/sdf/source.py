@@ -204,7 +204,7 @@ def check_repeated(element: Element, notes: Notes) -> None:
             message = (
                 f"a second <{child.tag}> in the {owner} is ignored: the one of line {earlier.line} is used"
             )
-            notes.warn(child, Code.NRP264, message, subject=f"{owner}/{child.tag}")
+            notes.warn(child, Code.NRP383, message, subject=f"{owner}/{child.tag}")
 
 
 def _contents(element: Element) -> object:

@@ -293,13 +293,13 @@ def _check_inside(element: Element, rule: Rule, around: tuple[Element, Rule] | N
         if inner is None:
             hint = _place_of(child, element, rule, around)
             message = f"<{child.tag}> is not an element of <{element.tag}>: ignored{hint}"
-            notes.warn(child, Code.NRP264, message, subject=child.tag)
+            notes.warn(child, Code.NRP383, message, subject=child.tag)
             continue
         problems = [*_attributes(child, inner), *_value(child, inner)]
         if child.tag == "plugin":
             problems += _plugin(child, rule)
         for problem in problems or _without_effect(element, child):
-            notes.warn(child, Code.NRP264, problem, subject=child.tag)
+            notes.warn(child, Code.NRP383, problem, subject=child.tag)
         if child.tag == "pose":
             _check_angles(child, notes)
         _check_inside(child, inner, (element, rule), notes)
@@ -376,7 +376,7 @@ def check_sensors(sensors: Iterable[Element], notes: Notes) -> None:
     """Warn of the parameters of registered sensors, which have been read, that their readers do not have."""
     for sensor in sensors:
         for element, message in ignored_parameters(sensor):
-            notes.warn(element, Code.NRP264, message, subject=element.tag)
+            notes.warn(element, Code.NRP383, message, subject=element.tag)
 
 
 def ignored_parameters(sensor: Element) -> Iterator[tuple[Element, str]]:

@@ -134,7 +134,7 @@ class StateChanges:
             hint = did_you_mean(name, others)
             if hint.instead is not None:
                 message = f"the <state> of '{name}' has no effect: the world has no such model or light{hint}"
-                notes.warn(self.named[name], Code.NRP264, message, subject=name)
+                notes.warn(self.named[name], Code.NRP383, message, subject=name)
 
     def of(self, model: Model) -> Model:
         """Return a model where and as large as it was last, with its joints where they were."""

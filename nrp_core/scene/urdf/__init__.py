@@ -75,19 +75,19 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
         if name not in named:
             hint = did_you_mean(name, named)
             notes.warn(
-                block, Code.NRP264, f"ignored: the robot has no link or joint '{name}'{hint}", subject=name
+                block, Code.NRP383, f"ignored: the robot has no link or joint '{name}'{hint}", subject=name
             )
             return
         target = named[name]
     for child in block.children:
         if child.tag.rpartition(":")[0] in _BEFORE_SDF:
             message = f"<{child.tag}> is of Gazebo before its version 1.0 and SDF: ignored"
-            notes.warn(child, Code.NRP264, message, subject=child.tag)
+            notes.warn(child, Code.NRP383, message, subject=child.tag)
             continue
         if child.tag in _VALUES:
             for inner in child.children:
                 message = f"<{inner.tag}> in <{child.tag}>, which holds a value, is ignored"
-                notes.warn(inner, Code.NRP264, message, subject=inner.tag)
+                notes.warn(inner, Code.NRP383, message, subject=inner.tag)
         if child.tag not in _SOLVER and not _controls_nothing(child, notes):
             _give(child, target)
 
@@ -220,7 +220,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
         elif child.tag not in (*_READ, *_OF_ENGINES) and ":" not in child.tag:
             known = child.tag in _ELSEWHERE
             reason = "is not supported" if known else f"is unknown: ignored{did_you_mean(child.tag, _READ)}"
-            notes.warn(child, Code.NRP264, f"the <{child.tag}> of a <robot> {reason}", subject=child.tag)
+            notes.warn(child, Code.NRP383, f"the <{child.tag}> of a <robot> {reason}", subject=child.tag)
     model.children += _for_engines(element)
     for block in element.all("gazebo"):
         apply_block(block, model, notes)
@@ -362,7 +362,7 @@ def _inertial(inertial: Element, notes: Notes) -> Element:
     missing = [name for name in ("ixx", "iyy", "izz") if name not in given.attributes]
     if missing:
         message = f"the <inertia> has no {', '.join(missing)}: 1 kg m^2 is used, as in SDF"
-        notes.warn(given, Code.NRP264, message)
+        notes.warn(given, Code.NRP384, message)
     inertia = new("inertia", given, *from_attributes(given, "ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
     return new("inertial", inertial, mass, inertia, pose(inertial))
 
@@ -455,7 +455,7 @@ def _is_no_limit(value: Element, joint: Element, robot: _Robot) -> bool:
             f"the {value.tag} of the joint '{name}' is limited to {limit:g}, so that it could not move: "
             "no limit"
         )
-        robot.notes.warn(value, Code.NRP264, message, subject=value.tag)
+        robot.notes.warn(value, Code.NRP384, message, subject=value.tag)
     return True
 
 
@@ -468,7 +468,7 @@ def _is_crossed(limit: Element, joint: Element, robot: _Robot) -> bool:
             f"the lower limit ({lower:g}) of the joint '{joint.attribute('name')}' is above the upper one "
             f"({upper:g}): no limits, as in PyBullet"
         )
-        robot.notes.warn(limit, Code.NRP264, message, subject=joint.attribute("name"))
+        robot.notes.warn(limit, Code.NRP384, message, subject=joint.attribute("name"))
     return lower > upper
 
 
@@ -485,7 +485,7 @@ def _is_endless(limit: Element, joint: Element, robot: _Robot) -> bool:
         f"the <limit> of the joint '{name}' has no lower and no upper: it moves without ends, as in "
         "PyBullet, and not at all in ROS"
     )
-    robot.notes.warn(limit, Code.NRP264, message, subject=name)
+    robot.notes.warn(limit, Code.NRP384, message, subject=name)
     return True
 
 
@@ -495,7 +495,7 @@ def _warn_without_limits(limit: Element, joint: Element, robot: _Robot) -> None:
     if missing and joint.attribute("type") != "fixed":
         name = joint.attribute("name")
         message = f"the <limit> of the joint '{name}' has no {' and no '.join(missing)}: not limited"
-        robot.notes.warn(limit, Code.NRP264, message, subject=name)
+        robot.notes.warn(limit, Code.NRP384, message, subject=name)
 
 
 def _axis(joint: Element, robot: _Robot) -> Element:
@@ -507,7 +507,7 @@ def _axis(joint: Element, robot: _Robot) -> Element:
             hint = did_you_mean(leader, robot.joints)
             name = joint.attribute("name")
             message = f"the joint '{name}' moves freely: there is no '{leader}' for it to mimic{hint}"
-            robot.notes.warn(mimic, Code.NRP264, message, subject=leader)
+            robot.notes.warn(mimic, Code.NRP383, message, subject=leader)
             continue
         leader = robot.renamed(leader)
         parts.append(new("mimic", mimic, *from_attributes(mimic, "multiplier", "offset"), joint=leader))

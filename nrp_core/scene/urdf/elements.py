@@ -35,7 +35,7 @@ def read_commas_as_spaces(element: Element, notes: Notes) -> None:
         if _COMMA.search(text):
             element.attributes[name] = _COMMA.sub("", text)
             message = f'the commas in {name}="{text}" are read as spaces, as PyBullet does: ROS refuses them'
-            notes.warn(element, Code.NRP264, message, subject=name)
+            notes.warn(element, Code.NRP384, message, subject=name)
     for child in element.children:
         read_commas_as_spaces(child, notes)
 

@@ -38,7 +38,7 @@ def read_transmission(transmission: Element, joints: Collection[str], notes: Not
     for one in (each for owner in (transmission, *actuators) for each in owner.all("mechanicalReduction")):
         if one.text.strip("+-0. ") == "":
             message = f"a <mechanicalReduction> of {one.text!r} is impossible: ignored, as all are"
-            notes.warn(one, Code.NRP264, message, subject=name)
+            notes.warn(one, Code.NRP383, message, subject=name)
     if not transmission.all("joint"):
         message = f"the <transmission> '{name}' has no <joint>, so that it commands nothing"
         notes.warn(transmission, Code.NRP265, message, subject=name)

@@ -103,14 +103,14 @@ def check_vocabulary(element: Element, notes: Notes, around: str = "") -> None:
         return
     attributes, children = _KNOWN[entry]
     for problem, subject in (*_attributes(element, entry), *_values(element, attributes)):
-        notes.warn(element, Code.NRP264, problem, subject=subject)
+        notes.warn(element, Code.NRP383, problem, subject=subject)
     text = element.text.strip()
     if text and entry not in _WITH_TEXT:
         written = f'; write {next(iter(_TABLE[entry][0].split()))}="{text}"' if attributes else ""
         message = (
             f"the text '{text:.30}' in <{element.tag}> is ignored: URDF has values in attributes{written}"
         )
-        notes.warn(element, Code.NRP264, message, subject=element.tag)
+        notes.warn(element, Code.NRP383, message, subject=element.tag)
     if element.tag == "safety_controller":
         _check_soft_limits(element, notes)
     for child in element.children:
@@ -180,7 +180,7 @@ def _check_misplaced(child: Element, parent: Element, valid: frozenset[str], not
     else:
         return
     message = f"URDF has no <{child.tag}> in a <{parent.tag}>: ignored{hint}"
-    notes.warn(child, Code.NRP264, message, subject=child.tag)
+    notes.warn(child, Code.NRP383, message, subject=child.tag)
 
 
 def _resembles(name: str, known: frozenset[str], cutoff: float = _ALIKE) -> bool:
@@ -197,4 +197,4 @@ def _check_soft_limits(element: Element, notes: Notes) -> None:
             f"the {_LOWEST} of a <safety_controller>, {low:g}, is above its {_HIGHEST}, {high:g}; "
             "no safety controller is simulated"
         )
-        notes.warn(element, Code.NRP264, message, subject="safety_controller")
+        notes.warn(element, Code.NRP383, message, subject="safety_controller")

@@ -206,7 +206,7 @@ def _warn_of_output(plugin: Element, joint: Joint, reading: Reading) -> None:
     else:
         return
     message = f"{shown}: only the effort of the joint, {joint.effort:g}, limits it"
-    reading.notes.warn(plugin, Code.NRP264, message, subject=joint.name)
+    reading.notes.warn(plugin, Code.NRP383, message, subject=joint.name)
 
 
 def _kind(element: Element, kind: str) -> ControllerKind:

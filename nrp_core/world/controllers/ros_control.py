@@ -228,7 +228,7 @@ class _File:
             and level.get("has_jerk_limits") is not False
         ):
             message = f"the limits of jerk of '{'/'.join(name)}' have no effect"
-            self._reading.notes.warn(self._place, Code.NRP264, message, subject=name[-1])
+            self._reading.notes.warn(self._place, Code.NRP383, message, subject=name[-1])
         found: list[float] = []
         for quantity in ("velocity", "acceleration"):
             ends = [level.get(f"{end}_{quantity}") for end in ("min", "max")]

@@ -58,7 +58,7 @@ class Flight(Drive):
         for ignored in plugin.all("link_name"):
             reading.notes.warn(
                 ignored,
-                Code.NRP264,
+                Code.NRP383,
                 "the <link_name> of a VelocityControl has no effect: the plugin moves the whole model",
             )
         first = vector_in(plugin, "initial_linear"), vector_in(plugin, "initial_angular")

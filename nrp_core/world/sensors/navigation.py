@@ -150,7 +150,7 @@ class NavSat(Sensor):
         if ignored := plugin.all(*_OF_HECTOR):
             tags, verb = " and ".join(f"<{each.tag}>" for each in ignored), "are" if ignored[1:] else "is"
             message = f"{tags} {verb} not used: the world's <spherical_coordinates> say where it is"
-            reading.notes.warn(ignored[0], Code.NRP264, message, subject=ignored[0].tag)
+            reading.notes.warn(ignored[0], Code.NRP383, message, subject=ignored[0].tag)
         link = model.link(plugin.require("bodyName")).name
         velocity = topic_in_namespace(plugin, plugin.word("velocityTopicName", "fix_velocity"), reading)
         return link, cls(name, topic, rate_hz, offset_of(plugin), velocity, noise=noise)

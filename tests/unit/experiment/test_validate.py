@@ -192,7 +192,7 @@ def test_a_run_of_a_wrong_experiment_raises_all_findings(edit: Edit) -> None:
     experiment = load_experiment(edit("event: red, near", "event: rde, near"))
     with pytest.raises(InvalidExperimentError) as error:
         prepare(experiment)
-    assert {finding.code.name for finding in error.value.findings} == {"NRP211", "NRP213", "NRP264"}
+    assert {finding.code.name for finding in error.value.findings} == {"NRP211", "NRP213", "NRP264", "NRP384"}
 
 
 @pytest.mark.parametrize(("name", "kind"), [("countin", UnknownBackendError), ("broken", BackendLoadError)])

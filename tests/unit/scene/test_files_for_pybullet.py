@@ -34,7 +34,7 @@ def test_crossed_limits_of_a_joint_are_none(tmp_path: Path, kind: str, golden: G
     (joint,) = found.joints
     assert (joint.lower, joint.upper, joint.effort, joint.velocity) == (-inf, inf, 5, 2)
     (warning,) = found.warnings
-    assert (warning.code, warning.line) == (Code.NRP264, 2)
+    assert (warning.code, warning.line) == (Code.NRP384, 2)
     assert "(-1)" in warning.message
     golden(warning.message)
 
@@ -78,7 +78,7 @@ def test_properties_of_contacts_that_cannot_be_set_are_reported_by_pybullet(tmp_
     model = read(tmp_path, f'<link name="base">{MASS.format(1)}{contact}</link>')
     backend = worlds().load("pybullet")
     with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
-        said = [(each.message, each.line) for each in world.warnings if each.code is Code.NRP264]
+        said = [(each.message, each.line) for each in world.warnings if each.code is Code.NRP383]
     assert said == [
         ("<contact_cfm> of the <contact> of 'base' is not used", 3),
         ("<contact_erp> of the <contact> of 'base' is not used", 3),

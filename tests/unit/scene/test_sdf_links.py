@@ -248,7 +248,7 @@ def test_a_link_without_inertial_weighs_what_its_shapes_do(model: ModelReader, g
     assert inertial.inertia == pytest.approx((6500, 5000, 2500, 0, 0, 0))
     (warning,) = read.warnings
     golden(warning.message)
-    assert (warning.code, warning.line, warning.subject) == (Code.NRP264, 4, "base")
+    assert (warning.code, warning.line, warning.subject) == (Code.NRP384, 4, "base")
 
 
 @pytest.mark.parametrize(

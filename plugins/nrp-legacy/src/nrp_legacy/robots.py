@@ -78,7 +78,7 @@ def read_controller(plugin: Element, model: ModelParts, reading: Reading) -> Act
     """Read ``controller_ros_gazebo_icub``: each joint, and the eyes together, follow commands."""
     if plugin.flag("degree", False):
         message = "<degree> is not supported: joints of the iCub are commanded in radians"
-        reading.notes.warn(plugin, Code.NRP264, message, subject="degree")
+        reading.notes.warn(plugin, Code.NRP383, message, subject="degree")
     controllers = [_controller(joint, kind, end, reading) for joint in _led(model) for kind, end in _KINDS]
     return Actuators(controllers=tuple(controllers), pair_controllers=tuple(_eyes(model, reading)))
 
