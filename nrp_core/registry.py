@@ -8,6 +8,7 @@ One broken plugin hides no other. Whoever uses a group says what its plugins are
 
 from __future__ import annotations
 
+import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Final, Generic, TypeVar, cast
 
+from nrp_core._support.audit_events import LOADS
 from nrp_core._support.packages import State, entries, installed, name_and_version
 from nrp_core.errors import (
     BackendLoadError,
@@ -117,6 +119,7 @@ class Registry(Generic[T]):
             IncompatibleBackendError: it was written for another interface version.
         """
         provider = self.provider(name)
+        sys.audit(LOADS, provider.package)
         plugin = self._import(provider)
         if not self.bases:
             return cast(T, plugin)

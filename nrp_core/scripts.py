@@ -22,6 +22,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, NoReturn, TypeAlias
 
+from nrp_core._support.audit_events import LOADS
 from nrp_core._support.text import Misfit, decoded_python
 from nrp_core.errors import ExperimentError, NrpError
 
@@ -179,6 +180,7 @@ class Scope:
                 return self._with_submodules(stand_in, name, fromlist, globals or {})
             self._places[name] = stand_in
             return self._root(root) or self._stand_in(root, globals or {}, error) or stand_in
+        sys.audit(LOADS, root)
         return real if fromlist else self._stands_for(root) or real
 
     def _with_submodules(
@@ -220,7 +222,10 @@ class Scope:
         return self._missing(name, importer)
 
     def _import_module(self, name: str, package: str | None = None) -> ModuleType:
-        return self._ours(name) or importlib.import_module(name, package)
+        ours = self._ours(name)
+        if ours is None and not package:
+            sys.audit(LOADS, name.partition(".")[0])
+        return ours or importlib.import_module(name, package)
 
     def _ours(self, name: str) -> ModuleType | None:
         """Return the substitute for a name, or the package through which substitutes are reached."""

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache, lru_cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES, ModuleSpec
-from importlib.metadata import Distribution, EntryPoint
+from importlib.metadata import Distribution, EntryPoint, PackageNotFoundError
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -114,3 +114,56 @@ def name_and_version(distribution: Distribution) -> tuple[str, str]:
     """Return what a distribution is called; its metadata takes 0.5 ms to parse, for each use."""
     metadata = distribution.metadata
     return metadata["Name"], metadata["Version"]
+
+
+@lru_cache(maxsize=64)
+def _plugins(_state: State) -> dict[str, str]:
+    found = {"nrp_core": "nrp-core"}
+    for folder, changed_ns in _state:
+        for distribution, groups in _read(folder, changed_ns):
+            ours = (some for group, some in groups.items() if group.startswith("nrp_core."))
+            packages = (entry.module.partition(".")[0] for some in ours for entry in some)
+            found |= dict.fromkeys(packages, name_and_version(distribution)[0])
+    return found
+
+
+def plugin_packages() -> dict[str, str]:
+    """Return the top-level packages of the core and of all installed plugins, with their distributions."""
+    return _plugins(installed())
+
+
+@cache
+def is_installed(package: str) -> bool:
+    """Whether a top-level package is part of the installed software, the standard library included."""
+    try:
+        spec = find_spec(package)
+    except (ImportError, ValueError):  # a module created in memory
+        return False
+    if spec is None:
+        return False
+    places = [*(spec.submodule_search_locations or ()), *([spec.origin or ""] if spec.has_location else [])]
+    software = (f"{sys.prefix}{os.sep}", f"{sys.base_prefix}{os.sep}")
+    return not places or any(place.startswith(software) for place in places)
+
+
+@cache
+def required_versions(packages: frozenset[str]) -> dict[str, str]:
+    """Return the versions of the distributions of some packages, and of all that they require, by name."""
+    from packaging.requirements import Requirement  # slow to import
+
+    plugins = plugin_packages()
+    others = importlib.metadata.packages_distributions() if packages - plugins.keys() else {}
+    names = (others.get(package, ()) for package in packages)
+    waiting = [Requirement(name) for some in names for name in some]
+    waiting += [Requirement(plugins[package]) for package in packages & plugins.keys()]
+    found: dict[str, str] = {}
+    while waiting:
+        wanted = waiting.pop()
+        name = re.sub(r"[-_.]+", "-", wanted.name).lower()
+        with suppress(PackageNotFoundError):
+            if name not in found:
+                distribution = importlib.metadata.distribution(name)
+                found[name] = distribution.version
+                lines = map(Requirement, distribution.requires or ())
+                waiting += [one for one in lines if one.marker is None or one.marker.evaluate({"extra": ""})]
+    return dict(sorted(found.items()))

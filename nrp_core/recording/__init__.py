@@ -11,8 +11,10 @@ if TYPE_CHECKING:
     from nrp_core.recording.export.numbers import Numbers as Numbers
     from nrp_core.recording.export.numbers import Series as Series
     from nrp_core.recording.export.numbers import groups_of as groups_of
+    from nrp_core.recording.folder.dependencies import Dependencies as Dependencies
+    from nrp_core.recording.folder.dependencies import changes_since as changes_since
+    from nrp_core.recording.folder.dependencies import dependencies as dependencies
     from nrp_core.recording.folder.recording_folder import RecordingFolder as RecordingFolder
-    from nrp_core.recording.folder.recording_folder import named_files as named_files
     from nrp_core.recording.folder.used_files import FilesRead as FilesRead
     from nrp_core.recording.images import values_of as values_of
     from nrp_core.recording.layout import RUN_NAME as RUN_NAME

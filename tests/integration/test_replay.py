@@ -213,7 +213,7 @@ def test_another_seed_is_another_run(made: Made, tmp_path: Path) -> None:
     own = copy / "experiment.yaml"
     own.write_text(own.read_text().replace("seed: 11", "seed: 12"))
     told = json.loads((copy / RUN_NAME).read_text())
-    told["distributions"] |= {"numpy": "1.26.4", "antique": "0.1"}
+    told["dependencies"]["versions"] |= {"numpy": "1.26.4", "antique": "0.1"}
     told["machine"]["cpu_features"] = ["sse4_2"]
     (copy / RUN_NAME).write_bytes(seal(told))
     outcome = Made(copy, {}).replay()

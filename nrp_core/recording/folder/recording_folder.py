@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
 from ruamel.yaml import YAML
 
 from nrp_core._support import machine
@@ -23,7 +22,6 @@ from nrp_core._support.json_values import to_jsonable
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.mappings import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
-from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.section import Tree
 from nrp_core.experiment.reading.find import load_experiment
@@ -33,6 +31,7 @@ from nrp_core.findings import Code, Findings
 from nrp_core.messages.nrp_msgs import Called
 from nrp_core.network.data import Network, Projection
 from nrp_core.recording.folder.calls import CallNoter
+from nrp_core.recording.folder.dependencies import dependencies, read_files
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import (
     CSV_FOLDER,
@@ -50,7 +49,7 @@ from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.hashes import Chain
 from nrp_core.recording.writing.recorder import McapRecorder
 from nrp_core.scene.devices import View
-from nrp_core.scene.model import Mesh, Scene
+from nrp_core.scene.model import Scene
 from nrp_core.world.sensors.laser import Laser
 from nrp_core.world.world import World
 
@@ -242,7 +241,7 @@ class RecordingFolder(RunObserver[Run]):
         origin: ContinuedRecording | None = None,
         calls: Iterable[Called] = (),
     ) -> None:
-        self._run, self._folder, self._files = run, folder, files
+        self._run, self._folder, self._files = run, folder, files or FilesRead()
         self._snapshots_ns, self._warnings = snapshots_ns, Findings(general=Code.NRP284)
         _make(folder)
         try:
@@ -352,19 +351,18 @@ class RecordingFolder(RunObserver[Run]):
             )
 
     def _used_files(self) -> list[Path]:
-        named = {path for path in named_files(self._run.experiment) if path.is_file()}
-        folders = {path.parent for path in named} | set(self._run.experiment.models)
-        read = self._files.below(folders) if self._files else []
-        used = {*named, *_meshes(self._run.world.scene), *read}
-        own = self._folder.resolve()  # it may be beside the experiment, and is read to be completed
-        return sorted(path for path in used if own not in path.resolve().parents)
+        return read_files(self._files, self._run.experiment, self._run.world.scene, self._folder)
 
     def _write(self, state: str, result: dict[str, Any] | None) -> None:
         """Replace ``run.json`` in one operation, so that a kill leaves a complete file."""
         write_experiment(self._run.experiment, self._folder, self._used_files(), self._root)
         path = self._folder / RUN_NAME
         digests = _digests(self._folder) | ({} if state == RUNNING else self._recorder.digests)
-        data = {**self._about, "files": digests, "state": state, "result": result}
+        read = dependencies(self._files, self._run.experiment, self._run.world.scene, self._folder)
+        data = {
+            **self._about, "files": digests, "dependencies": read.to_data(self._root), "state": state,
+            "result": result,
+        }  # fmt: skip
         replace_file(path, seal(to_jsonable(data)))
 
 
@@ -375,42 +373,6 @@ class ContinuedRecording:
     recording: str
     t_ns: int
     chain: str
-
-
-def named_files(experiment: Experiment) -> Iterator[Path]:
-    """Return the files that an experiment was read from and those that it names."""
-    yield from _places(experiment.source)
-    yield from _paths(experiment)
-
-
-def _places(tree: Tree) -> Iterator[Path]:
-    if tree.place.path is not None:
-        yield tree.place.path
-    children = tree.value.values() if isinstance(tree.value, dict) else tree.value
-    for child in children if isinstance(tree.value, (dict, list)) else ():
-        yield from _places(child)
-
-
-def _paths(value: Any) -> Iterator[Path]:
-    match value:
-        case Path():
-            yield value
-        case BaseModel():
-            for name in type(value).model_fields:
-                yield from _paths(getattr(value, name))
-        case dict():
-            for item in value.values():
-                yield from _paths(item)
-        case list() | tuple():
-            for item in value:
-                yield from _paths(item)
-
-
-def _meshes(scene: Scene) -> Iterator[Path]:
-    for _, link in scene.links():
-        shapes = [visual.geometry for visual in link.visuals]
-        shapes += [collision.geometry for collision in link.collisions]
-        yield from (shape.path for shape in shapes if isinstance(shape, Mesh))
 
 
 def _make(folder: Path) -> None:
@@ -484,5 +446,4 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
         "settings": experiment,
         "machine": machine.describe_machine(),
         "distributions": machine.distributions(),
-        "code": code_of(experiment.brain.backend, experiment.world.backend),
     }

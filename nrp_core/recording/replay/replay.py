@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import reduce
 from pathlib import Path
@@ -15,13 +15,13 @@ from nrp_core._support import machine
 from nrp_core._support.closing import Closing
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, SnapshotError, did_you_mean
-from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.making.plan import Plan, ProgressCallback, no_progress
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, InvalidExperimentError, Level
 from nrp_core.messages.nrp_msgs import Called
 from nrp_core.recording.folder.calls import LOST, changes_functions, lost_call, repeat
+from nrp_core.recording.folder.dependencies import Dependencies
 from nrp_core.recording.folder.recording_folder import (
     FORMAT,
     OLDEST_FORMAT,
@@ -72,18 +72,15 @@ def explanations(recording: Recording, check: IntegrityCheck) -> Iterator[Findin
     yield from map(_differs, check.notes)
 
 
-def other_surroundings(recording: Recording, experiment: Experiment) -> Iterator[Finding]:
+def other_surroundings(recording: Recording) -> Iterator[Finding]:
     """Yield findings about versions, code and processor that have changed since the recording."""
-    then, now = dict(recording.run.get("distributions") or {}), machine.distributions()
-    versions = [
-        f"{name} {version} (now {now.get(name, 'none')})"
-        for name, version in then.items()
-        if now.get(name) != version
-    ]
-    if versions:
+    then = Dependencies.recorded(recording.run)
+    if versions := then.changed_versions():
         yield _differs(f"it was made with {_join_names(versions)}")
-    if other := other_code(recording, experiment):
+    if other := other_code(recording):
         yield _differs(f"it was made by {other}")
+    if others := replace(then.without_files_below_root(), packages={}, versions={}).changes():
+        yield _differs(f"it was made with another content of {' and '.join(others)}")
     yield from map(
         _differs, _compare_machines(dict(recording.run.get("machine") or {}), machine.describe_machine())
     )
@@ -93,13 +90,15 @@ def _differs(message: str, subject: str | None = None) -> Finding:
     return Finding(Code.NRP285, message, Level.WARNING, subject=subject)
 
 
-def other_code(recording: Recording, experiment: Experiment) -> str:
-    """Return a text that names code changed since the recording, of the core or a backend; empty if none."""
-    now = code_of(experiment.brain.backend, experiment.world.backend)
-    then = dict(recording.run.get("code") or {})
-    if not then:
+def other_code(recording: Recording) -> str:
+    """Return a text that names packages whose code has changed since the recording; empty if none.
+
+    They are the core, the backends, and the plugins and modules that the run loaded, such as sensors.
+    """
+    then = Dependencies.recorded(recording.run)
+    if not then.packages:
         return "unknown code"
-    changed = [package for package, digest in now.items() if then.get(package) != digest]
+    changed = then.changed_packages()
     return f"other code of {' and '.join(changed)}" if changed else ""
 
 
@@ -306,7 +305,7 @@ class Replay(Closing):
             self._comparison.ended(self._awaited or next(recorded, None), error)
         comparison = self._comparison
         if comparison.difference is not None:
-            self.warnings += other_surroundings(self._recording, self._experiment)
+            self.warnings += other_surroundings(self._recording)
         return ReplayResult(
             comparison.steps,
             comparison.difference,
@@ -394,7 +393,7 @@ class Replay(Closing):
 
     def _about_snapshot(self) -> Iterator[str]:
         """Return possible reasons why a snapshot does not fit, and a remedy."""
-        if other := other_code(self._recording, self._experiment):
+        if other := other_code(self._recording):
             yield f"it was made by {other}"
         if origin := self._recording.run.get("continues"):
             place = f"'{origin['recording']}' at {seconds(origin['t_ns']):g} s"
@@ -429,7 +428,7 @@ class Replay(Closing):
 
         A recording that starts with a snapshot needs it.
         """
-        other = other_code(self._recording, self._experiment)
+        other = other_code(self._recording)
         if other:
             instead = "they may not fit" if first.t_ns else "the run starts at 0 instead"
             self.warnings.add(Code.NRP285, f"the snapshots were made by {other}; {instead}")

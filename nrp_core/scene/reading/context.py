@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,6 +15,7 @@ from typing import TypeAlias, TypeVar
 from urllib.parse import unquote
 
 from nrp_core import xml as xml_tree
+from nrp_core._support.audit_events import SEARCHES
 from nrp_core.errors import BackendError, SceneError
 from nrp_core.findings import Code, Finding, Findings, Level, merged
 from nrp_core.registry import Registry
@@ -316,6 +318,7 @@ def listed_file(folder: Path) -> Path | None:
 
 
 def _folders_in(variable: str) -> list[Path]:
+    sys.audit(SEARCHES, variable)
     return [Path(folder) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
 
 

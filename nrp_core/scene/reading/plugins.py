@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from functools import cache
 from math import isfinite
 from posixpath import join
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
@@ -290,15 +289,10 @@ def find_registered(registry: Registry[Plugin], name: str, element: Element) -> 
     if name not in registry.names():
         return None
     try:
-        found: Plugin = _load(registry, name)
+        found: Plugin = registry.load(name)
     except BackendError as error:
         raise element.error(str(error)) from error
     return found
-
-
-@cache
-def _load(registry: Registry[Any], name: str) -> Any:
-    return registry.load(name)
 
 
 def part_named(element: Element, name: str, parts: Sequence[Part], kind: str) -> Part:

@@ -64,6 +64,8 @@ def _search(file: Path, folder: Path, on: str, workers: int | None) -> tuple[His
     size = f"{described.generations} generations of {described.population} candidates"
     seeds = f", {described.seeds} runs each" if described.seeds > 1 else ""
     _print_line(f"{made.name}: {method}; {size}{seeds}; results in {folder}")
+    if made.news:
+        _print_line(made.news)
     made.plan.report_warnings(warn)
     with executor(on, folder, workers) as where, display() as shown:
         last = ""

@@ -109,6 +109,8 @@ def _opened(
     plan = Plan.of(described, source, confirmed=confirmed)
     made = SweepRun(plan, results_folder(out, file, "sweep"), Choice(tuple(only), retry_failed, record))
     _print_line(_headline(plan, made))
+    if made.news:
+        _print_line(made.news)
     if made.pending:
         plan.report_warnings(warn)
     return made

@@ -15,7 +15,7 @@ from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.recording import Images, Recording, with_recorded_brain, with_recorded_world
 from nrp_core.utilities import join_with_limit, strict_json, writing
 from nrp_lab.comparison.engine_measures import EngineDifference, differences
-from nrp_lab.comparison.grid import GridCell, RunGrid, is_whole, record
+from nrp_lab.comparison.grid import GridCell, RunGrid, is_reusable, record
 from nrp_lab.comparison.metric import Margins
 from nrp_lab.comparison.signals import RunSignals, missing_from
 
@@ -235,7 +235,7 @@ def compare_engines(
     found: list[EngineDifference] = []
     problems: list[str] = []
     try:
-        if not is_whole(reference):
+        if not is_reusable(reference, grid.file):
             record(grid, first, reference, images=Images.EXACT)
         ours = RunSignals(Recording(reference))
         for done, exchange in enumerate(wanted, 1):
@@ -258,7 +258,7 @@ def _replayed(grid: RunGrid, exchange: Exchange, reference: Path) -> Path:
     own = grid.folder(reference.parent, exchange.cell)
     digest = reference.name.rpartition("-")[2]
     folder = own.with_name(f"{own.name}-as-{digest}")
-    if not is_whole(folder):
+    if not is_reusable(folder, grid.file):
         source = Recording(reference)
         revise = _REVISED[exchange.side]
         images = Images.EXACT if exchange.side == "world" else Images.OFF

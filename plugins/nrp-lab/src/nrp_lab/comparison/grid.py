@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,12 +17,14 @@ from pydantic import BaseModel
 
 from nrp_core import brains, worlds
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, did_you_mean
-from nrp_core.experiment import Experiment, Plan, Range, Run, code_of, load_experiment
+from nrp_core.experiment import Experiment, Plan, Range, Run, load_experiment
 from nrp_core.network.controls import CONTROLS
-from nrp_core.recording import RUN_NAME, FilesRead, Images, Recording, RecordingFolder, named_files
+from nrp_core.recording import RUN_NAME, FilesRead, Images, Recording, RecordingFolder, changes_since
 from nrp_core.registry import Registry
-from nrp_core.utilities import WorkerDiedError, WorkerPool
+from nrp_core.utilities import WorkerDiedError, WorkerPool, join_with_limit
 from nrp_lab.comparison.signals import RunSignals
+
+_logger = logging.getLogger(__name__)
 
 _DEFAULTED = ("options", "parameters", "function_parameters")
 """Mappings whose keys need not be written: they have defaults, and are checked where they are used."""
@@ -182,10 +185,10 @@ class RunGrid:
         ]
 
     def folder(self, results: Path, cell: GridCell) -> Path:
-        """Return the folder of a run; its name holds everything that the run depends on."""
+        """Return the folder of a run; its name has a digest of the settings."""
         sides = zip(self._sides(), (cell.brain, cell.world), strict=True)
         providers = [str(registry.provider(name)) for (registry, _), name in sides]
-        described = [self._digest, *providers, *self.settings(cell), code_of(cell.brain, cell.world)]
+        described = [str(self.file), *providers, *self.settings(cell)]
         digest = hashlib.blake2b(json.dumps(described).encode(), digest_size=4).hexdigest()
         return results / f"{cell}-{digest}"
 
@@ -194,8 +197,9 @@ class RunGrid:
         return load_experiment(self.experiment, self.settings(cell))
 
     @cached_property
-    def _digest(self) -> str:
-        return digest_of_files(load_experiment(self.experiment, self.overrides))
+    def file(self) -> Path | None:
+        """The file of the experiment, if it has one."""
+        return load_experiment(self.experiment, self.overrides).source.place.path
 
     def _sides(self) -> list[tuple[Registry[object], tuple[str, ...]]]:
         return [(brains(), self.brains), (worlds(), self.worlds)]  # type: ignore[list-item]
@@ -218,15 +222,6 @@ def wiring_named(text: str) -> str:
         raise ValueError(f"'{text}' is {' or '.join(found)}; give the second word")
     known = (*WIRINGS, *(word for name in WIRINGS for word in name.split(": ")), f"{SILENCE}: CELLS")
     raise ValueError(f"there is no control '{text}'{did_you_mean(text, known)}")
-
-
-def digest_of_files(experiment: Experiment) -> str:
-    """Return a digest of the files that an experiment was read from and of those that it names."""
-    digest = hashlib.blake2b(digest_size=16)
-    for path in sorted({*named_files(experiment)}):
-        if path.is_file():
-            digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()
 
 
 def require_there(experiment: Experiment, key: str) -> None:
@@ -282,7 +277,7 @@ def run_grid(grid: RunGrid, results: Path, workers: int, on_progress: Progress) 
         NrpError: an experiment cannot be opened. Anything else that ends a run is part of its result.
     """
     folders = {cell: grid.folder(results, cell) for cell in grid.cells}
-    missing = [cell for cell, folder in folders.items() if not is_whole(folder)]
+    missing = [cell for cell, folder in folders.items() if not is_reusable(folder, grid.file)]
     done = len(folders) - len(missing)
     on_progress(done, len(folders), "")
     for cell in _run_all(grid, {cell: folders[cell] for cell in missing}, workers):
@@ -347,12 +342,24 @@ def _record(task: tuple[RunGrid, GridCell, Path]) -> None:
     record(*task)
 
 
-def is_whole(folder: Path) -> bool:
-    """Whether a run was recorded to its end, and its recording is undamaged."""
+def is_reusable(folder: Path, file: Path | None) -> bool:
+    """Whether a run was recorded to its end, its recording is undamaged, and a new run would be the same.
+
+    A log message says why a whole one is not.
+
+    Args:
+        folder: the folder of the recording.
+        file: the file of the experiment, if it has one.
+    """
     if not (folder / RUN_NAME).is_file():
         return False
     try:
         recording = Recording(folder)
-        return recording.run.get("state") in WHOLE and not recording.check().flaws
+        if recording.run.get("state") not in WHOLE or recording.check().flaws:
+            return False
+        changes = changes_since(recording.run, file)
     except ExperimentError:  # damaged: the run is repeated
         return False
+    if changes:
+        _logger.warning("%s is run again: %s changed", folder.name, join_with_limit(changes, 3))
+    return not changes

@@ -128,6 +128,11 @@ class Evolution:
         return self._made.plan
 
     @property
+    def news(self) -> str:
+        """A sentence that says which changes make earlier runs outdated; empty if none do."""
+        return self._made.news
+
+    @property
     def runs(self) -> int:
         """The largest number of runs."""
         return self.file.generations * self.file.population * self.file.seeds
@@ -296,6 +301,8 @@ def evolve(
     else:
         file, source = read_evolve(path_of(description))
     made = Evolution(file, source, path_of(out))
+    if made.news:
+        warnings.warn(made.news, stacklevel=4)
     made.plan.report_warnings(partial(warnings.warn, stacklevel=4))
     with executor(on, made.folder, workers) as where:
         history = made.run(where, on_progress, on_generation)

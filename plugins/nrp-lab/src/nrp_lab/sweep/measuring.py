@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -19,7 +20,7 @@ from nrp_core.errors import (
     did_you_mean,
 )
 from nrp_core.experiment import Result, Run, load_experiment
-from nrp_core.recording import FilesRead, Images, Recording, RecordingFolder
+from nrp_core.recording import FilesRead, Images, Recording, RecordingFolder, dependencies
 from nrp_core.utilities import fingerprint, to_jsonable, work
 from nrp_lab.comparison.metric import METRICS, ScalarMetric
 from nrp_lab.comparison.signals import RunSignals
@@ -29,11 +30,16 @@ _SEED = "seed="
 
 
 class RunCache:
-    """At most one open run, and the task that it was opened for."""
+    """At most one open run, and the task that it was opened for.
+
+    Attributes:
+        files: what the run that was opened last has read.
+    """
 
     def __init__(self) -> None:
         self._run: Run | None = None
         self._of: tuple[str, tuple[str, ...]] | None = None
+        self.files = FilesRead()
 
     @contextmanager
     def open(self, task: Task, *, keep: bool) -> Iterator[Run]:
@@ -47,9 +53,12 @@ class RunCache:
         run = self._reset_run(task, (task.experiment, others)) if keep else None
         if run is None:
             self.close()
-            run = Run(load_experiment(task.experiment, task.overrides))
+            self.files = FilesRead()
+            with self.files:
+                run = Run(load_experiment(task.experiment, task.overrides))
         try:
-            yield run
+            with self.files:
+                yield run
         except BaseException:
             run.close()
             raise
@@ -70,7 +79,8 @@ class RunCache:
         if self._run is None or self._of != of or len(seeds) != 1:
             return None
         try:
-            self._run.reset(seed=seeds[0])
+            with self.files:
+                self._run.reset(seed=seeds[0])
         except CapabilityError:
             return None
         run, self._run = self._run, None
@@ -93,6 +103,7 @@ def perform(task: Task) -> Record:
         record = _perform_run(task)
     except NrpError as error:
         record = Record(task.id, task.index, error=_in_one_line(error))
+        record = record.depending_on(dependencies(RUN_CACHE.files, None))
     return replace(record, elapsed_s=seconds(work.now_ns() - began_ns), attempts=task.attempt)
 
 
@@ -126,26 +137,28 @@ def scalar_metric(name: str) -> ScalarMetric:
 
 
 def _perform_run(task: Task) -> Record:
-    metrics = [scalar_metric(name) for name in task.measure]
     with ExitStack() as stack:
         folder = None if task.recording is None else Path(task.recording)
+        metrics = [scalar_metric(name) for name in task.measure]
         if folder is None and any(metric.needs_recording for metric in metrics):
             folder = Path(stack.enter_context(TemporaryDirectory(prefix="nrp-sweep-"))) / "run"
-        files = None if folder is None else stack.enter_context(FilesRead())
         run = stack.enter_context(RUN_CACHE.open(task, keep=folder is None))
-        _run(run, task, folder, files)
+        RUN_CACHE.files.packages |= {METRICS.provider(name).package for name in task.measure}
+        _run(run, task, folder, RUN_CACHE.files)
         result = run.result()
         described = {"seed": result.seed, "settings": run.experiment, "result": result.to_dict()}
         signals = RunSignals(to_jsonable(described) if folder is None else Recording(folder))
         record = _record(task, result, _measured(metrics, signals, result))
-        return replace(record, drawn=_drawn(run))
+        read = dependencies(RUN_CACHE.files, run.experiment, run.world.scene, folder)
+        return replace(record, drawn=_drawn(run)).depending_on(read)
 
 
-def _run(run: Run, task: Task, folder: Path | None, files: FilesRead | None) -> None:
+def _run(run: Run, task: Task, folder: Path | None, files: FilesRead) -> None:
     """Run to the end, recorded or not; a failure is in the result of the run."""
     recorder = None
     if folder is not None:
         images = Images.HASH if task.recording else Images.OFF
+        shutil.rmtree(folder, ignore_errors=True)  # of an earlier run, which is outdated or failed
         recorder = RecordingFolder(run, folder, images=images, files=files, snapshots_ns=None)
     state = "failed"
     try:

@@ -37,7 +37,7 @@ from nrp_core.findings import Code, InvalidExperimentError
 from nrp_core.paths import TextFrom
 from nrp_core.registry import Registry
 from nrp_core.seeds import Seeds
-from nrp_lab.comparison.grid import digest_of_files, require_there
+from nrp_lab.comparison.grid import require_there
 from nrp_lab.sweep.measuring import scalar_metric
 from nrp_lab.sweep.model import GIVEN, GRID, SEED, Axis, Choices, Design, Span, SweepFile, Value, written
 from nrp_lab.sweep.record import Task
@@ -152,7 +152,6 @@ class Plan:
         name: the experiment's own name.
         own_seed: its seed.
         code: fingerprints of the packages that compute the runs.
-        files: a digest of the files of the experiment.
         search: the settings of the search that chooses the points, if one does.
         parts: the measures that the runs will have, ``metric.part``, by metric; None: known after a run.
     """
@@ -162,7 +161,6 @@ class Plan:
     name: str
     own_seed: int
     code: Mapping[str, str] = field(default_factory=dict)
-    files: str = ""
     search: Mapping[str, Any] = field(default_factory=dict)
     parts: Mapping[str, list[str] | None] = field(default_factory=dict)
 
@@ -202,7 +200,7 @@ class Plan:
             for world in backends[1]:
                 code |= code_of(brain, world)
         parts = {metric: _parts(metric, own) for metric in sweep.measure}
-        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), parts=parts)
+        return cls(sweep, name, own.name, own.seed, code, parts=parts)
 
     def __len__(self) -> int:
         return number_of_runs(self.sweep)
@@ -224,16 +222,14 @@ class Plan:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """The properties that all runs of one folder share."""
+        """The settings that all runs of one folder share."""
         return {
             "experiment": self.name,
-            "files": self.files,
             "settings": {key: written(key, _absolute(value)) for key, value in self.sweep.settings.items()},
             "vary": sorted(self.sweep.vary),
             "measure": list(self.sweep.measure),
             "until_ns": self.sweep.until,
             "stop_when_failed": sorted(self.sweep.stop_when_failed),
-            "code": dict(self.code),
             "search": dict(self.search),
         }
 
@@ -244,7 +240,7 @@ class Plan:
     def _run(self, index: int, values: Mapping[str, Value]) -> PlannedRun:
         given = {SEED: self.own_seed, **self.sweep.settings, **values}
         overrides = (*(written(key, _absolute(value)) for key, value in given.items()), "pace=max")
-        described = json.dumps([self._digest, *sorted(overrides), *map(_content, values.values())])
+        described = json.dumps([self._digest, *sorted(overrides)])
         until_ns = self.sweep.until
         task = Task(
             hashlib.blake2b(described.encode(), digest_size=8).hexdigest(), index, self.experiment, overrides,
@@ -270,14 +266,6 @@ def _absolute(value: Value) -> Value:
     if isinstance(value, TextFrom) and Path(value).suffix and (value.folder / value).is_file():
         return str((value.folder / value).resolve())
     return value
-
-
-def _content(value: Value) -> str:
-    """Return a digest of the file that a value names, if it names one."""
-    found = _absolute(value)
-    if found is value or not isinstance(found, str):
-        return ""
-    return hashlib.blake2b(Path(found).read_bytes(), digest_size=8).hexdigest()
 
 
 def _check(sweep: SweepFile, name: str, settings: list[str], own: Experiment, mistakes: Mistakes) -> None:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import fcntl
+import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from nrp_core.errors import ExperimentError
+from nrp_core.recording import Dependencies
 from nrp_core.utilities import writing
 
 INVALID = "invalid"
@@ -81,6 +84,8 @@ class Record:
         trajectory_digest: hash of the poses of all robots at every step.
         error: the error that ended it.
         attempts: number of attempts.
+        depends_on: digest of the dependencies; the journal keeps these in a file of this name.
+        dependencies: what the run read; only until the record is in a journal.
     """
 
     id: str
@@ -100,6 +105,8 @@ class Record:
     trajectory_digest: str = ""
     error: str | None = None
     attempts: int = 1
+    depends_on: str = ""
+    dependencies: Dependencies | None = None
 
     @property
     def failed(self) -> bool:
@@ -114,7 +121,13 @@ class Record:
 
     def to_line(self) -> str:
         """Return one line of JSON."""
-        return _line(self)
+        return _line(replace(self, dependencies=None))
+
+    def depending_on(self, dependencies: Dependencies) -> Self:
+        """Return the same record with the dependencies of the run."""
+        described = json.dumps(dependencies.to_data(), sort_keys=True).encode()
+        digest = hashlib.blake2b(described, digest_size=8).hexdigest()
+        return replace(self, depends_on=digest, dependencies=dependencies)
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Self:
@@ -131,6 +144,8 @@ def _line(of: Task | Record) -> str:
 
 
 JOURNAL = "journal.jsonl"
+DEPENDENCIES = "dependencies"
+"""The folder, beside the journals, with a file for each set of dependencies."""
 JOURNALS = "journal*.jsonl"
 """Jobs of a cluster write their own journals."""
 
@@ -160,6 +175,8 @@ class Journal:
             ExperimentError: it cannot be written; earlier records are kept.
         """
         with writing(self._path):
+            if record.dependencies is not None:
+                _keep(record.depends_on, record.dependencies, self._path.parent / DEPENDENCIES)
             data = record.to_line().encode()
             while data:
                 data = data[os.write(self._descriptor, data) :]
@@ -185,15 +202,47 @@ class Journal:
         self.close()
 
 
-def read_records(folder: Path) -> dict[str, Record]:
+def _keep(digest: str, dependencies: Dependencies, folder: Path) -> None:
+    """Write dependencies into their file, unless it exists; several processes may do the same."""
+    path = folder / f"{digest}.json"
+    if not path.is_file():
+        folder.mkdir(exist_ok=True)
+        draft = path.with_suffix(f".{os.getpid()}")
+        draft.write_text(json.dumps(dependencies.to_data(), indent=1, sort_keys=True) + "\n", "utf-8")
+        draft.replace(path)
+
+
+def changes_since(folder: Path) -> Callable[[Record], tuple[str, ...]]:
+    """Return a function of a record that returns what its run depended on and is different now, as phrases.
+
+    Each file of dependencies is compared once. A record without one, of an older version, may be outdated by
+    anything.
+    """
+
+    @cache
+    def changes(digest: str) -> tuple[str, ...]:
+        try:
+            data = json.loads((folder / DEPENDENCIES / f"{digest}.json").read_text("utf-8"))
+        except (OSError, ValueError):
+            return ("everything, as far as is known,",)
+        return tuple(Dependencies.from_data(data).changes())
+
+    return lambda record: changes(record.depends_on)
+
+
+def read_records(folder: Path, is_valid: Callable[[Record], bool] = lambda _: True) -> dict[str, Record]:
     """Return the records of a folder by id; of several records of a run, the last one without an error.
+
+    Args:
+        folder: the folder.
+        is_valid: returns whether a record counts.
 
     Raises:
         ExperimentError: a line is not a record.
     """
     found: dict[str, Record] = {}
     for path in sorted(folder.glob(JOURNALS)):
-        for record in records_in(path):
+        for record in filter(is_valid, records_in(path)):
             if record.id not in found or not record.failed or found[record.id].failed:
                 found[record.id] = record
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -14,11 +15,11 @@ from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import tree_of
 from nrp_core.paths import path_of
-from nrp_core.utilities import checks_arguments, require_extra, work
+from nrp_core.utilities import checks_arguments, join_with_limit, require_extra, work
 from nrp_lab.sweep.executor import Executor, executor
 from nrp_lab.sweep.model import read_sweep, sweep_of
 from nrp_lab.sweep.plan import Plan, PlannedRun
-from nrp_lab.sweep.record import JOURNAL, Journal, Task, read_records
+from nrp_lab.sweep.record import JOURNAL, Journal, Task, changes_since, read_records
 from nrp_lab.sweep.table import RECORDINGS, Row, claim, data_frame, rows_of, write_tables
 
 if TYPE_CHECKING:
@@ -83,6 +84,10 @@ class SweepRun:
         folder: its folder; created, or reused if it contains the same sweep.
         choice: the selection of runs.
 
+    Attributes:
+        outdated: what earlier runs depended on and has changed since, with the number of runs. These do not
+            count as made.
+
     Raises:
         ExperimentError: the folder contains something else, or no run is selected.
     """
@@ -90,7 +95,10 @@ class SweepRun:
     def __init__(self, plan: Plan, folder: Path, choice: Choice | None = None) -> None:
         claim(folder, plan)
         self.plan, self.folder, self.choice = plan, folder, choice or Choice()
-        self.records = read_records(folder)
+        changes = changes_since(folder)
+        self.records = read_records(folder, lambda record: not changes(record))
+        older = [one for one in read_records(folder).values() if one.id not in self.records]
+        self.outdated = Counter(change for record in older for change in changes(record))
         self._chosen = chosen(plan.runs, self.choice.only, list(plan.sweep.vary))
 
     def extend(self, plan: Plan) -> None:
@@ -104,6 +112,14 @@ class SweepRun:
         """The runs that are still to be made; of equal ones only the first."""
         tasks = {run.task.id: run.task for run in reversed(self._chosen) if not self._is_done(run)}
         return [self._task(task) for task in reversed(tasks.values())]
+
+    @property
+    def news(self) -> str:
+        """A sentence that says which changes make earlier runs outdated; empty if none do."""
+        if not self.outdated:
+            return ""
+        changes = join_with_limit([change for change, _ in self.outdated.most_common()], 5)
+        return f"{max(self.outdated.values())} earlier runs do not count: {changes} changed"
 
     @property
     def rows(self) -> list[Row]:
@@ -266,6 +282,8 @@ def sweep(
         folder = Path(temporary) if out is None else path_of(out)
         chosen = (only,) if isinstance(only, str) else tuple(only)
         made = SweepRun(plan, folder, Choice(chosen, retry_failed, record))
+        if made.news:
+            warnings.warn(made.news, stacklevel=4)
         if made.pending:
             plan.report_warnings(partial(warnings.warn, stacklevel=4))
         with executor(on, folder, workers) as where:

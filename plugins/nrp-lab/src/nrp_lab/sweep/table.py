@@ -27,13 +27,11 @@ ABOUT = "sweep.json"
 RECORDINGS = "recordings"
 _WORDS = {
     "experiment": "experiment",
-    "files": "files of the experiment",
     "settings": "settings",
     "vary": "keys that vary",
     "measure": "metrics",
     "until_ns": "end time",
     "stop_when_failed": "criteria that stop a run",
-    "code": "version of the code",
     "search": "settings of the search",
 }
 
@@ -81,8 +79,6 @@ def read_about(folder: Path) -> dict[str, Any]:
 
 def _require_same(there: dict[str, Any], plan: Plan, folder: Path) -> None:
     here = json.loads(json.dumps(plan.identity))
-    shared = there.get("code", {}).keys() & here["code"].keys()  # a sweep may add a backend
-    there, here = ({**one, "code": {name: one["code"][name] for name in shared}} for one in (there, here))
     other = [words for key, words in _WORDS.items() if there.get(key) != here[key]]
     if other:
         kind = "search" if there.get("search") else "sweep"
