@@ -14,7 +14,7 @@ from hypothesis.strategies import SearchStrategy
 from nrp_bibi.model import channels, functions, selectors, synapses
 from nrp_bibi.model import expressions as exprs
 from nrp_bibi.model.expressions import FlowExpression
-from nrp_bibi.model.functions import Bibi
+from nrp_bibi.model.functions import Bibi, Calls
 from nrp_bibi.model.metamodel import Feature, Node, Value, concrete, features
 from nrp_bibi.model.selectors import NeuronGroupSelector
 from nrp_bibi.model.values import TEMPLATE, dedented
@@ -154,7 +154,8 @@ def _functions(draw: st.DrawFn, name: str) -> Any:
         "device_group": (draw(group),),
         "topic": (topic,),
         "throttling_rate": draw(st.none() | _VALUES["Rate"]),
-        "trigger": tuple(triggers if draw(st.booleans()) else ()),
+        "trigger": tuple(triggers if (chosen := draw(st.booleans())) else ()),
+        "calls": draw(st.sampled_from(Calls)) if chosen and triggers else Calls.ONCE,
         "local": (channels.Local(name="a_local", body=draw(first)),),
     }
     if draw(st.booleans()):

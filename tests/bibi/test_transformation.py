@@ -210,7 +210,7 @@ def test_connectors_and_synapses_are_keyword_arguments_of_the_device(inside: str
 
 def test_every_kind_of_channel_in_the_order_of_the_language() -> None:
     code = from_xml(
-        '<transferFunction xsi:type="Neuron2Robot" name="f" priority="2" active="false" throttlingRate="8">'
+        '<transferFunction xsi:type="Neuron2Robot" name="f" priority="2" active="false" calls="Each">'
         "<trigger>hears</trigger>"
         '<deviceGroup name="eyes" type="Poisson"><neurons xsi:type="MapSelector" count="3">'
         '<pattern population="p" index="2*i"/></neurons><body xsi:type="SimulationStep"/></deviceGroup>'
@@ -230,7 +230,7 @@ def test_every_kind_of_channel_in_the_order_of_the_language() -> None:
 @nrp.MapRobotSubscriber("hears", Topic("/hears", std_msgs.msg.Float64))
 @nrp.MapSpikeSink("d", nrp.brain.p, nrp.population_rate)
 @nrp.MapSpikeSource("eyes", nrp.map_neurons(range(3), lambda i: nrp.brain.p[2 * i]), nrp.poisson)
-@nrp.Neuron2Robot(Topic("/out", std_msgs.msg.Float64), triggers=["hears"], throttling_rate=8, priority=2)
+@nrp.Neuron2Robot(Topic("/out", std_msgs.msg.Float64), triggers=["hears"], priority=2, calls="each")
 def f(t, says, hears, d, eyes):
     eyes.rate = t
     says.send_message(std_msgs.msg.String('hi'))

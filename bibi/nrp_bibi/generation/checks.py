@@ -13,6 +13,7 @@ from nrp_bibi.model.expressions import ArgumentReference, Call, FlowExpression
 from nrp_bibi.model.functions import (
     Bibi,
     BIBITransferFunction,
+    Calls,
     ChannelTransferFunction,
     Neuron2Monitor,
     PythonTransferFunction,
@@ -84,6 +85,8 @@ class Checker:
         recorders = [one for one in devices if one.type is DeviceType.SPIKE_RECORDER]
         read = [topic.name for topic in function.topic if topic.name and topic.body is None]
         read += [device.name for device in recorders if device.body is None]
+        if function.calls is Calls.EACH and not function.trigger:
+            raise self.refuse(function, f"'{function.name}' has calls='Each', but no trigger")
         for name in function.trigger:
             if name not in read:
                 message = f"'{function.name}' cannot be triggered by '{name}'"

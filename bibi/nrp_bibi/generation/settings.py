@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from nrp_bibi.generation.expressions import literal
 from nrp_bibi.model.channels import AnyDevice
-from nrp_bibi.model.functions import Bibi, ChannelTransferFunction
+from nrp_bibi.model.functions import Bibi, Calls, ChannelTransferFunction
 from nrp_bibi.model.synapses import (
     AllToAllConnector,
     FixedNumberPreConnector,
@@ -45,6 +45,7 @@ def timing(function: ChannelTransferFunction) -> list[str]:
         "triggers": list(function.trigger) or None,
         "throttling_rate": function.throttling_rate,
         "priority": function.priority or None,
+        "calls": None if function.calls is Calls.ONCE else "each",
     }
     return [f"{name}={literal(value)}" for name, value in given.items() if value is not None]
 

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 
 from nrp_bibi.model.channels import DeviceChannel, DeviceGroupChannel, Local, TopicChannel
-from nrp_bibi.model.metamodel import Node, attribute, child, children, content
+from nrp_bibi.model.metamodel import Node, attribute, child, children, choice, content
 from nrp_bibi.model.selectors import MultiNeuronSelector
 from nrp_bibi.model.synapses import NeuronConnector, SynapseDynamics
 from nrp_bibi.model.values import CODE, FILE, NAME, NATURAL, POSITIVE, RATE, TRUTH, WORD
+
+
+class Calls(Enum):
+    """How often the messages of a step make a function run."""
+
+    ONCE = "Once"
+    EACH = "Each"
+
+
+CALLS = choice("Calls", Calls)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,9 +61,11 @@ class ChannelTransferFunction(BIBITransferFunction, abstract=True):
         throttling_rate: the largest number of runs per second.
         trigger: names of topics and spike recorders that it reads; a message or spike of one of them makes it
             run. By default it runs every step.
+        calls: whether the messages of a step make it run once, or each of them makes it run.
     """
 
     throttling_rate: float | None = attribute(RATE, None, unit="Hz")
+    calls: Calls = attribute(CALLS, Calls.ONCE)
     trigger: tuple[str, ...] = children(NAME, aliases={"triggers": ""})
     device: tuple[DeviceChannel, ...] = children(DeviceChannel)
     device_group: tuple[DeviceGroupChannel, ...] = children(DeviceGroupChannel)

@@ -17,7 +17,7 @@ from nrp_bibi.model.channels import (
     TopicChannel,
 )
 from nrp_bibi.model.expressions import FlowExpression
-from nrp_bibi.model.functions import BIBITransferFunction, Neuron2Monitor, Neuron2Robot, Robot2Neuron
+from nrp_bibi.model.functions import CALLS, BIBITransferFunction, Neuron2Monitor, Neuron2Robot, Robot2Neuron
 from nrp_bibi.model.metamodel import Value
 from nrp_bibi.model.selectors import NeuronGroupSelector
 from nrp_bibi.model.synapses import (
@@ -170,7 +170,16 @@ def _timing(given: dict[str, Any]) -> dict[str, Any]:
         "priority": _valid(NATURAL, given.get("priority", 0)),
         "throttling_rate": None if rate is None else _valid(RATE, rate),
         "trigger": tuple(_valid(NAME, one) for one in names),
+        "calls": _choice(CALLS, given.get("calls", "once")),
     }
+
+
+def _choice(kind: Value, text: Any) -> Any:
+    """Return the member of an enumeration for its name in Python."""
+    try:
+        return kind.parse(text)
+    except (ValueError, AttributeError):
+        raise NotExpressibleError(repr(text)) from None
 
 
 def _valid(kind: Value, value: Any) -> Any:

@@ -235,3 +235,32 @@ def test_a_function_logs_while_a_machine_takes_the_logs_for_strings(opened: Open
     assert not run.result().failures
     assert shown.latest is not None
     assert shown.latest.message.data == "at 0.08"
+
+
+EACH = """
+@nrp.MapRobotPublisher("tells", Topic("/told", std_msgs.msg.Float64))
+@nrp.Robot2Neuron()
+def tell(t, tells):
+    for part in (0.25, 0.5):
+        tells.send_message(std_msgs.msg.Float64(t + part))
+
+@nrp.MapVariable("all", initial_value=[])
+@nrp.MapRobotSubscriber("told", Topic("/told", std_msgs.msg.Float64))
+@nrp.Robot2Neuron(["told"])
+def listen(t, told, all):
+    all.value.append((round(t, 3), round(told.value.data, 3)))
+"""
+
+
+def test_each_message_on_a_topic_calls_the_functions_that_it_triggers(opened: Opened, corpus: Path) -> None:
+    folder = corpus / "each"
+    folder.mkdir()
+    (folder / "tf.py").write_text(EACH)
+    (folder / "x.bibi").write_text('<bibi><transferFunction src="tf.py"/></bibi>')
+    (folder / "x.exc").write_text('<ExD><timeout>1.0</timeout><bibiConf src="x.bibi"/></ExD>')
+    run = opened("each/x.exc")
+    run.run_until(0.06)
+    assert not run.result().failures
+    (function,) = (one for one in run.loop.functions if one.name == "listen")
+    told = function.adapters["all"].value  # type: ignore[attr-defined]
+    assert told == [(0.02, 0.25), (0.02, 0.5), (0.04, 0.27), (0.04, 0.52)]

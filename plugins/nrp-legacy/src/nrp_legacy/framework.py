@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import cache, partial
 from math import inf
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 from weakref import WeakSet
 
 import numpy as np
@@ -363,6 +363,11 @@ def _is_of_users(value: Any) -> bool:
     return type(value).__module__.partition(".")[0] not in ("builtins", "numpy", "collections", "nrp_core")
 
 
+def _calls(triggers: Any) -> Literal["once", "each"]:
+    """Return how functions are called: those with triggers for each message, as callbacks of the platform."""
+    return "once" if triggers in (None, dsl.TIME) else "each"
+
+
 def framework(
     notes: Notes,
     noted_late: Notes | None = None,
@@ -410,15 +415,24 @@ def framework(
             variable.begin_with(initial)
             return variable
 
+    class Robot2Neuron(dsl.Robot2Neuron):
+        def __init__(self, triggers: Any = None, rate: Any = None, **more: Any) -> None:
+            super().__init__(triggers, more.pop("throttling_rate", rate), calls=_calls(triggers), **more)
+
+    class Neuron2Robot(dsl.Neuron2Robot):
+        def __init__(self, to: Any = None, triggers: Any = None, rate: Any = None, **more: Any) -> None:
+            to, rate = more.pop("robot_topic", to), more.pop("throttling_rate", rate)
+            super().__init__(to, triggers, rate, calls=_calls(triggers), **more)
+
     brain = Brain(brain_root)
     own = {name: getattr(dsl, name) for name in dsl.__all__}
-    mappings = (MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher, MapVariable)
+    own_kinds = (MapSpikeSink, MapSpikeSource, MapRobotSubscriber, MapRobotPublisher, MapVariable)
     return module(
         "hbp_nrp_cle.tf_framework",
         **{
             **own,
             **device_kinds(noted_late or notes, nest_units=nest_units),
-            **{mapping.__name__: mapping for mapping in mappings},
+            **{kind.__name__: kind for kind in (*own_kinds, Robot2Neuron, Neuron2Robot)},
             "Topic": topic, "resolve": partial(resolve, brain), "brain": brain,
             "raw_signal": Unavailable("raw_signal"),
             "config": module("config", brain_root=brain_root, brain_source=None, active_node=None),

@@ -11,6 +11,7 @@ from nrp_bibi.model.channels import AnyDevice, Local, TopicChannel
 from nrp_bibi.model.functions import (
     Bibi,
     BIBITransferFunction,
+    Calls,
     ChannelTransferFunction,
     Neuron2Monitor,
     PythonTransferFunction,
@@ -204,7 +205,8 @@ def _when(function: TransferFunction) -> str:
     if not isinstance(function, ChannelTransferFunction):
         return ""
     rate = function.throttling_rate
-    return ", ".join([f"on {name}" for name in function.trigger] + ([f"≤ {rate} Hz"] if rate else []))
+    on = "on each" if function.calls is Calls.EACH else "on"
+    return ", ".join([f"{on} {name}" for name in function.trigger] + ([f"≤ {rate} Hz"] if rate else []))
 
 
 def _wire(kind: str, source: list[str], target: list[str]) -> Wire:
