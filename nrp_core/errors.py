@@ -19,6 +19,7 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   │   └── OutsideFolderError                    a file of a recorder lies outside the folder of the run
     │   ├── NetworkError                              a network contradicts itself
     │   │   ├── SlowScriptError                       a brain script takes longer than a check may last
+    │   │   ├── UncheckedScriptError                  a brain script cannot be confined, and is not executed
     │   │   └── EndlessScriptError                    a brain script takes longer than the experiment allows
     │   ├── ParameterError                            a declaration of a parameter contradicts another
     │   └── SceneError                                a robot or room file cannot be used
@@ -184,6 +185,10 @@ class NetworkError(ExperimentError):
 
 class SlowScriptError(NetworkError):
     """A brain script takes longer than a check may last."""
+
+
+class UncheckedScriptError(NetworkError):
+    """A brain script was not executed by a check, because the system cannot confine it."""
 
 
 class EndlessScriptError(NetworkError):

@@ -65,7 +65,9 @@ def load_and_fork(fork: Fork) -> int:
 
 
 def wait_for_exit(pid: int) -> int:
-    """Wait for a process, and return its exit code; negative for the signal that ended it."""
+    """Wait for a process, end its group, and return its exit code; negative for the signal that ended it."""
+    os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
+    os.killpg(pid, signal.SIGKILL)  # what it left behind; its number is still its own
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
 

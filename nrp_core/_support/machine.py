@@ -93,12 +93,12 @@ def _confinement() -> Diagnosis:
     """Look whether the process that executes brain scripts for checks can be confined."""
     from nrp_core._support.probe import run_module  # used only here
 
-    given_up = run_module("nrp_core._support.confinement", timeout_s=30.0, has_folder=True)
-    if given_up.exit_code == 0:
-        meaning = "nrp validate and nrp map execute them without network, in a folder of their own"
+    done = run_module("nrp_core._support.confinement", timeout_s=30.0, has_folder=True)
+    how = done.output.strip() or "the check failed"
+    if done.exit_code == 0:
+        meaning = f"nrp validate and nrp map execute scripts confined: {how}"
         return Diagnosis("confined brain scripts", True, meaning)
-    kept = given_up.output.strip() or "everything"
-    meaning = f"nrp validate and nrp map execute brain scripts with your rights; not confined: {kept}"
+    meaning = f"nrp validate and nrp map do not execute scripts, unless --trust is given: {how}"
     return Diagnosis("confined brain scripts", False, meaning)
 
 

@@ -28,7 +28,7 @@ from nrp_core._support.machine import cores
 from nrp_core._support.probe import ChildResult, run_module, run_probe
 from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.checks.network_summary import NetworkSummary, skeleton_of, summary_from, summary_of
-from nrp_core.errors import NetworkError, NrpError, SlowScriptError
+from nrp_core.errors import NetworkError, NrpError, SlowScriptError, UncheckedScriptError
 from nrp_core.experiment.making.maker import build_here
 from nrp_core.experiment.making.plan import Side
 from nrp_core.findings import Finding, Findings
@@ -121,7 +121,10 @@ def build_confined(make: Callable[[], Network], limit_s: float | None) -> Networ
         answer = run_module(
             CHILD, question, _cpu_s(limit_s), str(file), timeout_s=limit_s, is_forked=True, has_folder=True
         )
-        _data(answer, limit_s)
+        try:
+            _data(answer, limit_s)
+        except (SlowScriptError, UncheckedScriptError) as error:
+            raise NetworkError(str(error)) from None  # a check can do without the network, the caller cannot
         return read_network(file)
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nrp_core._support.confinement import confine, noting_variables, values_of
-from nrp_core.errors import ExperimentError, NrpError
+from nrp_core.errors import ExperimentError, NrpError, UncheckedScriptError
 from nrp_core.findings import Code, Findings
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 _KERNELS = "NUMBA_CACHE_DIR"
 _CONFINED = "a check executes the script without network access, and it can only write temporary files"
+_NETWORK_BYTES = 100_000_000_000
+"""The largest file of a network."""
 
 
 def load() -> None:
@@ -49,12 +51,26 @@ def main(question: str, cpu_s: str, target: str, scratch: str) -> int:
     """
     stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    confine(cpu_s=float(cpu_s), writable=[Path(scratch), *([Path(target).parent] if target else [])])
+    if target:
+        lacking = confine(
+            cpu_s=float(cpu_s), writable=[Path(scratch), Path(target).parent], file_bytes=_NETWORK_BYTES
+        )
+    else:
+        lacking = confine(cpu_s=float(cpu_s), writable=[Path(scratch)])
     os.environ[_KERNELS] = scratch  # no other place can be written
-    answer = _answer(question, target)
+    answer = {"error": _refused(lacking)} if lacking else _answer(question, target)
     with stream:
         json.dump(answer, stream)
     return int("error" in answer)
+
+
+def _refused(lacking: list[str]) -> dict[str, Any]:
+    """Return the error that a script is not executed."""
+    message = (
+        "the brain script was not executed, because this system cannot confine it: "
+        f"{' and '.join(lacking)} cannot be used; --trust executes it with your permissions"
+    )
+    return _reported(UncheckedScriptError(message))
 
 
 def _answer(question: str, target: str) -> dict[str, Any]:

@@ -19,7 +19,14 @@ from typer.core import TyperCommand, TyperGroup, TyperOption
 from typer.main import get_command
 
 from nrp_core.cli.commands import COMMANDS
-from nrp_core.cli.output import complain, report, report_interrupt, report_usage, reserve_stdout
+from nrp_core.cli.output import (
+    complain,
+    plain_streams,
+    report,
+    report_interrupt,
+    report_usage,
+    reserve_stdout,
+)
 from nrp_core.registry import OPTIONAL, Provider, Registry
 
 _OURS = {"nrp-core", *OPTIONAL}
@@ -170,6 +177,11 @@ def build_app() -> typer.Typer:
 
 def run_app(arguments: Sequence[str]) -> int:
     """Run a command line and return its exit code; show a traceback only if asked for."""
+    with plain_streams():
+        return _run(arguments)
+
+
+def _run(arguments: Sequence[str]) -> int:
     as_json = "--json" in arguments or _is_set("NRP_JSON")
     if as_json:
         reserve_stdout()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from nrp_core._support.confinement import TRUST
 from nrp_core.cli.output import complain, warn
 from nrp_core.registry import Registry
 
@@ -101,6 +102,14 @@ On = Annotated[
 ]
 Workers = Annotated[
     int | None, typer.Option(metavar="N", envvar="NRP_WORKERS", min=1, help="Number of runs at once.")
+]
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust",
+        envvar=TRUST,
+        help="Execute the scripts of the experiment unconfined, with your permissions.",
+    ),
 ]
 SHOW = "show"
 FileOrShow = Annotated[

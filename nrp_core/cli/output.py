@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 import traceback
-from collections.abc import Iterator
-from typing import Any, TextIO
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO, cast
 
 import typer
 
@@ -17,6 +19,56 @@ NO, USAGE, INVALID, NO_BACKEND, INTERRUPTED = 1, 2, 3, 4, 130
 """Exit codes; see :mod:`nrp_core.cli`."""
 
 _document_stream: TextIO | None = None
+_DIRECTIONS = "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"
+"""Characters that change the order in which others are shown."""
+_CONTROL = re.compile(rf"[\x00-\x08\x0b-\x1f\x7f-\x9f{_DIRECTIONS}]")
+_STYLE_OR_CONTROL = re.compile(rf"(\x1b\[[0-9;]*m)|{_CONTROL.pattern}")
+
+
+def visible(text: str) -> str:
+    """Return a text with escapes in the place of its control characters, except line ends and tabs."""
+    return _CONTROL.sub(lambda found: _escape(found[0]), text)
+
+
+def _escape(character: str) -> str:
+    return f"\\x{ord(character):02x}" if ord(character) < 0x100 else f"\\u{ord(character):04x}"
+
+
+class PlainStream:
+    """A stream that writes no control characters but line ends, tabs and those of colours.
+
+    Text of others can therefore not control a terminal.
+
+    Args:
+        stream: where it writes.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text, and return its length."""
+        self.stream.write(_STYLE_OR_CONTROL.sub(lambda found: found[1] or _escape(found[0]), text))
+        return len(text)
+
+    def writelines(self, texts: Iterable[str]) -> None:
+        """Write texts."""
+        for text in texts:
+            self.write(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
+
+
+@contextmanager
+def plain_streams() -> Iterator[None]:
+    """Write all output of this block, by whichever module, through plain streams."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (cast("TextIO", PlainStream(stream)) for stream in before)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
 
 
 def reserve_stdout() -> None:
@@ -36,8 +88,8 @@ def document(data: Any) -> None:
     from nrp_core._support.json_values import to_jsonable
 
     stream = _document_stream or sys.stdout
-    json.dump(to_jsonable(data), stream, indent=2, allow_nan=False, ensure_ascii=False)
-    stream.write("\n")
+    text = json.dumps(to_jsonable(data), indent=2, allow_nan=False, ensure_ascii=False)
+    stream.write(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text) + "\n")
     stream.flush()
 
 
@@ -119,7 +171,7 @@ def as_data(error: Exception) -> dict[str, Any]:
 def complain(message: str, *, label: str = "error", color: str = "red") -> None:
     """Write a labelled line to standard error."""
     typer.secho(f"{label}: ", fg=color, bold=True, err=True, nl=False)
-    typer.echo(message, err=True)
+    typer.echo(visible(message), err=True)
 
 
 def warn(message: str) -> None:

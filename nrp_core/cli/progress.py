@@ -15,6 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
 from nrp_core._support.stopwatch import work
+from nrp_core.cli.output import visible
 from nrp_core.experiment.making.prepare import EXECUTING
 from nrp_core.experiment.running.run import Run
 
@@ -31,7 +32,7 @@ def display() -> Display:
 
     Notebooks ask for colours (``FORCE_COLOR``), but keep every update of a bar as an output of its own.
     """
-    console = Console(stderr=True, highlight=False)
+    console = Console(file=getattr(sys.stderr, "stream", sys.stderr), highlight=False)
     return Bar(console) if console.is_terminal and sys.stderr.isatty() else Lines()
 
 
@@ -63,6 +64,7 @@ class Display(ABC):
 
     def begin_task(self, task: str) -> None:
         """Show a task; if it takes long, also show a possible reason."""
+        task = visible(task)
         self._stop_waiting()
         self._show_task(task)
         self._timer = threading.Timer(PATIENCE_S, self._show_delay, (task,))
@@ -78,7 +80,7 @@ class Display(ABC):
     def count(self, task: str, done: int, total: int, last: str = "") -> None:
         """Show the number of completed items and the name of the last one."""
         self._stop_waiting()
-        self._show_count(task, done, total, last)
+        self._show_count(visible(task), done, total, visible(last))
 
     def _after_step(self, run: Run) -> None:
         now_s = monotonic()
@@ -156,7 +158,7 @@ class Bar(Display):
             f"{run.now_s:.1f} of {self._end_s:g} s, {factor:.1f} x real time "
             f"[dim]({shares_text(shares)})[/dim]"
         )
-        name = run.experiment.name
+        name = visible(run.experiment.name)
         self._progress.update(
             self._task, description=name, total=self._end_s, completed=run.now_s, status=status
         )

@@ -14,6 +14,7 @@ from nrp_core.errors import (
     SlowScriptError,
     TopicError,
     TriggerError,
+    UncheckedScriptError,
 )
 from nrp_core.findings.codes import Code
 
@@ -23,6 +24,7 @@ _CODES: Final = {
     TopicError: Code.NRP212,
     CapabilityError: Code.NRP216,
     SlowScriptError: Code.NRP239,
+    UncheckedScriptError: Code.NRP239,
     EndlessScriptError: Code.NRP208,
     ParameterError: Code.NRP202,
     TriggerError: Code.NRP210,

@@ -14,6 +14,7 @@ from nrp_core.cli.options import (
     Models,
     Overrides,
     Seed,
+    Trust,
     overrides_of,
     require_folder_of,
 )
@@ -34,6 +35,7 @@ def map(  # noqa: A001  the name of the command
     overrides: Overrides = None,
     models: Models = None,
     seed: Seed = None,
+    trust: Trust = False,
     html: Annotated[
         Path | None,
         typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Also write an HTML page."),
@@ -42,11 +44,14 @@ def map(  # noqa: A001  the name of the command
 ) -> None:
     """Report the resources that a brain backend needs for a network and the values that it changes.
 
-    This executes the brain script, in a process without network that can write only temporary files, where
-    the system allows that (nrp doctor).
+    This executes the brain script, in a process without network that can write only temporary files. Where
+    the system does not allow that (nrp doctor), it is not executed without --trust.
     """
+    from nrp_core._support.confinement import trusting
+
     require_folder_of(html, "--html")
-    account = _account(experiment, overrides, models, brain, seed)
+    with trusting(trust):
+        account = _account(experiment, overrides, models, brain, seed)
     if html is not None:
         _write(html, _page(account))
     if json:
