@@ -171,7 +171,7 @@ class ExternalWrenches:
         turn = rotation_matrix((link_pose @ part.pose.inverse()).orientation)
         pulls = self._by_body.setdefault(path, {})
         pulls[link, of] = np.array(
-            [wrench.force, np.cross(product(turn, lever), wrench.force) + wrench.torque]
+            [wrench.force, np.cross(product(turn, np.array(lever)), wrench.force) + wrench.torque]
         )
         (fx, fy, fz), (tx, ty, tz) = np.sum([pulls[name] for name in sorted(pulls)], axis=0).tolist()
         return Wrench((fx, fy, fz), (tx, ty, tz)), bool(np.any(lever) and np.any(wrench.force))
