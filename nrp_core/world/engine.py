@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
@@ -177,6 +177,10 @@ class ExternalWrenches:
         return Wrench((fx, fy, fz), (tx, ty, tz)), bool(np.any(lever) and np.any(wrench.force))
 
 
+MOST_RATE: Final = 9.9e5
+"""A rate, m/s or rad/s, that no body has: one that diverges in PyBullet stays at 1e6."""
+
+
 class Engine(JointCommands):
     """A physics engine with a scene in it; it knows nothing of topics.
 
@@ -254,16 +258,21 @@ class Engine(JointCommands):
             raise self.lacks(SNAPSHOTS)
         self._do_restore(saved)
 
-    def check_finite(self, t_ns: int) -> None:
-        """Refuse a state that is not finite; an engine may override this with a faster check.
+    def check_state(self, t_ns: int) -> None:
+        """Refuse a state that is not finite or not possible; an engine may override this with a faster check.
 
         Raises:
-            DivergedError: the position of a model is not finite.
+            DivergedError: the position of a model is not finite, or its speed :data:`MOST_RATE` or more.
         """
         for model in self.scene.models if self.capabilities.poses else ():
-            position = None if model.static else self._do_model_motion(model.name).pose.position
-            if position is not None and not all(map(isfinite, position)):
+            if model.static:
+                continue
+            motion = self._do_model_motion(model.name)
+            if not all(map(isfinite, motion.pose.position)):
                 message = f"model '{model.name}' has a position that is not finite"
+                raise DivergedError(message, t_ns=t_ns)
+            if not all(abs(rate) < MOST_RATE for rate in (*motion.linear, *motion.angular)):
+                message = f"model '{model.name}' moves at more than {MOST_RATE:g} m/s (or rad/s)"
                 raise DivergedError(message, t_ns=t_ns)
 
     @final

@@ -371,6 +371,7 @@ class World(Overview, Simulation):
             if parts.pollers:
                 parts.report_subscriptions(board.subscribed)
             engine.advance((stop_ns - engine.now_ns) // step_ns, paused=self.paused)
+            engine.check_state(stop_ns)
             if parts.pollers:
                 parts.deliver()
             for part in timed:
@@ -380,7 +381,6 @@ class World(Overview, Simulation):
             board.sample()
             if self._physics_observers:
                 self._observe(stop_ns)
-        engine.check_finite(t_ns)
 
     def _observe(self, now_ns: int) -> None:
         """Let the observers look that have asked for this time."""

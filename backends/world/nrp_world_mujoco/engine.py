@@ -18,6 +18,7 @@ from nrp_core.scene.merged_bodies import Body
 from nrp_core.scene.model import Scene
 from nrp_core.scene.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Wrench
 from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.engine import MOST_RATE
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf, PhysicsOptions
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.control import Control
@@ -130,9 +131,29 @@ class MujocoEngine(JointedEngine):
         else:
             mujoco.mj_step(self._model, self._data, steps)
 
-    def check_finite(self, t_ns: int) -> None:
-        if not isfinite(self._positions.dot(self._positions)):  # faster than a check of each model
-            super().check_finite(t_ns)
+    def _survey(self, scene: Scene) -> None:
+        super()._survey(scene)
+        places = [self._model.jnt_qposadr[self._model.dof_jntid[dof]]
+                  for joints in self._built.joints.values() for dof in joints.values()]  # fmt: skip
+        low, high = (
+            np.concatenate([np.empty(0), *(getattr(one, end) for one in self._bounds.values())])
+            for end in ("low", "high")
+        )
+        limited = np.isfinite(low)
+        self._limited = np.array(places, int)[limited]
+        self._low, self._high = low[limited], high[limited]
+
+    def check_state(self, t_ns: int) -> None:
+        positions, rates = self._positions, self._data.qvel  # sums of squares are faster than a look at each
+        calm = isfinite(positions.dot(positions)) and rates.dot(rates) < MOST_RATE**2
+        if calm and len(self._limited):
+            now = positions.take(self._limited)
+            calm = not ((now < self._low) | (now > self._high)).any()
+        if not calm:
+            super().check_state(t_ns)
+            if not abs(rates).max() < MOST_RATE:
+                message = f"MuJoCo diverged: a body moves at {abs(rates).max():.4g} m/s (or rad/s)"
+                raise DivergedError(message, t_ns=t_ns)
 
     def _do_reset(self, seed: int) -> None:
         mujoco.mj_resetData(self._model, self._data)

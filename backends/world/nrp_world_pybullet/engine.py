@@ -13,9 +13,8 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
-from nrp_core.scene.checks import WORLD
 from nrp_core.scene.merged_bodies import Body
-from nrp_core.scene.model import Model, Scene
+from nrp_core.scene.model import Scene
 from nrp_core.scene.rigid import BodyPath, JointStates, JointTargets, Pose, Quaternion, ReadFrames, Vector
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf, PhysicsOptions
@@ -64,8 +63,6 @@ class PybulletEngine(JointedEngine):
         }
         self._muscles = Muscles(scene, self._built, client, step_s)
         self._control = Control(self._built, scene, self._joints, self._muscles, client, step_s)
-        # without a moving base, the check of base poses cannot detect divergence
-        self._anchored = [self._joints[model.name] for model in scene.models if _is_anchored(model)]
         self._efforts: dict[str, FloatArray] = {}
         self._survey(scene)
         self._bases = [motion for motion in self._motions.values() if isinstance(motion, Moving)]
@@ -96,18 +93,20 @@ class PybulletEngine(JointedEngine):
                 push()
             step(client)
         self._forget_motions()
-        for joints in self._anchored:
-            if not joints.finite():
-                raise DivergedError("PyBullet diverged: a joint's position is not finite", t_ns=self.now_ns)
 
     def _forget_motions(self) -> None:
         self._muscles.forget()
         for joints in self._joints.values():
             joints.forget()
 
-    def check_finite(self, t_ns: int) -> None:
-        if not all(base.finite() for base in self._bases):  # faster than a check of each motion
-            super().check_finite(t_ns)
+    def check_state(self, t_ns: int) -> None:
+        if not all(base.is_possible() for base in self._bases):  # faster than a check of each motion
+            super().check_state(t_ns)
+        for name, bounds in self._bounds.items():
+            if not self._joints[name].are_within(bounds):
+                bounds.require(self._joints[name].states(), t_ns)
+        if self._muscles and not self._muscles.is_finite():
+            raise DivergedError("PyBullet diverged: the state of a muscle is not finite", t_ns=t_ns)
 
     def _do_reset(self, seed: int) -> None:
         self._do_load(self.scene)
@@ -207,7 +206,3 @@ class PybulletEngine(JointedEngine):
 
     def _do_close(self) -> None:
         bullet.disconnect(self._client)
-
-
-def _is_anchored(model: Model) -> bool:
-    return not model.static and any(joint.parent == WORLD for joint in model.joints)

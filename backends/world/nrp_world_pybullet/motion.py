@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from math import isfinite
+from operator import mul
 
 import numpy as np
 
@@ -21,7 +22,9 @@ from nrp_core.scene.rigid import (
     rotation_matrix,
     rotation_vector,
 )
+from nrp_core.world.engine import MOST_RATE
 from nrp_core.world.engine_kit.elimination import solve
+from nrp_core.world.engine_kit.joint_bounds import JointBounds
 from nrp_world_pybullet.build import BASE, BodyHandle
 from nrp_world_pybullet.library import bullet
 
@@ -81,10 +84,17 @@ class Moving:
         )
         return frame
 
-    def finite(self) -> bool:
-        """Return whether the pose of the frame is finite; faster than the pose."""
-        x, y, z = self._inertial()[0]
-        return isfinite(x) and isfinite(y) and isfinite(z)
+    def is_possible(self) -> bool:
+        """Return whether the place is finite and the speed below the limit; faster than the motion."""
+        body, link, client = self._place.multibody, self._place.link, self._client
+        if link == BASE:
+            place = bullet.getBasePositionAndOrientation(body, client)[0]
+            linear, angular = bullet.getBaseVelocity(body, client)
+        else:
+            state = bullet.getLinkState(body, link, 1, 1, client)
+            place, linear, angular = state[0], state[6], state[7]
+        squares = sum(map(mul, linear, linear)) + sum(map(mul, angular, angular))
+        return squares < MOST_RATE**2 and isfinite(sum(place))
 
     def _inertial(self) -> tuple[Vector, Quaternion]:
         body, link, client = self._place.multibody, self._place.link, self._client
@@ -129,9 +139,16 @@ class JointReader:
         """Read them again, since they have moved."""
         self._last = None
 
-    def finite(self) -> bool:
-        """Return whether all positions are finite numbers."""
-        return all(map(isfinite, self._now()[0].tolist()))
+    def are_within(self, bounds: JointBounds) -> bool:
+        """Return whether positions and velocities are possible; it does not keep them, which takes longer."""
+        if self._last is not None or self._tree is None:
+            positions, velocities, _ = self._now()
+            return bounds.contain(positions, velocities)
+        rows = bullet.getJointStates(self._tree, self._links, self._client)
+        return all(
+            low <= row[0] <= high and -MOST_RATE < row[1] < MOST_RATE
+            for row, (low, high) in zip(rows, bounds.spans, strict=True)
+        )
 
     def states(self) -> JointStates:
         """Return positions, velocities and efforts; the efforts are those of the last physics step."""

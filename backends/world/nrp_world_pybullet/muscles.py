@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -262,6 +262,10 @@ class Muscles:
 
     def __bool__(self) -> bool:
         return bool(self._numbers)
+
+    def is_finite(self) -> bool:
+        """Return whether the states of all muscles are finite."""
+        return isfinite(self._states.sum())
 
     def push(self) -> None:
         """Apply the forces of the next step, and advance the activations."""

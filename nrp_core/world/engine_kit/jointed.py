@@ -31,6 +31,7 @@ from nrp_core.simulation import Determinism
 from nrp_core.world.backend import WorldBackend, WorldOptions
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
+from nrp_core.world.engine_kit.joint_bounds import JointBounds
 from nrp_core.world.render.cameras import RASTER, REALISTIC, SHARED
 
 
@@ -157,7 +158,16 @@ class JointedEngine(Engine):
         """Find the readers of the motions of models; those of links are found on demand."""
         self._motions = {model.name: self._motion_of(model, None) for model in scene.models}
         self._links: dict[tuple[str, str], MotionOf] = {}
+        joints = self._built.joints
+        self._bounds = {
+            name: JointBounds(scene.model(name), tuple(joints[name])) for name in self._joints if joints[name]
+        }
         self._put_at_start(scene)
+
+    def check_state(self, t_ns: int) -> None:
+        super().check_state(t_ns)
+        for name, bounds in self._bounds.items():
+            bounds.require(self._joints[name].states(), t_ns)
 
     def _put_at_start(self, scene: Scene) -> None:
         """Put the joints where they start; engines begin with all joints at 0."""

@@ -104,9 +104,9 @@ class GazeboEngine(JointedEngine):
         else:
             self._gazebo.step(steps)
 
-    def check_finite(self, t_ns: int) -> None:
+    def check_state(self, t_ns: int) -> None:
+        super().check_state(t_ns)
         if not np.isfinite(self._gazebo.links).all():
-            super().check_finite(t_ns)
             raise DivergedError("Gazebo diverged: a velocity is not finite", t_ns=t_ns)
         if not all(map(isfinite, self.scene.gravity)):  # Gazebo would have used its own
             raise DivergedError(f"gravity is not finite: {self.scene.gravity}", t_ns=t_ns)

@@ -71,7 +71,7 @@ class GymnasiumEngine(Engine):
         """Return the usual parts of the world, and that of the environment."""
         return [*usual, self._part] if model is None else usual
 
-    def check_finite(self, t_ns: int) -> None:
+    def check_state(self, t_ns: int) -> None:
         """Refuse an observation or a reward that is not a number; an infinite one may be intended."""
         seen = [each for each in _arrays(self.episodes.observation) if each.dtype.kind == "f"]
         if any(np.isnan(each).any() for each in (self.episodes.reward, *seen)):
