@@ -13,10 +13,12 @@ if TYPE_CHECKING:
 MOVED = {
     "nrp_core.brain.changes": "nrp_core.network.changes",
     "nrp_core.brain.files": "nrp_core.network.files",
+    "nrp_core.brain.network.checked": "nrp_core.network.frozen_values",
     "nrp_core.brain.network": "nrp_core.network",
     "nrp_core.brain.pynn": "nrp_core.network.pynn",
     "nrp_core.cle.batched_loops": "nrp_lab.gym.side_by_side",
     "nrp_core.cle.time_limit": "nrp_core._support.time_limit",
+    "nrp_core.pynn.recording": "nrp_core.pynn.recorder",
     "nrp_core.world.messages": "nrp_core.messages",
     "nrp_core.world.rigid": "nrp_core.scene.rigid",
     "nrp_core.world.scene": "nrp_core.scene",

@@ -15,7 +15,7 @@ from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.result import recorded_judgement
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS, device_group
-from nrp_core.recording.reading.check import IntegrityCheck
+from nrp_core.recording.reading.integrity import IntegrityCheck
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.recording import Recording
 from nrp_core.scene.randomization import Draw

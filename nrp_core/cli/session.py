@@ -17,8 +17,8 @@ from nrp_core.clock import from_seconds, milliseconds, seconds
 from nrp_core.errors import NrpError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.running.commands import commands_of
 from nrp_core.experiment.running.control import ControlServer
+from nrp_core.experiment.running.control_commands import commands_of
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Weight

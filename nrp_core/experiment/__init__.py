@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from nrp_core.experiment.reading.reader import read_form_tree as read_form_tree
     from nrp_core.experiment.reading.reader import read_yaml as read_yaml
     from nrp_core.experiment.reading.yaml_tree import parse_tree as parse_tree
-    from nrp_core.experiment.running.commands import commands_of as commands_of
+    from nrp_core.experiment.running.control_commands import commands_of as commands_of
     from nrp_core.experiment.running.observers import Participant as Participant
     from nrp_core.experiment.running.observers import RunObserver as RunObserver
     from nrp_core.experiment.running.result import Result as Result

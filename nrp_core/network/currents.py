@@ -11,7 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import FOREVER_NS, nanoseconds
 from nrp_core.errors import NetworkError
-from nrp_core.network.checked import freeze_value, global_ids
+from nrp_core.network.frozen_values import freeze_value, global_ids
 
 
 @dataclass(frozen=True, slots=True)

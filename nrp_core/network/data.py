@@ -23,7 +23,13 @@ from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core._support.overview import Overview, Row, counted
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 from nrp_core.network.cells import CELLS
-from nrp_core.network.checked import (
+from nrp_core.network.currents import InjectedCurrent, require_targets
+from nrp_core.network.drawing import redrawn
+from nrp_core.network.equations.cell import CellEquations
+from nrp_core.network.equations.model import INHIBITORY
+from nrp_core.network.equations.model import RECEPTORS as RECEPTORS
+from nrp_core.network.equations.synapse import SynapseEquations
+from nrp_core.network.frozen_values import (
     copy_mappings,
     feed,
     freeze_value,
@@ -38,12 +44,6 @@ from nrp_core.network.checked import (
     require_timestep,
     require_values,
 )
-from nrp_core.network.currents import InjectedCurrent, require_targets
-from nrp_core.network.drawing import redrawn
-from nrp_core.network.equations.cell import CellEquations
-from nrp_core.network.equations.model import INHIBITORY
-from nrp_core.network.equations.model import RECEPTORS as RECEPTORS
-from nrp_core.network.equations.synapse import SynapseEquations
 from nrp_core.network.indices import ends_of, folded, indices_of, stored_form
 from nrp_core.network.limits import (
     check_cells,

@@ -19,7 +19,7 @@ from sys import float_info
 from typing import Any, ClassVar, Final, Literal, get_args
 
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.network.checked import SMALLEST, Settings, copy_mappings
+from nrp_core.network.frozen_values import SMALLEST, Settings, copy_mappings
 
 MODULATORY: Final = ("reward", "punishment")
 """The receptors of synapses that raise and lower the dopamine of their target."""

@@ -11,7 +11,7 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.result import Result
 from nrp_core.paths import path_of
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,7 +13,7 @@ import numpy as np
 
 from nrp_core._support.small_matrices import principal_axes, product
 from nrp_core.errors import SceneError
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.devices import Pid
 from nrp_core.scene.inertia import inertia_tensor, sum_inertials
 from nrp_core.scene.model import Inertial, Joint, Link, Model

@@ -17,7 +17,7 @@ from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core._support.overview import Overview, Row
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Finding
-from nrp_core.scene.checks import WORLD, check_pose, check_tree, check_unique, require
+from nrp_core.scene.consistency import WORLD, check_pose, check_tree, check_unique, require
 from nrp_core.scene.devices import (
     LATER,
     GroupController,

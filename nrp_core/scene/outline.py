@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from itertools import groupby
 from math import degrees, isfinite
 
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.devices import MountedDrive
 from nrp_core.scene.model import (
     Box,

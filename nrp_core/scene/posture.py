@@ -9,7 +9,7 @@ from math import cos, inf, sin
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.loops import Loop
 from nrp_core.scene.merged_bodies import Body
 from nrp_core.scene.model import Joint, Model

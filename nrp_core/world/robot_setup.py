@@ -16,7 +16,7 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code, Finding
 from nrp_core.messages.base import resolve_name
 from nrp_core.scene.bodies import free_name
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.devices import GroupController, JointController, Pid, TrajectoryController
 from nrp_core.scene.model import Joint, Link, Model
 from nrp_core.scene.posture import at_start

@@ -15,8 +15,8 @@ from mutations import Tally, mutated, numbered, numbers_in
 
 from nrp_core.errors import DivergedError, TopicError
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.running.commands import commands_of
 from nrp_core.experiment.running.control import ControlServer
+from nrp_core.experiment.running.control_commands import commands_of
 from nrp_core.experiment.running.run import Run
 from nrp_core.messages.base import Time
 from nrp_core.messages.cdr import Codec

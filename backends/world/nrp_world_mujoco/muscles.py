@@ -9,7 +9,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.rigid import Pose
 from nrp_core.world.drives.muscles import MUJOCO_RANGE, Muscle, muscles_of

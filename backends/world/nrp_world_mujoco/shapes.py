@@ -7,7 +7,7 @@ from math import isfinite
 from typing import Any, Final
 
 from nrp_core.findings import Findings
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.loops import Freedom, Tie
 from nrp_core.scene.model import (
     Box,

@@ -11,7 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core._support.small_matrices import product
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.merged_bodies import Body, body_of, tree_of
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.rigid import BodyPath, JointStates, Pose

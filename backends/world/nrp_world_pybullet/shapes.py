@@ -11,7 +11,7 @@ from typing import Any
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.loops import Tie
 from nrp_core.scene.merged_bodies import Body, body_of
 from nrp_core.scene.model import (

@@ -15,7 +15,7 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import SceneError
 from nrp_core.experiment.making.prepare import place_of_step
 from nrp_core.findings import Code, Finding
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import Collision, Link, Model, Visual
 from nrp_core.scene.rigid import Pose
 from nrp_core.scene.tessellation import box_around, shapes_of

@@ -12,7 +12,7 @@ from nrp_core.cli.options import Json, RecordingPath, usage_errors
 from nrp_core.cli.output import NO, document, warn
 
 if TYPE_CHECKING:
-    from nrp_core.recording.reading.check import Flaw
+    from nrp_core.recording.reading.integrity import Flaw
     from nrp_core.recording.replay.replay import ReplayResult
 
 RECORDED = "recorded"

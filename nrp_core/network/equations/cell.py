@@ -14,7 +14,6 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.network.checked import Plain
 from nrp_core.network.equations import linear
 from nrp_core.network.equations.declarations import (
     OF_CELLS,
@@ -56,6 +55,7 @@ from nrp_core.network.equations.model import (
     Variable,
     value_of,
 )
+from nrp_core.network.frozen_values import Plain
 from nrp_core.units import AMPERE, NONE, SECOND, Unit, as_unit, quantity, times
 
 _ALWAYS: Final = "(also refractory)"

@@ -12,7 +12,6 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.network.checked import Plain
 from nrp_core.network.equations.declarations import (
     OF_SYNAPSES,
     Assignments,
@@ -28,6 +27,7 @@ from nrp_core.network.equations.declarations import (
 from nrp_core.network.equations.expressions import TIME, WEIGHT, TextOrigin, names_in, parsed, resolved
 from nrp_core.network.equations.linear import ONE, Coefficients, coefficients_of
 from nrp_core.network.equations.model import Variable, value_of
+from nrp_core.network.frozen_values import Plain
 from nrp_core.units import NONE, Dimension, Unit, as_unit, quantity, unit_of
 
 _VALID = (

@@ -16,7 +16,7 @@ from nrp_core.clock import seconds
 from nrp_core.recording.export import Exporter
 from nrp_core.recording.layout import Role, device_group
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 from nrp_core.recording.reading.tables import Value, number_values
 
 _MODEL_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")

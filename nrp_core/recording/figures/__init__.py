@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from nrp_core._support.files import writing
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

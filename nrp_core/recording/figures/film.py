@@ -13,7 +13,7 @@ from nrp_core.clock import from_seconds, seconds
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 
 _BEFORE_S = 0.1
 _NEAR, _NEAR_S = 0.015, 0.2

@@ -39,7 +39,7 @@ from nrp_core.recording.figures.traces import (
     shade,
     value_rows,
 )
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 
 HEAD_TOP_IN = 0.28
 _CHARACTERS_AN_IN = 15

@@ -16,7 +16,7 @@ from nrp_core.errors import ExperimentError
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import Recorded, RecordingReader
+from nrp_core.recording.reading.reader import Recorded, RecordingReader
 from nrp_core.recording.reading.shapes import RecordedScene
 from nrp_core.recording.reading.tables import number_values
 from nrp_core.scene.rigid import Pose

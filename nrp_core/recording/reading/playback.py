@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from nrp_core.recording.reading.recording import Recorded, RecordingReader
+from nrp_core.recording.reading.reader import Recorded, RecordingReader
 
 
 class Playback:

@@ -10,7 +10,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.messages.cdr import Codec
 from nrp_core.recording.reading.mcap_messages import McapMessages
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 from nrp_core.recording.writing.writer import McapFile
 
 DAMAGED = "damaged"

@@ -16,7 +16,7 @@ from nrp_core.messages.cdr import Codec
 from nrp_core.messages.nrp_msgs import Called, Published, Spikes, StepHash
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 from nrp_core.recording.writing.encoding import join_parts
 from nrp_core.recording.writing.hashes import BRAIN, GROUP_OF, GROUPS, INPUTS, OUTPUTS, WORLD, Step
 

@@ -31,7 +31,7 @@ from nrp_core.recording.folder.recording_folder import (
 )
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS, Images
-from nrp_core.recording.reading.check import Flaw, IntegrityCheck
+from nrp_core.recording.reading.integrity import Flaw, IntegrityCheck
 from nrp_core.recording.reading.steps import Comparison, Difference, RecordedStep, steps_of
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.recorded_world import (

@@ -9,7 +9,7 @@ from math import inf
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 
 SUFFIXES = (".mp4", ".webm")
 Vector = tuple[float, float, float]

@@ -14,7 +14,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.images import Pixels
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 from nrp_core.recording.video import Progress, VideoOptions
 
 

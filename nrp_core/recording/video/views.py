@@ -21,7 +21,7 @@ from nrp_core.recording.figures.story import Story
 from nrp_core.recording.images import Pixels, pixels_of
 from nrp_core.recording.layout import MUSCLES, WORLD_FRAME, Role
 from nrp_core.recording.reading.playback import Playback
-from nrp_core.recording.reading.recording import RecordingReader
+from nrp_core.recording.reading.reader import RecordingReader
 from nrp_core.recording.reading.shapes import RecordedScene, RecordedShape, ShapeKind
 from nrp_core.recording.video import Renderer, Vector, VideoOptions, ViewKind
 from nrp_core.scene.merged_bodies import bodies_of

@@ -15,7 +15,7 @@ import numpy as np
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.scene.bodies import Shape
-from nrp_core.scene.checks import rigid_groups
+from nrp_core.scene.consistency import rigid_groups
 from nrp_core.scene.devices import MountedSensor
 from nrp_core.scene.meshes import MAX_BYTES_BESIDE, Piece, digest, mesh_pieces
 from nrp_core.scene.meshes.convert import Form, Wanted

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from nrp_core.findings import Code
-from nrp_core.scene.checks import WORLD, rigid_groups
+from nrp_core.scene.consistency import WORLD, rigid_groups
 from nrp_core.scene.inertia import like_shape, repair_inertia
 from nrp_core.scene.model import Inertial, Joint, Link
 from nrp_core.scene.reading.context import Element, Notes

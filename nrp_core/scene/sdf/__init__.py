@@ -19,7 +19,7 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.paths import path_of
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.reading.context import Element, FindElsewhere, Notes, Places, Reading, Resources
 from nrp_core.scene.rigid import Pose

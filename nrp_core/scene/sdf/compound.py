@@ -25,7 +25,7 @@ from typing import TypeAlias
 import numpy as np
 
 from nrp_core.findings import Code
-from nrp_core.scene.checks import MODEL, SECOND_AXIS
+from nrp_core.scene.consistency import MODEL, SECOND_AXIS
 from nrp_core.scene.model import Inertial, Joint, Link, Mimic
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.rigid import Pose, Vector

@@ -16,7 +16,7 @@ from operator import matmul
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
-from nrp_core.scene.checks import MODEL, WORLD
+from nrp_core.scene.consistency import MODEL, WORLD
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.rigid import Pose
 from nrp_core.scene.sdf.source import SdfFile

@@ -11,7 +11,7 @@ from typing import Final
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.loops import LOOP_KINDS, Freedom, Loop, Tie
 from nrp_core.scene.model import Joint, Mimic
 from nrp_core.scene.reading.context import Element, Reading

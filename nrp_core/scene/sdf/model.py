@@ -12,7 +12,7 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Code
 from nrp_core.messages.base import resolve_name
 from nrp_core.scene.bodies import free_name
-from nrp_core.scene.checks import MODEL, WORLD
+from nrp_core.scene.consistency import MODEL, WORLD
 from nrp_core.scene.devices import MountedDrive, MountedSensor
 from nrp_core.scene.model import Joint, Keyframe, Link, Model
 from nrp_core.scene.origin import Native, Source

@@ -10,7 +10,7 @@ from typing import Final
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import (
     Box,
     Capsule,

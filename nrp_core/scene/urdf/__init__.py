@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.scene.bodies import TINTS
-from nrp_core.scene.checks import MODEL, WORLD, rigid_groups
+from nrp_core.scene.consistency import MODEL, WORLD, rigid_groups
 from nrp_core.scene.reading.context import Element, Notes
 from nrp_core.scene.reading.geometry import DEFAULT_SIZES
 from nrp_core.scene.reading.plugins import ROS_CONTROL, check_parameters, plugin_name

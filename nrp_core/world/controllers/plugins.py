@@ -7,7 +7,7 @@ from math import inf
 
 from nrp_core.findings import Code
 from nrp_core.messages.base import resolve_name
-from nrp_core.scene.checks import SECOND_AXIS
+from nrp_core.scene.consistency import SECOND_AXIS
 from nrp_core.scene.devices import ControllerKind, JointController, Pid, TrajectoryController
 from nrp_core.scene.model import Joint
 from nrp_core.scene.reading.context import Element, Reading

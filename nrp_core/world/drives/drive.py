@@ -121,10 +121,6 @@ class DrivePart(Part):
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         numbers = message if topic == self._drive.command_topic else self._body_twist(message)
-        self._command(numbers, now_ns)
-
-    def _command(self, numbers: Sequence[float], now_ns: int) -> None:
-        """Follow the numbers of a twist from now on."""
         velocity = self._body_velocity(*numbers)
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
         self.set_target_velocity(velocity)

@@ -25,7 +25,7 @@ from nrp_core.findings import Code
 from nrp_core.messages.base import Time, resolve_name
 from nrp_core.messages.nrp_msgs import MuscleState, MuscleStates
 from nrp_core.messages.std_msgs import Float64, Float64MultiArray, Header
-from nrp_core.scene.checks import WORLD, require
+from nrp_core.scene.consistency import WORLD, require
 from nrp_core.scene.devices import Rename
 from nrp_core.scene.model import Joint, Model, Scene
 from nrp_core.scene.posture import Posture, start_positions

@@ -384,7 +384,8 @@ class RampedDrivePart(LimitedDrivePart):
     _stop_ns: int | None = None
     _since_ns = -1
 
-    def _command(self, numbers: Sequence[float], now_ns: int) -> None:
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        numbers = message if topic == self._drive.command_topic else self._body_twist(message)
         self._wanted = self._body_velocity(*numbers)
         self._stop_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
         self._approach(now_ns)

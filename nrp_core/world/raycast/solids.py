@@ -14,7 +14,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.small_matrices import product
 from nrp_core.errors import SceneError
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import (
     Box,
     Capsule,

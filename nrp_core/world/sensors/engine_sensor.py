@@ -11,7 +11,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.findings import Code
 from nrp_core.messages.base import resolve_name
 from nrp_core.messages.generated import required
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.model import Model
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import ModelParts

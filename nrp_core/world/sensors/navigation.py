@@ -14,7 +14,7 @@ from nrp_core.messages.geometry_msgs import Quaternion, Vector3
 from nrp_core.messages.ros_gz_interfaces import Altimeter as Altitude
 from nrp_core.messages.sensor_msgs import Imu as ImuMessage
 from nrp_core.messages.std_msgs import Header
-from nrp_core.scene.checks import WORLD
+from nrp_core.scene.consistency import WORLD
 from nrp_core.scene.devices import LATER, Noise
 from nrp_core.scene.model import Model
 from nrp_core.scene.reading.context import Element, Reading

@@ -9,7 +9,7 @@ from golden import Golden
 
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import Role
-from nrp_core.recording.reading.check import ChainCheck
+from nrp_core.recording.reading.integrity import ChainCheck
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.recording.sealing import seal

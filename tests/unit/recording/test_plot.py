@@ -33,7 +33,7 @@ from nrp_core.recording.figures.traces import (
 )
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Images, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
-from nrp_core.recording.reading.recording import Recorded
+from nrp_core.recording.reading.reader import Recorded
 from nrp_core.recording.reading.shapes import RecordedScene
 from nrp_core.recording.reading.tables import numbers_in
 from nrp_core.recording.recording import Recording

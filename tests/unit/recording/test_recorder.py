@@ -20,7 +20,7 @@ from nrp_core.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.messages.std_msgs import ColorRGBA
 from nrp_core.recording.images import pixels_of
 from nrp_core.recording.layout import MCAP_NAME, SCENE, TRANSFORMS, Images, Role, device_topic, spikes_topic
-from nrp_core.recording.reading.recording import Recorded
+from nrp_core.recording.reading.reader import Recorded
 from nrp_core.recording.recording import Recording
 from nrp_core.recording.writing.writer import FLUSH_S, McapFile
 

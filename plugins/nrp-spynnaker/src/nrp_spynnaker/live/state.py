@@ -19,7 +19,7 @@ import numpy as np
 from nrp_core.brain import Brain, FloatArray, IntArray, SinkPort, SinkSpec, Spikes
 from nrp_core.clock import MS_PER_S, from_milliseconds
 from nrp_core.errors import LifecycleError
-from nrp_core.pynn.recording import Recorder
+from nrp_core.pynn.recorder import Recorder
 from nrp_core.pynn.running import DEFAULT_BACKEND, RunningState
 from nrp_spynnaker.dialect.connections import Hub
 from nrp_spynnaker.live.clock import SimulatedClock

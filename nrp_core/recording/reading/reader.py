@@ -19,7 +19,7 @@ from nrp_core.errors import ExperimentError, did_you_mean, hint_if_close
 from nrp_core.messages.cdr import Codec
 from nrp_core.paths import path_of
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role, device_group
-from nrp_core.recording.reading.check import IntegrityCheck, check_folder_of, check_messages
+from nrp_core.recording.reading.integrity import IntegrityCheck, check_folder_of, check_messages
 from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic, is_mcap
 from nrp_core.recording.reading.tables import events_of, frame_of, joined_frames, segment_of
 from nrp_core.recording.sealing import read_sealed

@@ -14,7 +14,7 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import EXPERIMENT_NAME, MCAP_NAME, RUN_NAME, RUNNING, Images
-from nrp_core.recording.reading.check import MISSING
+from nrp_core.recording.reading.integrity import MISSING
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.recording import Recording

@@ -11,8 +11,8 @@ from golden import Golden
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.experiment.running.commands import commands_of
 from nrp_core.experiment.running.control import ControlServer, send_command
+from nrp_core.experiment.running.control_commands import commands_of
 from nrp_core.experiment.running.run import Run
 
 pytestmark = pytest.mark.usefixtures("fakes")
