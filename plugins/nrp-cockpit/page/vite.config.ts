@@ -60,6 +60,7 @@ const common: ViteUserConfig = {
   plugins: [react()],
   build: {
     emptyOutDir: true,
+    license: { fileName: "licenses.md" }, // of what is bundled
     target: "es2023",
     assetsInlineLimit: 0, // the content security policy of the server allows no data: scripts
     modulePreload: { polyfill: false },

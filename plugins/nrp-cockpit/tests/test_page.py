@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -35,6 +36,15 @@ def test_the_built_page_belongs_to_its_sources() -> None:
     stamp = STATIC / STAMP
     built = stamp.read_text() if stamp.is_file() else ""
     assert built == digest(PACKAGE / "page"), "the page is older than its sources: scripts/test-plugins"
+
+
+@pytest.mark.parametrize("folder", [STATIC, STATIC / "shared"], ids=["served", "shared"])
+def test_the_page_carries_the_notices_of_what_is_bundled(folder: Path) -> None:
+    notices = (folder / "licenses.md").read_text("utf-8").split("\n## ")[1:]
+    names = {notice.partition(" - ")[0] for notice in notices}
+    assert {"react", "react-dom", "three", "zustand", "@codemirror/view"} <= names
+    for notice in notices:
+        assert re.search("Permission (is hereby granted|to use, copy)|Redistribution and use", notice), notice
 
 
 def test_the_page_is_small() -> None:

@@ -6,6 +6,24 @@ import "./help.css";
 
 const groups = [...new Set(keymap.map((entry) => entry.group))];
 
+/** The notices of the software in the page: beside it on a server, in it in a shared file. */
+function Licenses() {
+  const inPage = document.getElementById("licenses")?.textContent;
+  const title = "Licences of the software in this page";
+  return inPage ? (
+    <details className="help-licenses">
+      <summary>{title}</summary>
+      <pre>{inPage}</pre>
+    </details>
+  ) : (
+    <p className="help-licenses">
+      <a href="./licenses.md" target="_blank" rel="noreferrer">
+        {title}
+      </a>
+    </p>
+  );
+}
+
 /** All keys, from the same table that acts on them. */
 export function HelpMap() {
   const dialog = useRef<HTMLDialogElement>(null);
@@ -36,6 +54,7 @@ export function HelpMap() {
           </section>
         ))}
       </div>
+      <Licenses />
     </dialog>
   );
 }

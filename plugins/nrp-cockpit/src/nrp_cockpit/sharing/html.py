@@ -30,6 +30,7 @@ def html_page(title: str, blocks: Mapping[str, bytes]) -> str:
         NrpError: the page has not been built.
     """
     style, script = _built("page.css"), _in_html(_built("page.js"))
+    licenses = _in_html(_built("licenses.md"))
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     data = "\n".join(
         f'<script type="text/plain" id="{name}">{base64.b64encode(block).decode()}</script>'
@@ -48,6 +49,7 @@ def html_page(title: str, blocks: Mapping[str, bytes]) -> str:
 <body>
 <div id="root"></div>
 {data}
+<script type="text/plain" id="licenses">{licenses}</script>
 <script type="module">{script}</script>
 </body>
 </html>

@@ -16,8 +16,9 @@ from websockets.http11 import Response
 from nrp_cockpit.wire.guard import CONTENT_POLICY
 
 STATIC = (Path(__file__).parent.parent / "static").resolve()
-_TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html; charset=utf-8"}
-_PACKED = (".js", ".css", ".html", ".svg")
+_TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html; charset=utf-8",
+          ".md": "text/plain; charset=utf-8"}  # fmt: skip
+_PACKED = (".js", ".css", ".html", ".svg", ".md")
 """Suffixes of the files that become much smaller."""
 _REFUSED = re.compile(r";\s*q=0(\.0*)?\s*$")
 
