@@ -27,6 +27,17 @@ def test_the_blocks_of_a_page_in_their_order_are_the_file_that_it_builds(page, f
     assert source.count("\n") <= most
 
 
+def test_the_examples_of_the_doors_are_parts_of_the_distribution_that_is_tested():
+    lab = ROOT / "tests" / "third_party"
+    page = (ROOT / "docs" / "howto" / "extend-the-platform.md").read_text()
+    parts = re.findall(
+        r"a part of tests/third_party/(\S+) -->\n```\w+\n(.*?)^```$", page, re.MULTILINE | re.DOTALL
+    )
+    assert len(parts) >= 12
+    for file, text in parts:
+        assert all(part in (lab / file).read_text() for part in text.strip().split("\n\n\n")), file
+
+
 PATCH = re.compile(r"<<'EOF'\n(--- a/.*?)^EOF$", re.MULTILINE | re.DOTALL)
 PATCHED = "contribute-a-synapse-law.md"
 

@@ -53,7 +53,7 @@ def outside() -> list[Path]:
     patterns = (
         "README.md", "CONTRIBUTING.md", "docs/*/*.md", "experiments/**/*.py", "experiments/*.md",
         "nrp_core/cli/templates/**/*.j2", "plugins/*/src/**/*.py", "plugins/*/README.md",
-        "plugins/nrp-*-minimal/tests/*.py",
+        "plugins/nrp-*-minimal/tests/*.py", "tests/third_party/acme_lab/**/*.py",
     )  # fmt: skip
     found = (path for pattern in patterns for path in ROOT.glob(pattern))
     return sorted(path for path in found if not {"decisions", NRP_CORE_4} & set(path.parts))

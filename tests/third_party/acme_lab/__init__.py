@@ -1,0 +1,1 @@
+"""What a laboratory adds to nrp-core from outside: one part for each door."""

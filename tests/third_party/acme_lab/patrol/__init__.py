@@ -1,0 +1,1 @@
+"""A cart that its neurons push through a plume."""
