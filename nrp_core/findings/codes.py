@@ -589,6 +589,13 @@ class Code(Enum):
         "{n} values of models are completed",
         Weight.REMARK,
     )
+    NRP385 = Explanation(
+        "A learning rule, recorder, device or cell model of a brain file is not supported and does nothing.",
+        "Synapses do not learn, a recorder stays empty, or nodes are silent: what rests on them is missing.",
+        "Use a supported model, which the message or docs/reference/models.md names, or take the part out.",
+        "{n} parts of the brain do nothing",
+        Weight.INCOMPLETE,
+    )
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

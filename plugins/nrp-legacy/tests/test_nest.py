@@ -15,6 +15,7 @@ from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.interface import Brain
 from nrp_core.errors import NetworkError
+from nrp_core.findings.codes import Weight
 from nrp_core.network.data import Network
 
 SENSOR = {"E_L": -60.5, "V_th": -60.0, "V_reset": -60.5, "t_ref": 10.0, "g_L": 2.5, "C_m": 25.0,
@@ -138,6 +139,21 @@ def test_unknown_models_are_reported_and_the_rest_is_built(tmp_path: Path) -> No
     network = loaded(tmp_path, text + "nest.Connect(b, a)\nnest.Connect(a, a, syn_spec='ht_synapse')\n")
     assert network.size == 2
     assert [note.subject for note in network.notes] == ["music_event_in_proxy", "ht_synapse"]
+
+
+def test_what_neither_learns_nor_records_makes_a_run_incomplete(tmp_path: Path, golden: Golden) -> None:
+    text = """
+import nest
+a = nest.Create('iaf_psc_exp', 2)
+voltage = nest.Create('voltmeter')
+dopamine = nest.Create('volume_transmitter')
+nest.CopyModel('stdp_synapse_sinexp', 'learning', {'weight': 2.0})
+nest.Connect(voltage, a)
+nest.Connect(a, a, syn_spec='learning')
+"""
+    notes = loaded(tmp_path, text).notes
+    assert {note.weight for note in notes} == {Weight.INCOMPLETE}
+    golden(*(note.message for note in notes))
 
 
 def test_a_call_that_cannot_be_names_its_line(tmp_path: Path, golden: Golden) -> None:

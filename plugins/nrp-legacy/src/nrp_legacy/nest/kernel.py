@@ -17,7 +17,8 @@ from nrp_core.seeds import Seeds
 from nrp_legacy.nest.models import (
     CELLS,
     GENERATORS,
-    RECORDERS,
+    IDLE,
+    SPIKE_RECORDERS,
     SYNAPSES,
     SynapseModel,
     defaults_of,
@@ -98,7 +99,6 @@ def drawn(value: Any, n: int, random: np.random.RandomState) -> FloatArray:
 
 _AFTER_CELLS = 10**9
 """The number of the first node in a script that has created cells otherwise."""
-_UNKNOWN = "is not supported: its nodes do nothing"
 
 
 class Node(int):
@@ -270,17 +270,20 @@ class Kernel:
     def model(self, name: str) -> tuple[str, dict[str, Any]]:
         """Return the model of NEST with a name, and its defaults."""
         if name not in self._models:
-            if name not in (*CELLS, *GENERATORS, *RECORDERS):
-                message = f"NEST's model '{name}' {_UNKNOWN}{did_you_mean(name, CELLS)}"
-                self.notes.add(Code.NRP217, message, subject=name)
+            if name not in (*CELLS, *GENERATORS, *SPIKE_RECORDERS):
+                effect = IDLE.get(name) or f"its nodes do nothing{did_you_mean(name, CELLS)}"
+                self.notes.add(Code.NRP385, f"NEST's model '{name}' is not supported: {effect}", subject=name)
             self._models[name] = name, defaults_of(name)
         return self._models[name]
 
     def synapse_model(self, name: str) -> SynapseModel:
         """Return a model of synapses."""
         if name not in self._synapses:
-            message = f"NEST's synapse model '{name}' is not supported: replaced by static_synapse"
-            self.notes.add(Code.NRP217, message, subject=name)
+            message = (
+                f"NEST's synapse model '{name}' is not supported: its synapses are static_synapse, so their "
+                "weights do not change"
+            )
+            self.notes.add(Code.NRP385, message, subject=name)
             self._synapses[name] = SYNAPSES["static_synapse"]
         return self._synapses[name]
 
@@ -294,7 +297,7 @@ class Kernel:
 
     def copy(self, name: str, new: str, values: Mapping[str, Any]) -> None:
         """Create a model from another one."""
-        if name in self._synapses or name.rpartition("_")[2] == "synapse":
+        if name in self._synapses or "synapse" in name.split("_"):
             self._synapses[new] = self.synapse_model(name).changed(values)
         else:
             base, defaults = self.model(name)

@@ -53,10 +53,15 @@ CELLS: Final[Mapping[str, CellModel]] = {
 }  # fmt: skip
 """Models of cells; a parrot is one that any weight makes spike."""
 SPIKE_RECORDERS: Final = ("spike_detector", "spike_recorder")
-RECORDERS: Final = frozenset(
-    {*SPIKE_RECORDERS, "multimeter", "voltmeter", "weight_recorder", "correlation_detector",
-     "volume_transmitter", "spin_detector"}
-)  # fmt: skip
+IDLE: Final[Mapping[str, str]] = {
+    **dict.fromkeys(
+        ("multimeter", "voltmeter", "weight_recorder", "correlation_detector", "spin_detector"),
+        "it records nothing",
+    ),
+    "volume_transmitter": "no dopamine reaches the synapses",
+}
+"""The effect of leaving out models that are known, but not supported."""
+RECORDERS: Final = frozenset({*SPIKE_RECORDERS, *IDLE})
 """Models that only record; a network does not need them."""
 GENERATORS: Final[Mapping[str, Mapping[str, Any]]] = {
     POISSON: {"rate": 0.0, "start": 0.0, "stop": 1e12},
