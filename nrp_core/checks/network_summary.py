@@ -43,24 +43,27 @@ def summary_of(network: Network) -> NetworkSummary:
     return NetworkSummary(_joined(network), unreached, findings)
 
 
-_NO_INDEX = np.empty(0, dtype=np.int32)
-_NO_VALUE = np.empty(0)
+_ALL = 1000
+"""Of a network with more projections, one of each kind is described."""
+_LARGEST = 10_000_000
+"""The largest number of synapses that a skeleton has; all have the weight 1."""
 _FOR_WEIGHTS = ("tau_syn_E", "tau_syn_I", "v_rest", "v_thresh", "i_offset", "e_rev_E", "e_rev_I")
 
 
 def described(network: Network) -> dict[str, Any]:
     """Return a network as plain data, from which :func:`skeleton_of` and :func:`summary_from` read it."""
     summary = summary_of(network)
-    kinds: dict[tuple[str, bool, bool], Projection] = {}
+    kinds: dict[object, Projection] = {}
     for one in network.projections:
-        kinds.setdefault((one.synapse_type, one.rewiring is None, one.neuromodulation is None), one)
+        kind = one.synapse_type, one.rewiring is None, one.neuromodulation is None
+        kinds.setdefault(one.label if len(network.projections) <= _ALL else kind, one)
     return {
         "populations": [
             [one.label, one.size, one.cell_type, _least_leak(one), _text(one.positions_um)]
             for one in network.populations.values()
         ],
         "synapses": [
-            [one.label, one.pre, one.post, one.receptor, one.synapse_type]
+            [one.label, one.pre, one.post, one.receptor, one.synapse_type, min(one.size, _LARGEST)]
             + [law and law.data() for law in (one.rewiring, one.neuromodulation)]
             for one in kinds.values()
         ],
@@ -102,7 +105,7 @@ def summary_from(described: dict[str, Any]) -> NetworkSummary:
 
 
 def skeleton_of(described: dict[str, Any]) -> Network:
-    """Return a network with the populations, views and synapse types of another one."""
+    """Return a network with the populations and views of another one, and as many synapses of its types."""
     populations = {
         label: Population(
             label, size, cell_type, {name: np.full(size, value) for name, value in leak.items()},
@@ -110,16 +113,21 @@ def skeleton_of(described: dict[str, Any]) -> Network:
         )
         for label, size, cell_type, leak, positions in described["populations"]
     }  # fmt: skip
-    projections = [
-        Projection(
-            label, pre, post, receptor, _NO_INDEX, _NO_INDEX, _NO_VALUE, _NO_VALUE, synapse_type=kind,
-            rewiring=rewiring and Rewiring.from_data(rewiring),
-            neuromodulation=neuromodulation and Neuromodulation.from_data(neuromodulation),
-        )
-        for label, pre, post, receptor, kind, rewiring, neuromodulation in described["synapses"]
-    ]  # fmt: skip
+    projections = [_stand_in(*row) for row in described["synapses"]]
     views = {name: _array(ids, int) for name, ids in described["views"].items()}
     return Network(populations, tuple(projections), views, timestep_ms=described["timestep_ms"])
+
+
+def _stand_in(
+    label: str, pre: str, post: str, receptor: str, kind: str, n: int, rewiring: Any, neuromodulation: Any
+) -> Projection:
+    """Return a projection of a number of synapses, all between the first cells."""
+    (sources, targets), (weights, delays_ms) = np.zeros((2, n), np.int32), np.ones((2, n))
+    return Projection(
+        label, pre, post, receptor, sources, targets, weights, delays_ms, synapse_type=kind,
+        rewiring=rewiring and Rewiring.from_data(rewiring),
+        neuromodulation=neuromodulation and Neuromodulation.from_data(neuromodulation),
+    )  # fmt: skip
 
 
 def _least_leak(population: Population) -> dict[str, float]:

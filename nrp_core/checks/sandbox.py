@@ -115,7 +115,7 @@ def _described(network: Network, backend: Any, parts: Any) -> dict[str, Any]:
 
 def _reported(error: NrpError) -> dict[str, Any]:
     data: dict[str, Any] = {"kind": type(error).__name__, "message": getattr(error, "message", str(error))}
-    if _is_refused(error):
+    if is_refused(error):
         data["message"] += f" ({_CONFINED})"
     if isinstance(error, ExperimentError):
         data |= {
@@ -125,7 +125,7 @@ def _reported(error: NrpError) -> dict[str, Any]:
     return data
 
 
-def _is_refused(error: BaseException | None) -> bool:
+def is_refused(error: BaseException | None) -> bool:
     """Return whether an error comes from a file or an address that this process may not use.
 
     An error of the system has a number; a library's own about the contents of a file has none.

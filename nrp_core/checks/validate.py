@@ -1,4 +1,4 @@
-"""Check an experiment, or transfer functions, without starting a simulator or executing a function."""
+"""Check an experiment, or transfer functions, without starting a simulator."""
 
 from __future__ import annotations
 
@@ -8,15 +8,20 @@ from pathlib import Path
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.backends import brains
-from nrp_core.checks import subjects as subjects  # registers the checks
-from nrp_core.checks.code.declarations import Declarations
+from nrp_core.checks.confined_functions import FileQuestion, ask, check_confined, check_functions
 from nrp_core.checks.confined_network import ConfinedBuild
+from nrp_core.checks.examined import (
+    EXPERIMENT_CHECKS,
+    Checkable,
+    ExaminedExperiment,
+    FunctionTopics,
+    at_most,
+)
 from nrp_core.checks.network_summary import NetworkSummary, summary_of
-from nrp_core.checks.static_experiment import CHECKS, Checkable, at_most, read_experiment
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, TopicError, TransferFunctionError
 from nrp_core.experiment.making.maker import LISTERS
-from nrp_core.experiment.making.plan import ProgressCallback, no_progress
+from nrp_core.experiment.making.plan import Plan, ProgressCallback, no_progress
 from nrp_core.experiment.making.prepare import make_parts, select_backend
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
@@ -26,25 +31,35 @@ from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.findings.problems import without
 
 
-def check(parts: Checkable, summary: NetworkSummary | None = None) -> list[Finding]:
-    """Return what is wrong or probably not as meant in an experiment; nothing is executed.
+def check(plan: Plan) -> list[Finding]:
+    """Return what is probably not as meant in an experiment that can run; no function is executed."""
+    summary, topics = summary_of(plan.network), FunctionTopics.of(plan.functions)
+    found = check_experiment(plan, summary, topics) + check_functions(plan, summary, topics, plan.functions)
+    return list(dict.fromkeys(found))
+
+
+def check_experiment(
+    parts: Checkable, summary: NetworkSummary, function_topics: FunctionTopics
+) -> list[Finding]:
+    """Return what is probably not as meant in an experiment without its functions.
 
     Args:
-        parts: a plan, or the parts of an experiment as far as they could be made.
-        summary: facts about its network, if that is without synapses.
+        parts: its parts as far as they could be made.
+        summary: facts about its network.
+        function_topics: the topics of its functions.
     """
-    if summary is None:
-        summary = NetworkSummary() if parts.network is None else summary_of(parts.network)
-    static = read_experiment(parts, summary)
-    found = [at_most(finding, static.worst) for check in CHECKS for finding in check(static)]
-    return list(dict.fromkeys([*static.findings, *found]))
+    from nrp_core.checks.subjects import experiments as experiments  # registers the checks
+
+    examined = ExaminedExperiment.of(parts, summary, function_topics)
+    return [at_most(finding, examined.worst) for check in EXPERIMENT_CHECKS for finding in check(examined)]
 
 
 @checks_arguments("experiment")
 def validate(experiment: Experiment | str | Path, progress: ProgressCallback = no_progress) -> list[Finding]:
     """Return all findings about an experiment.
 
-    A brain script is executed in a confined process, and not again while it stays as it is.
+    A brain script is executed in a confined process, and not again while it stays as it is. Transfer
+    functions are executed in another one, for a few steps between mocks; see :mod:`nrp_core.checks.dry_run`.
 
     Args:
         experiment: one that could be read, or its name or path; errors of reading it are findings.
@@ -64,8 +79,9 @@ def validate(experiment: Experiment | str | Path, progress: ProgressCallback = n
     limit_ns = experiment.brain.time_limit
     build = ConfinedBuild(brain, None if limit_ns is None else seconds(limit_ns))
     parts = make_parts(experiment, progress, build, build.review)
-    found = check(parts, build.summary)
-    every = dict.fromkeys([*parts.collector.findings, *found])
+    found, topics = check_confined(parts, build.summary)
+    found = [*parts.collector.findings, *found, *check_experiment(parts, build.summary, topics)]
+    every = dict.fromkeys(found)
     return list(without(every, experiment.checks.ignore))
 
 
@@ -104,10 +120,8 @@ def validate_functions(
     experiment = described_by(path, overrides)
     if experiment is not None:
         return validate(experiment, progress)
-    declarations = Declarations(LISTERS.load(path.suffix)(path))
-    if not (declarations.functions or declarations.findings):
-        return [Finding(Code.NRP210, "declares no transfer function", path=path)]
-    return [*declarations.findings, *(_in_vain(path, override) for override in overrides)]
+    found, _ = ask(FileQuestion(path))
+    return [*found, *(_in_vain(path, override) for override in overrides)]
 
 
 def _in_vain(path: Path, override: str) -> Finding:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
-from nrp_core.checks.static_experiment import at_most
+from nrp_core.checks.examined import at_most
 from nrp_core.checks.validate import check, validate
 from nrp_core.clock import from_seconds
 from nrp_core.errors import NrpError

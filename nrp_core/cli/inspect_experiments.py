@@ -82,7 +82,7 @@ def declared_parameters(file: Path) -> tuple[list[ParameterValue], list[Finding]
 
 def _contents(file: Path, experiment: Experiment | None) -> tuple[list[TransferFunction], list[Finding]]:
     """Return the functions of a file, and the findings; another platform's file is read as its experiment."""
-    from nrp_core.checks.code.declarations import Declarations
+    from nrp_core.dsl.declared import declared_functions
     from nrp_core.experiment.making.maker import LISTERS, maker_of
     from nrp_core.experiment.model.collector import Collector
 
@@ -92,9 +92,7 @@ def _contents(file: Path, experiment: Experiment | None) -> tuple[list[TransferF
         collector = Collector(experiment.source)
         listings = list(maker_of(experiment).listings(experiment, collector))
         findings = collector.findings
-    read = [Declarations(listing) for listing in listings]
-    functions = [one.function for each in read for one in each.functions]
-    return functions, [*findings, *(finding for each in read for finding in each.findings)]
+    return [one.function for each in listings for one in declared_functions(each)], findings
 
 
 def _as_data(function: TransferFunction) -> dict[str, Any]:

@@ -91,7 +91,7 @@ class Device(Adapter):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not hasattr(type(self), name):
-            raise AttributeError(self._unknown(name))
+            raise AttributeError(self._unknown(name), name=name, obj=self)
         object.__setattr__(self, name, value)
 
     def _unknown(self, name: str) -> str:

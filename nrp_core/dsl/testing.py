@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -138,6 +138,9 @@ class MockBrain(Brain):
 
     def _do_set_plastic(self, projection: Projection, plastic: bool) -> None: ...
 
+    def _do_read_synapse_state(self, projection: Projection, variable: str) -> FloatArray:
+        return np.zeros(projection.size)
+
     def _do_set_synapse_parameters(self, projection: Projection, values: Mapping[str, FloatArray]) -> None:
         before = self.synapse_parameters.get(projection.label, {})
         self.synapse_parameters[projection.label] = {**before, **values}
@@ -173,13 +176,20 @@ class MockEngine(Engine):
         scene: the models.
         step_ns: its physics step.
         topics: its own topics, besides those of the scene; their messages are empty.
+
+    Attributes:
+        renderers: the declared capability; a subclass with renderers has cameras.
+        own_topics: its own topics.
     """
+
+    renderers: ClassVar[tuple[str, ...]] = ()
 
     def __init__(
         self, scene: Scene = _EMPTY, *, step_ns: int = NS_PER_MS, topics: Sequence[TopicInfo] = ()
     ) -> None:
         capabilities = WorldCapabilities(
             step_ns,
+            renderers=self.renderers,
             contacts=True,
             ball_joints=True,
             ball_control=True,
@@ -189,6 +199,7 @@ class MockEngine(Engine):
             muscles=True,
         )
         super().__init__(scene, capabilities, seed=0, identity="mock")
+        self.own_topics = tuple(topics)
         self._own = MockPart(topics)
 
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:

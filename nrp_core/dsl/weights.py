@@ -14,9 +14,9 @@ from nrp_core.dsl.functions import Flow
 from nrp_core.dsl.mappings import MappingDecorator
 from nrp_core.dsl.parameters import Adapter, Binding
 from nrp_core.dsl.selection import select_projection
-from nrp_core.errors import NetworkError
-from nrp_core.network.changes import PLASTICITY, WEIGHTS, lasting, learning, synapse_parameters
+from nrp_core.network.changes import lasting, learning, synapse_parameters
 from nrp_core.network.data import Projection
+from nrp_core.network.equations.synapse import SYNAPSE_TYPE
 
 
 class Weights(Adapter):
@@ -111,17 +111,10 @@ class Weights(Adapter):
         """The cell in the target population that each synapse ends on, shape ``(n,)``."""
         return _read_only(self._projection.post_index)
 
-    def refusal(self, attribute: str, backend: str) -> str:
-        """Return why ``values`` or ``plastic`` cannot be set on a backend of this name; empty if it can."""
-        if attribute == "plastic":
-            try:
-                learning(self._projection)
-            except NetworkError as error:
-                return error.message
-        needed = {"plastic": PLASTICITY, "values": WEIGHTS}[attribute]
-        if needed in self._brain.capabilities.changes:
-            return ""
-        return f"the brain backend '{backend}' cannot change {needed} while it runs"
+    @property
+    def is_stand_in(self) -> bool:
+        """Whether the law of the synapses is given by equations that are not there, as in a dry run."""
+        return self._projection.synapse_type == SYNAPSE_TYPE and self._projection.equations is None
 
     def refresh(self, now_ns: int) -> None:
         self._values = self._read = self._plastic = None

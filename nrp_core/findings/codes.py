@@ -149,22 +149,6 @@ class Code(Enum):
         "{n} properties of the network are changed",
         Weight.ALTERED,
     )
-    NRP218 = Explanation(
-        "An imported module or name does not exist.",
-        "The file cannot be loaded; a file of the Neurorobotics Platform is loaded anyway and fails "
-        "where it uses the missing name.",
-        "Correct the name, put the module next to the file, or install its package.",
-        "{n} imports of something that does not exist",
-        Weight.ALTERED,
-    )
-    NRP219 = Explanation(
-        "The parameters of a function are not `t` and one for each mapping.",
-        "The time comes first; each other parameter gets its value from one mapping.",
-        "Make `t` the first parameter, and give each other one the name in the first argument of one "
-        "mapping.",
-        "{n} functions whose parameters do not fit their mappings",
-        Weight.ALTERED,
-    )
     NRP229 = Explanation(
         "Two functions publish on one topic, or two sources drive the same neurons.",
         "The later message overwrites the earlier; the effects of sources add up.",
@@ -179,13 +163,6 @@ class Code(Enum):
         "rate=10.0)`.",
         "{n} sources are never set",
         Weight.REMARK,
-    )
-    NRP235 = Explanation(
-        "Two transfer functions have the same name.",
-        "Reports and recordings identify a function by its name.",
-        "Rename one of them.",
-        "{n} transfer functions share their names",
-        Weight.ALTERED,
     )
     NRP237 = Explanation(
         "The return value of a function does not match its topic.",
@@ -202,28 +179,21 @@ class Code(Enum):
         Weight.REMARK,
     )
     NRP239 = Explanation(
-        "A value is known only at run time.",
-        "The check does not execute transfer functions, so it skips everything that depends on this value.",
-        "No action is needed; a literal value would allow the check.",
-        "{n} values are known only at run time",
+        "Something was not checked.",
+        "The check could not execute it, or it needs an engine, the network or more time; mistakes in it are "
+        "not found.",
+        "See the reason in the message; a run executes everything.",
+        "{n} things were not checked",
         Weight.REMARK,
     )
     NRP240 = Explanation(
-        "A call, attribute, index, setting, message or operand does not fit the object that it is used on.",
-        "The function raises an error at that line, or the topic or device refuses the value.",
-        "Use what the message suggests; it lists the names, types or values that are possible.",
-        "{n} calls, attributes, indices, settings, messages or operands do not fit",
+        "A transfer function raises an error.",
+        "The run ends at that line, or goes on without the function; a topic or device may have refused a "
+        "value.",
+        "Correct the line; where the names, types or values that are possible are known, the message lists "
+        "them.",
+        "{n} transfer functions raise errors",
         Weight.ALTERED,
-    )
-    NRP243 = Explanation(
-        "A function uses something outside the run: the wall clock, a global random generator, or the "
-        "process.",
-        "Two runs with the same seed will differ, or the run ends early.",
-        "Use `t` for the time, and noise devices or a seeded generator in a variable for randomness; "
-        "return to "
-        "do nothing, and end a run with its `duration`.",
-        "{n} functions use a clock, a random generator or a process outside the run",
-        Weight.REMARK,
     )
     NRP246 = Explanation(
         "An undefined name.",
@@ -244,13 +214,6 @@ class Code(Enum):
         "Numbers without a unit are radians; 180 rad are nearly 29 turns.",
         "Write the unit: `180 deg`.",
         "{n} angles without a unit exceed a full turn",
-        Weight.REMARK,
-    )
-    NRP253 = Explanation(
-        "A parameter is reassigned and then used as if it still had its original value.",
-        "The assignment changes neither the variable nor the device; it only rebinds the name.",
-        "Set an attribute: `count.value = ...`, `eye.rate = ...`, or use another name.",
-        "{n} parameters are reassigned",
         Weight.REMARK,
     )
     NRP255 = Explanation(
@@ -420,13 +383,6 @@ class Code(Enum):
         "{n} topics get commands beyond what their joint or drive can do",
         Weight.REMARK,
     )
-    NRP301 = Explanation(
-        "A function keeps state outside its variables.",
-        "A reset or a snapshot leaves that state as it is.",
-        "Keep state in a variable: `@nrp.MapVariable('count', initial_value=0)`.",
-        "{n} places where functions keep state outside their variables",
-        Weight.REMARK,
-    )
     NRP306 = Explanation(
         "A model starts high above everything below it, or lies below the ground.",
         "It falls and may be thrown over, or nothing above the ground sees or touches it.",
@@ -441,46 +397,11 @@ class Code(Enum):
         "{n} parts of brain scripts contradict others or have no effect",
         Weight.REMARK,
     )
-    NRP319 = Explanation(
-        "A function sends two messages on one topic in the same step.",
-        "A topic keeps only the last message of a step, so the first one has no effect.",
-        "Send one message with both values, or use separate topics.",
-        "{n} messages are overwritten before they are used",
-        Weight.REMARK,
-    )
-    NRP330 = Explanation(
-        "A variable does not keep its value from call to call.",
-        "The function counts or sums, and starts again in every call.",
-        "Change `name.value` itself, and do not set it at the beginning: `initial_value` does that once.",
-        "{n} variables do not keep their values",
-        Weight.REMARK,
-    )
-    NRP355 = Explanation(
-        "A message is created but not sent, or changed after it was sent.",
-        "Subscribers do not receive the message or its last values.",
-        "Return the message, or pass it to `send_message` when all its fields are set.",
-        "{n} messages are not sent or changed too late",
-        Weight.ALTERED,
-    )
-    NRP356 = Explanation(
-        "The function of a preprocessed topic does not return a value.",
-        "The value of the topic is its result, which is always None.",
-        "Return the converted message.",
-        "{n} functions of preprocessed topics do not return a value",
-        Weight.ALTERED,
-    )
     NRP357 = Explanation(
         "A transfer function waits.",
         "Simulated time advances only between calls, so the wait has no effect or never ends.",
         "Return, and act in a later call: compare `t` with a time stored in a variable.",
         "{n} transfer functions wait",
-        Weight.ALTERED,
-    )
-    NRP358 = Explanation(
-        "A bound of a colour that no pixel meets.",
-        "No colour is found, whatever the camera sees.",
-        "Use OpenCV's scale: hue 0 to 179, saturation and value 0 to 255, the lower bound first.",
-        "{n} bounds of colours that no pixel meets",
         Weight.ALTERED,
     )
     NRP370 = Explanation(
@@ -535,27 +456,6 @@ class Code(Enum):
         "Connect the population, increase the weights (nA for cells with currents, uS with conductances), or "
         "lower the threshold.",
         "{n} populations cannot fire with the weights of their inputs",
-        Weight.ALTERED,
-    )
-    NRP378 = Explanation(
-        "A function writes a file.",
-        "A replay writes the file again, and a reset does not restore it.",
-        "Record values with the CSV recorder, `nrp.MapCSVRecorder`.",
-        "{n} places where functions write files",
-        Weight.REMARK,
-    )
-    NRP379 = Explanation(
-        "A constant for the time between two calls of a function is not the step of the loop.",
-        "Speeds, integrals and filters of the function are wrong by a factor.",
-        "Take the time since the last call from `t`, or use the `timestep` of the experiment.",
-        "{n} constants for the step of the loop are wrong",
-        Weight.ALTERED,
-    )
-    NRP380 = Explanation(
-        "A distance of a scanner is compared with a number beyond its range.",
-        "The comparison has the same result for all distances; beams that reach nothing are `inf`.",
-        "Use a distance within the range that `nrp inspect` lists.",
-        "{n} distances are compared with numbers beyond the range of the scanner",
         Weight.ALTERED,
     )
     NRP381 = Explanation(

@@ -29,6 +29,23 @@ REMOVED: Final = {
         "NRP331",
         "NRP352",
     ),
+    "0.4": (
+        "NRP243",
+        "NRP253",
+        "NRP301",
+        "NRP319",
+        "NRP330",
+        "NRP355",
+        "NRP356",
+        "NRP358",
+        "NRP378",
+        "NRP379",
+        "NRP380",
+        "NRP302",
+        "NRP303",
+        "NRP359",
+        "NRP360",
+    ),
 }
 """By the version in which they were removed."""
 
@@ -36,7 +53,7 @@ MERGED: Final = {
     "NRP206": "NRP202",
     "NRP214": "NRP200",
     "NRP215": "NRP202",
-    "NRP221": "NRP219",
+    "NRP221": "NRP210",
     "NRP222": "NRP210",
     "NRP223": "NRP240",
     "NRP224": "NRP240",
@@ -62,7 +79,6 @@ MERGED: Final = {
     "NRP286": "NRP204",
     "NRP287": "NRP216",
     "NRP293": "NRP292",
-    "NRP303": "NRP378",
     "NRP315": "NRP210",
     "NRP316": "NRP306",
     "NRP318": "NRP279",
@@ -75,8 +91,6 @@ MERGED: Final = {
     "NRP345": "NRP260",
     "NRP346": "NRP266",
     "NRP354": "NRP277",
-    "NRP359": "NRP379",
-    "NRP360": "NRP380",
     "NRP373": "NRP381",
     "NRP343": "NRP208",
     "NRP344": "NRP208",
@@ -88,7 +102,6 @@ MERGED: Final = {
     "NRP322": "NRP248",
     "NRP296": "NRP372",
     "NRP271": "NRP211",
-    "NRP302": "NRP243",
     "NRP335": "NRP202",
     "NRP283": "NRP278",
     "NRP261": "NRP260",
@@ -98,12 +111,16 @@ MERGED: Final = {
     "NRP353": "NRP279",
     "NRP203": "NRP201",
     "NRP290": "NRP377",
+    "NRP218": "NRP210",
+    "NRP219": "NRP210",
+    "NRP235": "NRP210",
 }
-"""Codes of 0.2 whose findings have another code since 0.3."""
+"""Earlier codes whose findings have another code now."""
+_MERGED_IN_0_4: Final = ("NRP218", "NRP219", "NRP235")
 
 
 def removed_in(code: str) -> str | None:
     """Return the version in which a code was removed; None if it was not."""
     if code in MERGED:
-        return "0.3"
+        return "0.4" if code in _MERGED_IN_0_4 else "0.3"
     return next((version for version, codes in REMOVED.items() if code in codes), None)

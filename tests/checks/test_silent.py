@@ -7,64 +7,13 @@ from pathlib import Path
 import pytest
 
 from nrp_core.checks.validate import validate_file
-from nrp_core.findings import Finding, Level
-
-FILES = """\
-import csv
-import json
-from pathlib import Path
-
-import numpy as np
-
-LOG = Path("log.txt")
-
-
-@nrp.MapVariable("rows", initial_value=[])
-@nrp.Robot2Neuron()
-def keep(t, rows):
-    {}
-"""
-WRITING = [
-    "open('log.txt', 'w').write(str(t))",
-    "open('log.txt', mode='a').close()",
-    "csv.writer(open('log.csv', 'w')).writerow([t])",
-    "LOG.open('wb').close()",
-    "LOG.write_text(str(t))",
-    "np.save('rows.npy', rows.value)",
-    "json.dump(rows.value, LOG.open('w'))",
-    "rows.value.to_csv('rows.csv')",
-]
-READING = [
-    "print(open('log.txt').read(), open('log.txt', 'rb').read(), LOG.open().read())",
-    "print(np.load('rows.npy'), LOG.read_text(), json.dumps(rows.value))",
-    "print(rows.value.to_csv())",
-    "open = print; open('log.txt', 'w')",
-]
+from nrp_core.findings import Level
 
 
 def messages(husky: Path, *overrides: str) -> list[str]:
     """Return the warnings about an experiment, each with its place."""
     found = validate_file(husky / "experiment.yaml", overrides)
     return [str(finding) for finding in found if finding.level is not Level.NOTE]
-
-
-def about_files(husky: Path, body: str) -> list[Finding]:
-    (husky / "keep.py").write_text(FILES.format(body))
-    found = validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky}/keep.py]"])
-    return [finding for finding in found if finding.code.name == "NRP378"]
-
-
-@pytest.mark.parametrize("body", WRITING)
-def test_a_function_that_writes_a_file_is_told_of_the_recorder(husky: Path, body: str) -> None:
-    (finding,) = about_files(husky, body)
-    assert finding.line == 13
-    assert finding.level is Level.WARNING
-    assert "MapCSVRecorder" in finding.message
-
-
-@pytest.mark.parametrize("body", READING)
-def test_a_function_that_only_reads_files_is_not_reported(husky: Path, body: str) -> None:
-    assert about_files(husky, body) == []
 
 
 @pytest.mark.parametrize(("z_m", "found"), [(20, 1), (4, 1), (2, 0), (0.2, 0)])

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from nrp_bibi.diagram.rows import Device, Row, Topic, wrapped
 from nrp_bibi.generation.part import CodePart
 from nrp_bibi.model.functions import PythonTransferFunction
-from nrp_core.checks.code.declarations import Declarations, Declared
 from nrp_core.dsl import Listing, MapSpikeSink, MapSpikeSource, MonitoringFunction, PythonSource
+from nrp_core.dsl.declared import Declared, declared_functions
 from nrp_core.errors import TransferFunctionError
 from nrp_core.messages.base import type_name
 
@@ -25,7 +25,7 @@ def rows_of_python(found: Sequence[tuple[PythonTransferFunction, CodePart]]) -> 
         found: the pieces and their code, in the order of the model: they share their names.
     """
     sources = [_source(part) for _, part in found]
-    declared = Declarations(Listing(tuple(source for source in sources if source is not None))).functions
+    declared = declared_functions(Listing(tuple(source for source in sources if source is not None)))
     for (function, _), source in zip(found, sources, strict=True):
         own = [one for one in declared if one.source is source]
         yield Row(
@@ -60,7 +60,7 @@ def _devices(declared: Declared) -> Iterator[Device]:
         mapped[function.name] = function.sink
     for name, mapping in mapped.items():
         if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
-            written = _neurons(mapping, declared.nodes.get(name))
+            written = _neurons(mapping, declared.decorators.get(name))
             names = dict.fromkeys(group or name for group, name in _POPULATION.findall(written))
             population = ", ".join(names)
             shown = written.replace("nrp.", "").replace("brain.", "")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
+from nrp_core.checks.examined import ExaminedExperiment, checks_functions
 from nrp_core.checks.subjects.time_conditions import topic_conditions
 from nrp_core.dsl.parameters import SubscribedTopic
-from nrp_core.findings import Code, Finding
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.refusals import world_lacks
 from nrp_core.scene.model import Scene
-from nrp_core.world.capabilities import needs_of
 from nrp_core.world.sensors.contact import CONTACTS
 from nrp_core.world.service import PREFIX
 
@@ -23,87 +22,48 @@ _SERVICES = {
 """The capability that each service needs."""
 
 
-@checks_experiment
-def check_sensors(static: StaticExperiment) -> Iterator[Finding]:
+@checks_functions
+def check_sensors(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
-    lacking = _lacking(static, _senses)
-    for examined in static.functions:
-        for name, adapter in examined.adapters.items():
+    lacking = _lacking(examined, _senses)
+    for function in examined.functions:
+        for name, adapter in function.adapters.items():
             if isinstance(adapter, SubscribedTopic) and adapter.name in lacking:
                 message = f"'{name}' gets no messages: {lacking[adapter.name]}"
-                node = examined.declared.nodes.get(name)
-                yield examined.warning(Code.NRP216, node, message)
-    for keys, condition in topic_conditions(static.experiment):
+                yield function.finding(Code.NRP216, message, parameter=name)
+    for keys, condition in topic_conditions(examined.experiment):
         if condition.name in lacking:
             never = "never happens" if keys[0] == "events" else "is never met"
             message = f"'{keys[1]}' {never}: {lacking[condition.name]}"
-            yield static.warning(Code.NRP216, message, *keys, "name")
+            yield examined.warning(Code.NRP216, message, *keys, "name")
 
 
-@checks_experiment
-def check_distances(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for events and criteria about distances in a world that does not report where models are."""
-    if static.world is None or static.world.capabilities.poses:
-        return
-    experiment = static.experiment
-    near = [name for name, event in experiment.events.items() if event.when and event.when.near]
-    criteria = [name for name, asked in experiment.criteria.items() if asked.topic_stays is None]
-    events = (("events", name, "when", "near") for name in near)
-    for keys in (*events, *(("criteria", name) for name in criteria)):
-        message = f"'{keys[1]}' needs a distance: {world_lacks(experiment.world.backend, 'poses')}"
-        yield experiment.place(*keys).finding(Code.NRP216, message)
-
-
-@checks_experiment
-def check_commands(static: StaticExperiment) -> Iterator[Finding]:
+@checks_functions
+def check_commands(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Look for joints, forces and changes that a function or an event commands and the world refuses."""
-    lacking = _lacking(static, _commands)
-    for examined in static.functions:
-        declared, returned = examined.declared, examined.returns_to
-        topics = {"": returned.name} if returned is not None else {}
-        topics |= {name: one.writes.name for name, one in examined.function.mappings.items() if one.writes}
-        for name, topic in topics.items():
+    lacking = _lacking(examined, _commands)
+    for function in examined.functions:
+        for topic, parameter in function.written:
             if topic in lacking:
                 message = f"nothing reacts to messages on '{topic}': {lacking[topic]}"
-                yield declared.finding(Code.NRP216, declared.nodes.get(name), message)
-    for event, what in static.experiment.events.items():
+                yield function.finding(Code.NRP216, message, Level.ERROR, parameter=parameter)
+    for event, what in examined.experiment.events.items():
         for i, published in enumerate(what.publish):
             if published.topic in lacking:
                 message = f"nothing reacts to '{published.topic}': {lacking[published.topic]}"
-                place = static.experiment.place("events", event, "publish", i, "topic")
+                place = examined.experiment.place("events", event, "publish", i, "topic")
                 yield place.finding(Code.NRP216, message)
 
 
-@checks_experiment
-def check_dynamics(static: StaticExperiment) -> Iterator[Finding]:
-    """Look for models that need forces to move or hold, in a world without dynamics."""
-    if static.world is None:
-        return
-    has, backend = static.world.capabilities, static.experiment.world.backend
-    for model in static.models:
-        held = [one.joint for one in model.controllers if one.initial is not None]
-        lacking = [
-            (j.name, need) for j in model.joints for need in needs_of(model, j) if not getattr(has, need)
-        ]
-        message = ""
-        if not (has.dynamics or model.static or model.drives):
-            message = f"'{model.name}' could not move: {world_lacks(backend, 'dynamics')}"
-        elif held and not has.joint_control:
-            message = f"'{model.name}' holds {held[0]}: {world_lacks(backend, 'joint_control')}"
-        elif lacking and has.dynamics and not model.static:
-            joint, need = lacking[0]
-            message = f"'{model.name}/{joint}' could not move: {world_lacks(backend, need)}"
-        if message:
-            yield static.experiment.place(*static.keys_of(model.name)).finding(Code.NRP216, message)
-
-
-def _lacking(static: StaticExperiment, needs: Callable[[Scene], Iterator[tuple[str, str]]]) -> dict[str, str]:
+def _lacking(
+    examined: ExaminedExperiment, needs: Callable[[Scene], Iterator[tuple[str, str]]]
+) -> dict[str, str]:
     """Return the topics for which the world lacks capabilities, with these capabilities."""
-    if static.world is None or static.scene is None:
+    if examined.world is None or examined.scene is None:
         return {}
-    has, backend = static.world.capabilities, static.experiment.world.backend
+    has, backend = examined.world.capabilities, examined.experiment.world.backend
     return {
-        topic: world_lacks(backend, need) for topic, need in needs(static.scene) if not getattr(has, need)
+        topic: world_lacks(backend, need) for topic, need in needs(examined.scene) if not getattr(has, need)
     }
 
 

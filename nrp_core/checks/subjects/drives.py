@@ -8,7 +8,7 @@ from contextlib import suppress
 from math import acos, degrees, inf
 from typing import Final, Protocol, runtime_checkable
 
-from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
+from nrp_core.checks.examined import ExaminedExperiment, checks_experiment
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding
 from nrp_core.scene.merged_bodies import bodies_of
@@ -38,11 +38,11 @@ class Wheeled(Protocol):
 
 
 @checks_experiment
-def check_drives(static: StaticExperiment) -> Iterator[Finding]:
+def check_drives(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Check the drives and controllers of robots."""
-    for model in static.robots if static.bodies_fall else ():
+    for model in examined.robots if examined.bodies_fall else ():
         for code, message in wrong_drives(model):
-            yield static.warning(code, message, "world", "robots", model.name)
+            yield examined.warning(code, message, "world", "robots", model.name)
 
 
 def wrong_drives(model: Model) -> Iterator[tuple[Code, str]]:

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
+from nrp_core.checks.examined import ExaminedExperiment, checks_experiment
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import SceneError
 from nrp_core.experiment.making.prepare import place_of_step
@@ -36,14 +36,14 @@ LONGEST_STEP_NS: Final = 10 * NS_PER_MS
 
 
 @checks_experiment
-def check_lengths(static: StaticExperiment) -> Iterator[Finding]:
+def check_lengths(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Check sizes and places in the models of a scene against each other."""
-    for model in static.models:
+    for model in examined.models:
         with suppress(SceneError):  # a mesh cannot be read, which the reader reports
             for code, message in unlikely_lengths(
-                model, is_robot=model.name in static.experiment.world.robots
+                model, is_robot=model.name in examined.experiment.world.robots
             ):
-                yield static.warning(code, message, *static.keys_of(model.name))
+                yield examined.warning(code, message, *examined.keys_of(model.name))
 
 
 def unlikely_lengths(model: Model, *, is_robot: bool) -> Iterator[tuple[Code, str]]:
@@ -143,21 +143,21 @@ def _listed(sides: FloatArray) -> str:
 
 
 @checks_experiment
-def check_physics_step(static: StaticExperiment) -> Iterator[Finding]:
+def check_physics_step(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Check the step of the physics engine against that of the loop."""
-    if static.world is None or not static.world.capabilities.step_ns:
+    if examined.world is None or not examined.world.capabilities.step_ns:
         return
-    experiment, capabilities = static.experiment, static.world.capabilities
+    experiment, capabilities = examined.experiment, examined.world.capabilities
     keys, step_ns = place_of_step(experiment), capabilities.step_ns
     step = f"{milliseconds(step_ns):g} ms"
     message = ""
     if experiment.timestep > MAX_STEPS * step_ns:
         count = experiment.timestep // step_ns
         message = f"the world takes {count} steps of {step} in each step of the loop; is its unit wrong?"
-    elif static.bodies_fall and keys[0] == "world" and step_ns > LONGEST_STEP_NS:
+    elif examined.bodies_fall and keys[0] == "world" and step_ns > LONGEST_STEP_NS:
         message = (
             f"the physics step is {step}, and 1 to 5 ms are usual: contacts and controllers act late; is the "
             "step of the loop meant?"
         )
     if message:
-        yield static.warning(Code.NRP372, message, *keys)
+        yield examined.warning(Code.NRP372, message, *keys)

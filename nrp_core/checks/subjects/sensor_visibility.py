@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
+from nrp_core.checks.examined import ExaminedExperiment, checks_experiment
 from nrp_core.checks.subjects.time_conditions import read_topics
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding
@@ -52,28 +52,28 @@ class OwnRobotView:
 
 
 @checks_experiment
-def check_own_robot_views(static: StaticExperiment) -> Iterator[Finding]:
+def check_own_robot_views(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Look for scanners and cameras that are read and see only their own robot."""
-    read = {id(sensor): model.name for model, sensor in read_sensors(static)}
-    for model in static.robots:
-        if static.scene is None or model.name not in read.values():
+    read = {id(sensor): model.name for model, sensor in read_sensors(examined)}
+    for model in examined.robots:
+        if examined.scene is None or model.name not in read.values():
             continue
         with suppress(SceneError):  # a mesh cannot be read, which the reader reports
-            for view in own_robot_views(static.scene, model):
+            for view in own_robot_views(examined.scene, model):
                 if view.share >= COVERED and id(view.sensor) in read:
                     kind, rays = ("camera", "pixels") if view.sensor.views else ("scanner", "beams")
                     message = (
                         f"the {kind} '{view.sensor.name}' on '{model.name}/{view.link}' sees its own robot "
                         f"with {view.share:.0%} of its {rays}, from {view.nearest_m:.2g} m"
                     )
-                    yield static.warning(Code.NRP374, message, "world", "robots", model.name)
+                    yield examined.warning(Code.NRP374, message, "world", "robots", model.name)
 
 
-def read_sensors(static: StaticExperiment) -> Iterator[tuple[Model, MountedSensor]]:
+def read_sensors(examined: ExaminedExperiment) -> Iterator[tuple[Model, MountedSensor]]:
     """Yield the scanners and cameras of robots that are read, or that the experiment adds for recordings."""
-    read = read_topics(static)
-    for model in static.robots:
-        added = {one.name or one.type for one in static.experiment.world.robots[model.name].add_sensors}
+    read = read_topics(examined)
+    for model in examined.robots:
+        added = {one.name or one.type for one in examined.experiment.world.robots[model.name].add_sensors}
         for sensor in (sensor for link in model.links for sensor in link.sensors):
             sees = sensor.views or isinstance(getattr(sensor, "beams", None), Beams)
             if sees and (sensor.name in added or not read.isdisjoint(sensor.topics)):

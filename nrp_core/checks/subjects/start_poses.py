@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.checks.static_experiment import StaticExperiment, checks_experiment
+from nrp_core.checks.examined import ExaminedExperiment, checks_experiment
 from nrp_core.findings import Code, Finding
 from nrp_core.scene.model import Heightmap, Model, Plane, Scene
 from nrp_core.scene.posture import at_start, moved_into_limits, start_positions
@@ -30,26 +30,26 @@ MAX_TOLERANCE_M: Final = 0.05
 
 
 @checks_experiment
-def check_start_joints(static: StaticExperiment) -> Iterator[Finding]:
+def check_start_joints(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Report the robots with joints that cannot start at 0, and for which the experiment gives no start."""
-    for model in static.robots:
+    for model in examined.robots:
         if moved := moved_into_limits(model):
             positions = start_positions(model)
             listed = ", ".join(f"'{joint.name}' at {positions[joint.name]:g}" for joint in moved)
             message = f"the limits of these joints exclude 0, so they start at the nearest limit: {listed}"
-            yield static.warning(Code.NRP264, message, "world", "robots", model.name)
+            yield examined.warning(Code.NRP264, message, "world", "robots", model.name)
 
 
 @checks_experiment
-def check_start_poses(static: StaticExperiment) -> Iterator[Finding]:
+def check_start_poses(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Check the start poses of robots and of the loose models of the room."""
-    if static.scene is None or not static.bodies_fall:
+    if examined.scene is None or not examined.bodies_fall:
         return
-    scene = replace(static.scene, models=tuple(map(at_start, static.models)))
-    robots = static.experiment.world.robots
+    scene = replace(examined.scene, models=tuple(map(at_start, examined.models)))
+    robots = examined.experiment.world.robots
     found = chain(_buried(scene, robots), _falling_models(scene, robots), wrong_starts(scene, robots))
     for model, code, message in found:
-        yield static.warning(code, message, *static.keys_of(model))
+        yield examined.warning(code, message, *examined.keys_of(model))
 
 
 def wrong_starts(scene: Scene, robots: Container[str]) -> Iterator[tuple[str, Code, str]]:
@@ -96,7 +96,7 @@ def _falling_models(scene: Scene, robots: Container[str]) -> Iterator[tuple[str,
         if _height_above_ground_m(model, scene) == inf:
             message = (
                 f"nothing is below the model '{model.name}' of the room: it falls, and what stands on it; is "
-                "it meant to be <static>?"
+                "it meant to be <examined>?"
             )
             yield model.name, Code.NRP292, message
 

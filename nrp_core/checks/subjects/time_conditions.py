@@ -1,29 +1,21 @@
-"""Times, events and criteria that cannot happen in time, and the latency of each path."""
+"""Times, events and criteria that cannot happen in time."""
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterator, Mapping
 
-from nrp_core.checks.code.values import NUMBER
-from nrp_core.checks.static_experiment import (
-    CheckedFunction,
-    StaticExperiment,
-    checks_experiment,
-    checks_function,
-)
-from nrp_core.cle.latency import paths
-from nrp_core.clock import NS_PER_S, from_seconds, milliseconds, seconds
+from nrp_core.checks.examined import ExaminedExperiment, checks_experiment
+from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.experiment.model.event_schema import END, START, During, Event, TopicIs, causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.section import Key
-from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings import Code, Finding
 
 
 @checks_experiment
-def check_events(static: StaticExperiment) -> Iterator[Finding]:
+def check_events(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Look for events after the end of the run, and for events that wait for each other."""
-    events, end_ns = static.experiment.events, static.experiment.duration
+    events, end_ns = examined.experiment.events, examined.experiment.duration
     first_ns = {name: earliest_ns(name, events) for name in events}
     # one at a given time must be before the end
     late = {name for name, event in events.items() if first_ns[name] + (event.at is not None) > end_ns}
@@ -31,7 +23,7 @@ def check_events(static: StaticExperiment) -> Iterator[Finding]:
         causes = causes_of(name, events)
         if name in causes:
             message = f"'{name}' waits for itself: {' -> '.join([name, *causes])}"
-            yield static.warning(Code.NRP248, message, "events", name, "when", "event")
+            yield examined.warning(Code.NRP248, message, "events", name, "when", "event")
         elif name in late and late.isdisjoint(causes):
             first, end = f"{seconds(first_ns[name]):g} s", f"{seconds(end_ns):g} s"
             after = f", after {' and '.join(map(repr, causes))}" if causes else ""
@@ -39,7 +31,7 @@ def check_events(static: StaticExperiment) -> Iterator[Finding]:
             when = f"is at {first}" if is_fixed else f"comes at {first} at the earliest{after}"
             keys = ("at",) if is_fixed else ("when", "after")
             message = f"'{name}' {when}, and the run ends at {end}"
-            yield static.warning(Code.NRP248, message, "events", name, *keys)
+            yield examined.warning(Code.NRP248, message, "events", name, *keys)
 
 
 def earliest_ns(name: str, events: Mapping[str, Event]) -> int:
@@ -54,50 +46,27 @@ def _delay_ns(event: Event) -> int:
     return 0 if event.when is None else event.when.after
 
 
-@checks_function
-def check_reached_times(function: CheckedFunction) -> Iterator[Finding]:
-    """Look for comparisons of ``t`` with times that it never reaches."""
-    duration_s = seconds(function.experiment.duration)
-    for node in function.declared.own:
-        match node:
-            case ast.Compare(ast.Name("t"), _, [other]) | ast.Compare(other, _, [ast.Name("t")]):
-                bound_s = function.body.constant(other) if function.body.name("t") == NUMBER else None
-                if bound_s is not None and from_seconds(bound_s) > function.experiment.duration:
-                    message = f"'t', in seconds, never reaches {bound_s:g}: the run ends at {duration_s:g} s"
-                    yield function.warning(Code.NRP248, node, message)
-
-
 @checks_experiment
-def report_latency(static: StaticExperiment) -> Iterator[Finding]:
-    """Report the latency of each path from a sensor to an actuator."""
-    timestep_ms = milliseconds(static.experiment.timestep)
-    for path in paths([one.function for one in static.functions if one.function.active]):
-        last = next(e.declared for e in static.functions if e.function.name == path.via[-1])
-        message = f"{path} of {timestep_ms:g} ms, {path.steps * timestep_ms:g} ms in all"
-        yield last.finding(Code.NRP238, last.nodes.get(""), message, Level.NOTE)
-
-
-@checks_experiment
-def check_step_of_loop(static: StaticExperiment) -> Iterator[Finding]:
+def check_step_of_loop(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Look for a time step that is too long for a closed loop."""
-    step_ns = static.experiment.timestep
+    step_ns = examined.experiment.timestep
     if step_ns > NS_PER_S:
         message = f"timestep: sensors reach the brain, and this the robot, only every {seconds(step_ns):g} s"
-        yield static.warning(Code.NRP372, message, "timestep")
+        yield examined.warning(Code.NRP372, message, "timestep")
 
 
 @checks_experiment
-def check_times_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
+def check_times_of_criteria(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Look for criteria that allow more time than the run has, or that are never evaluated."""
-    experiment, end_ns = static.experiment, static.experiment.duration
+    experiment, end_ns = examined.experiment, examined.experiment.duration
     for name, each in experiment.criteria.items():
         if each.within_of is not None and each.within_of.time > end_ns:
             allowed_s = seconds(each.within_of.time)
             message = f"'{name}' allows {allowed_s:g} s, and the run lasts {seconds(end_ns):g} s"
-            yield static.warning(Code.NRP248, message, "criteria", name, "within_of", "time")
+            yield examined.warning(Code.NRP248, message, "criteria", name, "within_of", "time")
         for kind, wanted in (("stays_within", each.stays_within), ("topic_stays", each.topic_stays)):
             for message in () if wanted is None else _wrong_period(wanted.during, experiment):
-                yield static.warning(Code.NRP248, message, "criteria", name, kind, "during")
+                yield examined.warning(Code.NRP248, message, "criteria", name, kind, "during")
 
 
 def _wrong_period(during: During, experiment: Experiment) -> Iterator[str]:
@@ -122,19 +91,19 @@ def _wrong_period(during: During, experiment: Experiment) -> Iterator[str]:
 
 
 @checks_experiment
-def check_topics_of_criteria(static: StaticExperiment) -> Iterator[Finding]:
+def check_topics_of_criteria(examined: ExaminedExperiment) -> Iterator[Finding]:
     """Look for criteria on topics of the experiment that nothing publishes on."""
-    experiment = static.experiment
-    if not static.is_complete:
+    experiment = examined.experiment
+    if not examined.function_topics.is_complete:
         return
-    published = {topic.name for declared in static.declared for topic in declared.function.published}
+    published = set(examined.function_topics.published)
     published |= {one.topic for event in experiment.events.values() for one in event.publish}
     published = {experiment.aliases.get(name, name) for name in published}
     for keys, wanted in topic_conditions(experiment):
         name = experiment.aliases.get(wanted.name, wanted.name)
         if keys[0] == "criteria" and name in experiment.topics and name not in published:
             message = f"no transfer function and no event publishes on '{wanted.name}': it has no value"
-            yield static.warning(Code.NRP212, message, *keys, "name")
+            yield examined.warning(Code.NRP212, message, *keys, "name")
 
 
 def topic_conditions(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], TopicIs]]:
@@ -147,8 +116,8 @@ def topic_conditions(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], 
             yield ("criteria", name, "topic_stays"), each.topic_stays
 
 
-def read_topics(static: StaticExperiment) -> set[str]:
+def read_topics(examined: ExaminedExperiment) -> set[str]:
     """Return the topics that functions, events and criteria read."""
-    names = {topic.name for one in static.declared for topic in one.function.subscribed}
-    names |= {wanted.name for _, wanted in topic_conditions(static.experiment)}
-    return {static.experiment.aliases.get(name, name) for name in names}
+    names = set(examined.function_topics.read)
+    names |= {wanted.name for _, wanted in topic_conditions(examined.experiment)}
+    return {examined.experiment.aliases.get(name, name) for name in names}

@@ -19,7 +19,6 @@ from nrp_core.scene.rigid import ModelMotion, Pose
 assert nrp_lab.gym, "importing it registers the shipped experiments"
 COPIES = 2
 LIVELY_HZ = 140
-pytestmark = pytest.mark.filterwarnings(r"ignore:[\s\S]*NRP301")  # its counter, on purpose
 FUNCTION = """
 steps = 0
 

@@ -1,1 +1,0 @@
-"""Python code of an experiment as it is written: what it declares and does, found without executing it."""

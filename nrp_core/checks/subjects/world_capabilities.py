@@ -1,0 +1,47 @@
+"""What events, criteria and models need and the chosen world lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from nrp_core.checks.examined import ExaminedExperiment, checks_experiment
+from nrp_core.findings import Code, Finding
+from nrp_core.findings.refusals import world_lacks
+from nrp_core.world.capabilities import needs_of
+
+
+@checks_experiment
+def check_distances(examined: ExaminedExperiment) -> Iterator[Finding]:
+    """Look for events and criteria about distances in a world that does not report where models are."""
+    if examined.world is None or examined.world.capabilities.poses:
+        return
+    experiment = examined.experiment
+    near = [name for name, event in experiment.events.items() if event.when and event.when.near]
+    criteria = [name for name, asked in experiment.criteria.items() if asked.topic_stays is None]
+    events = (("events", name, "when", "near") for name in near)
+    for keys in (*events, *(("criteria", name) for name in criteria)):
+        message = f"'{keys[1]}' needs a distance: {world_lacks(experiment.world.backend, 'poses')}"
+        yield experiment.place(*keys).finding(Code.NRP216, message)
+
+
+@checks_experiment
+def check_dynamics(examined: ExaminedExperiment) -> Iterator[Finding]:
+    """Look for models that need forces to move or hold, in a world without dynamics."""
+    if examined.world is None:
+        return
+    has, backend = examined.world.capabilities, examined.experiment.world.backend
+    for model in examined.models:
+        held = [one.joint for one in model.controllers if one.initial is not None]
+        lacking = [
+            (j.name, need) for j in model.joints for need in needs_of(model, j) if not getattr(has, need)
+        ]
+        message = ""
+        if not (has.dynamics or model.static or model.drives):
+            message = f"'{model.name}' could not move: {world_lacks(backend, 'dynamics')}"
+        elif held and not has.joint_control:
+            message = f"'{model.name}' holds {held[0]}: {world_lacks(backend, 'joint_control')}"
+        elif lacking and has.dynamics and not model.static:
+            joint, need = lacking[0]
+            message = f"'{model.name}/{joint}' could not move: {world_lacks(backend, need)}"
+        if message:
+            yield examined.experiment.place(*examined.keys_of(model.name)).finding(Code.NRP216, message)
