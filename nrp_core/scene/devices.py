@@ -69,6 +69,21 @@ class Noise:
 
 
 @dataclass(frozen=True, slots=True)
+class Imperfection:
+    """Imperfections of a topic that no sensor publishes.
+
+    Args:
+        noise: noise on every number.
+        delay: from the value to the arrival of its message, s.
+        drop_out: share of lost messages.
+    """
+
+    noise: Noise | None = None
+    delay: float = 0.0
+    drop_out: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class View:
     """The images that an engine draws for a sensor: along x of its pose, z up.
 

@@ -21,6 +21,7 @@ from nrp_core.scene.consistency import WORLD, check_pose, check_tree, check_uniq
 from nrp_core.scene.devices import (
     LATER,
     GroupController,
+    Imperfection,
     JointController,
     MountedDrive,
     MountedSensor,
@@ -476,6 +477,7 @@ class Scene(Overview):
         surroundings: the Earth around it, for sensors.
         ties: joints between two models.
         command_delays: topics whose commands act late, with the delay, s.
+        imperfections: topics without a sensor that are noisy, late or get lost.
         randomize: what is drawn for each seed; a world opens the scene with the values drawn for its own.
 
     Raises:
@@ -490,6 +492,7 @@ class Scene(Overview):
     surroundings: Surroundings = field(default=Surroundings(), metadata=LATER)
     ties: tuple[Tie, ...] = field(default=(), metadata=LATER)
     command_delays: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
+    imperfections: tuple[tuple[str, Imperfection], ...] = field(default=(), metadata=LATER)
     randomize: tuple[Randomization, ...] = field(default=(), metadata=LATER)
 
     def __post_init__(self) -> None:

@@ -16,6 +16,7 @@ from nrp_core.world.controllers.joint import ControllerPart, GroupPart, Orientat
 from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine
+from nrp_core.world.imperfection import imperfect
 from nrp_core.world.model_states import ColorPart
 from nrp_core.world.part import Part, PartProxy
 from nrp_core.world.sensors.ground_truth import JointStatesPart
@@ -193,6 +194,7 @@ class Parts:
 
     def _connect(self, usual: Sequence[Part], model: Model | None) -> list[Part]:
         delays = dict(self._engine.scene.command_delays)
+        usual = [imperfect(part, self._engine) for part in usual]
         parts = [with_delays(part, delays) for part in self._engine.parts(usual, model)]
         for part in parts:
             self._board.connect(part)

@@ -232,7 +232,7 @@ def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
     if fitting == RobotSetup():
         return model
     if model.static:
-        raise SceneError(f"the robot '{model.name}' never moves (<static>), so nothing can be fitted to it")
+        return _set_up_static(model, fitting)
     model = _begin_at(model, fitting) if fitting.keyframe else model
     model = _fix_base(model, fitting.fixed)
     starts = {**dict(model.starts), **dict(_start(model, *start) for start in fitting.starts)}
@@ -267,6 +267,16 @@ def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
         result = replace(result, joint_states_topic=resolve_name("joint_states", model.name))
     result.check()
     result = with_added_sensors(result, fitting.sensors)
+    return _put_on_ground(result, fitting.placed) if fitting.on_ground else result
+
+
+def _set_up_static(model: Model, fitting: RobotSetup) -> Model:
+    """Return a robot that never moves with its place and further sensors, which is all that it can get."""
+    fixed = fitting.fixed or None
+    if replace(fitting, placed=False, on_ground=False, sensors=(), fixed=fixed) != RobotSetup(fixed=fixed):
+        message = "it has no free base, and no keyframe, start or control of joints"
+        raise SceneError(f"the robot '{model.name}' never moves (<static>), so {message}")
+    result = with_added_sensors(model, fitting.sensors)
     return _put_on_ground(result, fitting.placed) if fitting.on_ground else result
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cart import BRAIN, CART, MOVING, ROOM, write
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -16,31 +17,11 @@ from nrp_core.experiment.running.run import Run
 
 WORLDS = pytest.mark.parametrize("world", ["mujoco", "pybullet"])
 LOOPS = ("20 ms", "10 ms", "2 ms")
-BRAIN = """
-import nrp_core.pynn as sim
-sim.setup(timestep=0.1)
-cells = sim.Population(4, sim.IF_curr_exp(tau_refrac=2.0), label="cells")
-sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.2, delay=1.0), label="net")
-"""
-ROOM = """
-<sdf version="1.9"><world name="w"><gravity>2 0 -9.81</gravity><model name="ground"><static>true</static>
-<link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>
-</link></model></world></sdf>
-"""
 BALL = """
 <sdf version="1.9"><model name="ball"><link name="body">
 <inertial><mass>0.5</mass><inertia><ixx>0.0005</ixx><iyy>0.0005</iyy><izz>0.0005</izz></inertia></inertial>
 <collision name="c"><geometry><sphere><radius>0.05</radius></sphere></geometry></collision>
 <sensor name="imu" type="imu"><update_rate>1000</update_rate><topic>imu</topic></sensor></link></model></sdf>
-"""
-CART = """
-<sdf version="1.9"><model name="cart"><link name="rail"/>
-<link name="box"><inertial><mass>1</mass></inertial></link>
-<joint name="fixed" type="fixed"><parent>world</parent><child>rail</child></joint>
-<joint name="slide" type="prismatic"><parent>rail</parent><child>box</child><axis><xyz>1 0 0</xyz>
-<dynamics><damping>1</damping></dynamics></axis></joint>
-<plugin filename="gz-sim-apply-joint-force-system" name="gz::sim::systems::ApplyJointForce">
-<joint_name>slide</joint_name></plugin></model></sdf>
 """
 COUNTS = """
 import hbp_nrp_client.tf_framework as nrp
@@ -75,12 +56,6 @@ criteria:
   stays: {stays_within: {model: ball, distance: 0.5 m, of: start}}
   comes: {near: {model: ball, point: [1.0, 0], within: 0.5 m}}
 """
-
-
-def write(folder: Path, **files: str) -> Path:
-    for name, text in files.items():
-        (folder / name.replace("__", ".")).write_text(text, "utf-8")
-    return folder / "experiment.yaml"
 
 
 def bounces(seen: list[tuple[float, float]]) -> int:
@@ -161,15 +136,6 @@ def learn(t, w):
 @nrp.Neuron2Robot(nrp.Topic("/w", Float64))
 def tell(t, w):
     return Float64(float(w.values[0]))
-"""
-MOVING = """
-name: ordered
-timestep: 20 ms
-duration: 0.3 s
-brain: {backend: event, model: brain.py}
-world: {backend: mujoco, scene: room.sdf, robots: {cart: {model: cart.sdf}}}
-transfer_functions: [functions.py]
-topics: {/u: std_msgs/Float64, /v: std_msgs/Float64, /w: std_msgs/Float64}
 """
 N_FUNCTIONS = ORDERED.count("def ")
 

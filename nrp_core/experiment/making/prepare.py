@@ -19,7 +19,7 @@ from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, from_milliseconds, milliseconds, seconds
 from nrp_core.dsl.functions import TransferFunction, require_new_name
 from nrp_core.dsl.testing import MockBrain, MockEngine, MockWorld
-from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, did_you_mean
+from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, TopicError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named_errors
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
 from nrp_core.experiment.making.maker import maker_of, with_parameters
@@ -43,7 +43,7 @@ from nrp_core.world.domain_randomization import check_randomization
 from nrp_core.world.engine_kit.jointed import PhysicsBackend
 from nrp_core.world.engine_kit.planar_servo import planar_drives, servo_of
 from nrp_core.world.sensors.sensor import with_imperfection
-from nrp_core.world.topics import TopicInfo
+from nrp_core.world.topics import Direction, TopicInfo
 from nrp_core.world.world import World
 
 EXECUTING = "executing the brain script"
@@ -345,8 +345,23 @@ def _make_stage(
         stage = MockWorld(engine=MockEngine(scene, topics=topics))
     if stage is None or not declare_own(experiment, stage, collector):
         return None
+    for topic in experiment.world.sensors:
+        with collector.during(Code.NRP202, "world", "sensors", topic):
+            _require_published(stage, topic)
     Watch(experiment, stage, collector)
     return stage
+
+
+def _require_published(world: World, topic: str) -> None:
+    """Refuse imperfections of a topic that the world does not publish itself.
+
+    Raises:
+        TopicError: there is no such topic, or only functions publish on it.
+    """
+    parts = [part for part in world.parts.all if topic not in part.pushed_topics]
+    served = [each.name for part in parts for each in part.topics if each.direction & Direction.OUT]
+    if topic not in served:
+        raise TopicError(f"the world does not publish '{topic}'{did_you_mean(topic, served)}")
 
 
 def _own_topics(

@@ -254,7 +254,7 @@ class RobotSection(Section):
 
 
 class SensorSection(Section):
-    """Imperfections of a sensor, in addition to its robot's file."""
+    """Imperfections of a topic that the world publishes, in addition to the file of its robot."""
 
     noise: float | None = Field(default=None, ge=0)
     """Standard deviation of Gaussian noise on every number, in its own unit; 1 is full brightness."""

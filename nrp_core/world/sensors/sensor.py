@@ -15,10 +15,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.messages.base import Time
 from nrp_core.messages.std_msgs import Header
-from nrp_core.scene.devices import MountedSensor, Noise
+from nrp_core.scene.devices import Imperfection, MountedSensor, Noise
 from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.reading.context import Element, Reading
 from nrp_core.scene.reading.plugins import ModelParts
@@ -38,23 +37,24 @@ def with_imperfection(
     delay: float | None = None,
     drop_out: float | None = None,
 ) -> Scene:
-    """Return a scene with changed properties of the sensor on a topic; None keeps the value of the file.
+    """Return a scene with changed properties of a topic; None keeps the value of a sensor's file.
+
+    The topic of a sensor gets them in its sensor, any other in :attr:`.Scene.imperfections`.
 
     Args:
         scene: the scene.
         topic: its absolute topic.
-        noise: noise on every number of the sensor.
+        noise: noise on every number.
         delay: delay of messages, s.
         drop_out: share of lost messages.
-
-    Raises:
-        TopicError: no sensor publishes on that topic.
     """
     given: dict[str, Any] = {"noise": noise, "delay": delay, "drop_out": drop_out}
     changes = {name: value for name, value in given.items() if value is not None}
     served = [each for _, link in scene.links() for sensor in link.sensors for each in sensor.topics]
     if topic not in served:
-        raise TopicError(f"no sensor publishes '{topic}'{did_you_mean(topic, served)}")
+        imperfection = replace(dict(scene.imperfections).get(topic, Imperfection()), **changes)
+        others = tuple(each for each in scene.imperfections if each[0] != topic)
+        return replace(scene, imperfections=(*others, (topic, imperfection)))
 
     def changed(model: Model) -> Model:
         if all(topic not in sensor.topics for link in model.links for sensor in link.sensors):
