@@ -15,15 +15,19 @@ MOVED = {
     "nrp_core.brain.files": "nrp_core.network.files",
     "nrp_core.brain.network.checked": "nrp_core.network.frozen_values",
     "nrp_core.brain.network": "nrp_core.network",
+    "nrp_core.brain.pynn.connectivity_estimate": "nrp_core.network.pynn.connectors",
     "nrp_core.brain.pynn": "nrp_core.network.pynn",
     "nrp_core.cle.batched_loops": "nrp_lab.gym.side_by_side",
     "nrp_core.cle.time_limit": "nrp_core._support.time_limit",
+    "nrp_core.pynn.control": "nrp_core.pynn.running",
     "nrp_core.pynn.recording": "nrp_core.pynn.recorder",
+    "nrp_core.pynn.rewirings": "nrp_core.pynn.recorder",
+    "nrp_core.pynn.trains": "nrp_core.pynn.recorder",
     "nrp_core.world.messages": "nrp_core.messages",
     "nrp_core.world.rigid": "nrp_core.scene.rigid",
     "nrp_core.world.scene": "nrp_core.scene",
 }
-"""Names of packages and modules in 0.3 and since; modules inside a package moved with it."""
+"""Names of packages and modules in 0.3 and since; the others of a package moved with it."""
 
 
 _OLD = tuple(MOVED)

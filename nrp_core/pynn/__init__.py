@@ -22,9 +22,8 @@ from typing import Any
 
 from nrp_core.network.pynn.api import programming_interface
 from nrp_core.network.pynn.simulator import Simulator
-from nrp_core.pynn.control import control
 from nrp_core.pynn.recorder import Recorder
-from nrp_core.pynn.running import RunningState
+from nrp_core.pynn.running import RunningState, control
 
 
 def new_simulator(state: RunningState | None = None, recorder: type = Recorder) -> ModuleType:

@@ -7,11 +7,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from neo import Segment
+from neo import Event, Segment, SpikeTrain
+from neo.core.spiketrainlist import SpikeTrainList
 from pyNN import recording
+from quantities import ms
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.checked_arguments import is_number
@@ -21,11 +23,84 @@ from nrp_core.clock import from_milliseconds, milliseconds, nanoseconds
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.network.changes import Rewirings
 from nrp_core.network.pynn.models import own_name
-from nrp_core.pynn.rewirings import REWIRING, events_of
-from nrp_core.pynn.trains import SpikeTrains
 
 if TYPE_CHECKING:
     from nrp_core.network.pynn.simulator import Simulator
+
+
+class SpikeTrains(SpikeTrainList):
+    """The same list, with the same trains, which are divided in one pass.
+
+    Neo stores the spikes of a population as two arrays and makes trains when somebody asks for one. It then
+    compares the cell of every spike with every cell, which takes minutes for 100 000 cells.
+
+    Args:
+        found: the list that PyNN made from arrays.
+        source_id: a further annotation of the trains, one for each.
+    """
+
+    def __init__(self, found: SpikeTrainList, source_id: Any = None) -> None:
+        super().__init__()
+        self.__dict__.update(vars(found))
+        if source_id is not None:
+            self._annotations: dict[str, Any] = {**vars(found)["_annotations"], "source_id": source_id}
+
+    def __reduce__(self) -> Any:
+        """Return a copy as Neo's own class, so that files of it need only Neo."""
+        return SpikeTrainList, (), dict(vars(self))
+
+    def _spiketrains_from_array(self) -> None:
+        self._items: list[SpikeTrain] = []
+        if self._spike_time_array is None:
+            return
+        order = np.argsort(self._channel_id_array, kind="stable")
+        owners, times = self._channel_id_array[order], self._spike_time_array[order]
+        channels = np.asarray(self._all_channel_ids)
+        first, last = (np.searchsorted(owners, channels, side=side) for side in ("left", "right"))
+        each = {name: value for name, value in self._annotations.items() if _is_each(value, len(channels))}
+        all_ = {name: value for name, value in self._annotations.items() if name not in each}
+        for index, channel in enumerate(channels):
+            train = SpikeTrain(times[first[index] : last[index]], **self._spiketrain_metadata)
+            own = {name: values[index] for name, values in each.items()}
+            train.annotate(**all_, **own, channel_id=channel)
+            train.segment = self.segment
+            self._items.append(train)
+
+
+def _is_each(value: Any, n: int) -> bool:
+    return not isinstance(value, str) and hasattr(value, "__len__") and len(value) == n
+
+
+REWIRING: Final = recording.Variable(name="rewiring", location=None, label=None)
+_KINDS: Final[tuple[Any, ...]] = (("form", "formation", True), ("elim", "elimination", False))
+
+
+def events_of(changes: Iterable[Rewirings], since_ms: float) -> list[Any]:
+    """Return the changes of all projections onto a population from a time on, by time and cells.
+
+    Their form is that of sPyNNaker 7.4.1: an event ``rewiring_form`` and an event ``rewiring_elim``, with
+    labels such as ``3_5_formation`` (source cell 3, target cell 5).
+    """
+    every = [*changes]
+    nothing = np.empty(0)
+    time_ms, pre, post, formed = (
+        np.concatenate([nothing, *(getattr(one, name) for one in every)])
+        for name in ("time_ms", "pre_index", "post_index", "formed")
+    )
+    order = np.lexsort((formed, post, pre, time_ms))
+    order = order[nanoseconds(time_ms[order]) >= from_milliseconds(since_ms)]
+    columns = [each[order] for each in (time_ms, pre, post)]
+    chosen = {flag: formed[order] == flag for flag in (True, False)}
+    return [_event(*names, *(each[chosen[flag]] for each in columns)) for *names, flag in _KINDS]
+
+
+def _event(name: str, change: str, time_ms: FloatArray, pre: FloatArray, post: FloatArray) -> Any:
+    labels = [f"{a:.0f}_{b:.0f}_{change}" for a, b in zip(pre, post, strict=True)]
+    return Event(
+        times=time_ms * ms, labels=np.array(labels, dtype=str), name=f"{REWIRING.name}_{name}",
+        description=f"Synapse {change} events",
+    )  # fmt: skip
+
 
 SPIKES = recording.Variable(name="spikes", location=None, label=None)
 

@@ -6,11 +6,13 @@ import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from math import isfinite
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import ValidationError
+from pyNN.common.control import DEFAULT_MIN_DELAY, DEFAULT_TIMESTEP
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
@@ -20,12 +22,13 @@ from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, Ne
 from nrp_core.findings import Findings
 from nrp_core.network.changes import Rewirings, Synapses
 from nrp_core.network.data import Network
+from nrp_core.network.pynn.arguments import require_kind
 from nrp_core.network.pynn.export import network_of, unique
 from nrp_core.network.pynn.populations import SPIKE_TIMES, ids_of, parts_of
 from nrp_core.network.pynn.simulator import State
 from nrp_core.network.synapses import PLASTIC
 from nrp_core.pynn.currents import Current, Currents, Waveform
-from nrp_core.seeds import Seeds
+from nrp_core.seeds import Seeds, require_seed
 
 DEFAULT_BACKEND = "event"
 _AHEAD = 1_000_000
@@ -360,3 +363,47 @@ def _unknown_option(found: Mapping[str, Any], known: Iterable[str]) -> str:
     name = ".".join(map(str, found["loc"]))
     unknown = f"'{name}' is not an option{did_you_mean(name, known)}"
     return unknown if found["type"] == "extra_forbidden" else f"{name}: {found['msg']}"
+
+
+def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
+    """Return ``setup`` and ``end`` of a simulator that runs its network."""
+    begin = api.setup
+
+    def setup(
+        timestep: float | None = None,
+        min_delay: float | str = DEFAULT_MIN_DELAY,
+        *,
+        backend: str = DEFAULT_BACKEND,
+        options: Mapping[str, Any] | None = None,
+        seed: int = 0,
+        **extra: Any,
+    ) -> int:
+        """Discard the network and start again.
+
+        Args:
+            timestep: ms; the interval at which state is sampled, and the smallest delay; 0.1 by default. If
+                it is given, it is also the step of a backend that has the option ``timestep``.
+            min_delay: ms, or ``auto``: the time step.
+            backend: name of an installed brain backend.
+            options: options of the backend.
+            seed: seed of all random numbers that the script does not seed itself.
+            extra: ``max_delay``; arguments of other simulators are ignored, as PyNN requires.
+        """
+        rank: int = begin(DEFAULT_TIMESTEP if timestep is None else timestep, min_delay, **extra)
+        require_kind("setup", "backend", backend, str, "the name of a brain backend, such as 'event'")
+        require_kind(
+            "setup", "options", options, (Mapping, type(None)), "a dictionary such as {'threads': 2}"
+        )
+        require_seed(seed)
+        brains().provider(backend)
+        state.use(backend, options or {}, seed, follows=timestep is not None)
+        return rank
+
+    def end(**_: Any) -> None:
+        """Write the requested data, and release the brain."""
+        for population, variables, filename in state.write_on_end:
+            population.write_data(filename, variables)
+        state.write_on_end = []
+        state.end()
+
+    return {"setup": setup, "end": end}

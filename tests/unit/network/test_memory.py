@@ -11,8 +11,8 @@ from pyNN.connectors import IndexBasedExpression
 from nrp_core.errors import NetworkError
 from nrp_core.network import memory
 from nrp_core.network.memory import free_bytes, require_memory
-from nrp_core.network.pynn import builder, connectivity_estimate
-from nrp_core.network.pynn.connectivity_estimate import expected_synapses
+from nrp_core.network.pynn import builder, connectors
+from nrp_core.network.pynn.connectors import expected_synapses
 
 MIB = 1 << 20
 
@@ -22,7 +22,7 @@ def free(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return a function that lets this many bytes be free."""
 
     def let(n_bytes: int) -> None:
-        for module in (memory, connectivity_estimate):
+        for module in (memory, connectors):
             monkeypatch.setattr(module, "free_bytes", lambda: n_bytes)
 
     return let

@@ -9,7 +9,7 @@ import numpy as np
 import quantities as pq
 from neo.core.spiketrainlist import SpikeTrainList
 
-from nrp_core.pynn.trains import SpikeTrains
+from nrp_core.pynn.recorder import SpikeTrains
 
 
 def lists(n: int = 6) -> tuple[SpikeTrainList, SpikeTrainList]:
