@@ -50,7 +50,8 @@ def inertia_tensor(inertial: Inertial) -> Matrix:
 
 
 def _point_inertia(offset: Matrix) -> Matrix:
-    return product(offset, offset) * np.eye(3) - np.outer(offset, offset)
+    about: Matrix = product(offset, offset) * np.eye(3) - np.outer(offset, offset)
+    return about
 
 
 def _principal_axes(tensor: Matrix) -> tuple[tuple[float, float, float], Quaternion]:

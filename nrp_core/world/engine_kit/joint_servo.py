@@ -109,7 +109,7 @@ class ExplicitServos:
             # dampers act on the motion by the limited effort of a servo, not by the requested one
             wanted, damping = np.where(strained, efforts, wanted), np.where(strained, 0.0, damping)
         self.braking = -dampers * (velocities + dt * ahead)
-        if not np.isscalar(viscosity):
+        if isinstance(viscosity, np.ndarray):
             self.braking -= product(dt * viscosity, ahead)
         self._efforts, self._velocities = efforts + self.braking + springs, velocities
         return efforts
