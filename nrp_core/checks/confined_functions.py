@@ -142,7 +142,10 @@ class FileQuestion:
     def answer(self) -> Answer:
         """Return what is wrong with the declarations in the file; called in the child."""
         try:
-            return [], FunctionTopics.of(load_function_file(self.path))
+            functions = load_function_file(self.path)
+            for function in functions:
+                function.require_mappings()
+            return [], FunctionTopics.of(functions)
         except ExperimentError as error:
             return [Finding.of(error, code_of(error, Code.NRP210))], FunctionTopics()
 

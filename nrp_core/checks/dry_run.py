@@ -128,6 +128,8 @@ def _hint(error: BaseException) -> tuple[str, Instead | None]:
     instead = getattr(error, "instead", None)
     if instead is not None or not isinstance(error, NameError | AttributeError) or not error.name:
         return "", instead
+    if "valid: " in str(error):
+        return "", None
     hint = did_you_mean(error.name, _names_at(error))
     is_said = not hint.instead or "did you mean" in str(error)
     return "" if is_said else hint, hint.instead

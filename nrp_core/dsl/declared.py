@@ -19,13 +19,14 @@ from nrp_core.dsl.functions import TIME, Neuron2Robot, Robot2Neuron, TransferFun
 from nrp_core.dsl.loading import Listing, PythonSource
 from nrp_core.dsl.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.monitors import NeuronMonitor
-from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping, SourceLine, Topic
+from nrp_core.dsl.parameters import Adapter, Binding, ParameterMapping, SourceLine
 from nrp_core.dsl.rewards import MapReward
 from nrp_core.dsl.selection import BrainRoot, ProjectionSelector, Selection, Selector
 from nrp_core.dsl.weights import MapWeights
 from nrp_core.errors import NrpError, UnreadableError
 
-_DECORATORS: Final = (ParameterMapping, Neuron2Robot, Robot2Neuron, NeuronMonitor)
+_DIRECTIONS: Final = (Neuron2Robot, Robot2Neuron)
+_DECORATORS: Final = (ParameterMapping, *_DIRECTIONS, NeuronMonitor)
 _OF_NEURONS: Final = (MapSpikeSink, MapSpikeSource, MapReward, MapWeights, NeuronMonitor)
 _NEURONS: Final = (Selector, BrainRoot, Selection, ProjectionSelector)
 _PLAIN: Final = (int, float, str, Selector)
@@ -84,6 +85,8 @@ class _Reader:
 
     def __init__(self, listing: Listing) -> None:
         self._names, self._imports = dict(listing.names), listing.imports
+        ours = [*vars(self._names["nrp"]).values(), self._names["Topic"]]
+        self._ours = {id(one): one for one in ours if callable(one)}
 
     def read(self, source: PythonSource) -> Iterator[Declared]:
         """Yield the functions of one of its files."""
@@ -143,7 +146,7 @@ class _Reader:
                 return _Unread(parameter) if is_mapping else None
             case ast.Call(func):
                 kind = self._try(partial(self._value, func))
-                return kind() if kind in (Neuron2Robot, Robot2Neuron) else None
+                return kind() if isinstance(kind, type) and issubclass(kind, _DIRECTIONS) else None
         return None
 
     def _value(self, node: ast.expr) -> Any:
@@ -174,11 +177,10 @@ class _Reader:
         raise UnreadableError("it is known only when it is executed")
 
     def _call(self, node: ast.Call) -> Any:
-        """Call a class of decorators or topics, a kind of device, or a method of neurons."""
+        """Call one of the names of the language, a kind of device, or a method of neurons."""
         called = self._value(node.func)
-        is_class = isinstance(called, type) and issubclass(called, (*_DECORATORS, Topic))
         is_method = isinstance(getattr(called, "__self__", None), _NEURONS)
-        if not (is_class or is_method or called is slice or isinstance(called, DeviceKind)):
+        if not (id(called) in self._ours or is_method or called is slice or isinstance(called, DeviceKind)):
             raise UnreadableError("it is known only when it is executed")
         given = [self._argument(called, i, one) for i, one in enumerate(node.args)]
         named = {str(one.arg): self._argument(called, 1, one.value) for one in node.keywords}
@@ -189,9 +191,9 @@ class _Reader:
         try:
             return self._value(node)
         except (NrpError, TypeError, ValueError, LookupError, AttributeError, ArithmeticError):
-            if isinstance(called, type) and issubclass(called, Topic) and place == 0:
+            if called is self._names["Topic"] and place == 0:
                 return ast.unparse(node)
-            if called in _OF_NEURONS and place <= 1:
+            if isinstance(called, type) and issubclass(called, _OF_NEURONS) and place <= 1:
                 return Selector(_fail, ast.unparse(node))
             raise
 

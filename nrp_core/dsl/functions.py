@@ -203,9 +203,7 @@ class TransferFunction:
         """
         if self.is_bound:
             raise LifecycleError(f"transfer function '{self.name}' is already bound; call unbind() first")
-        for parameter in self.parameters:
-            if parameter not in self.mappings:
-                raise self._error(f"has no mapping for its parameter '{parameter}', e.g. with MapSpikeSink")
+        self.require_mappings()
         binding = Binding(self.name, brain, world, {} if variables is None else variables)
         try:
             self._connect(binding)
@@ -213,6 +211,16 @@ class TransferFunction:
             self.unbind()
             raise
         return self
+
+    def require_mappings(self) -> None:
+        """Require a mapping of each parameter.
+
+        Raises:
+            TransferFunctionError: a parameter is not mapped.
+        """
+        for parameter in self.parameters:
+            if parameter not in self.mappings:
+                raise self._error(f"has no mapping for its parameter '{parameter}', e.g. with MapSpikeSink")
 
     def _connect(self, binding: Binding) -> None:
         for parameter in self.parameters:

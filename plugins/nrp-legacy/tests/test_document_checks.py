@@ -160,23 +160,3 @@ def test_a_room_without_a_file_is_a_plain_floor(tmp_path: Path) -> None:
     found = validate_file(tmp_path / "old.exc")
     assert any("the experiment does not name a room: a plain floor is used" in one.message for one in found)
     assert not any("is 'scene' the file of a robot?" in one.message for one in found)
-
-
-@pytest.mark.parametrize(
-    ("wait", "is_reported"),
-    [("rospy.sleep(1.0)", True), ("rospy.get_time()", False), ("clock.sleep(1.0)", False)],
-)
-def test_a_function_that_waits_for_simulated_time_is_doubted(
-    tmp_path: Path, wait: str, is_reported: bool
-) -> None:
-    code = (
-        "import rospy\n"
-        "class Clock(object):\n    def sleep(self, time):\n        pass\n"
-        "clock = Clock()\n"
-        f"@nrp.Robot2Neuron()\ndef act(t):\n    {wait}\n"
-    )
-    for name, text in (("old.exc", _EXC), ("old.bibi", _BIBI.replace("pass", code))):
-        (tmp_path / name).write_text(text)
-    found = [one.message for one in validate_file(tmp_path / "old.exc")]
-    words = "'rospy.sleep' returns at once: simulated time stands still while a transfer function runs"
-    assert [one for one in found if "returns at once" in one] == [words] * is_reported

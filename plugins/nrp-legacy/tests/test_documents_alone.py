@@ -60,10 +60,10 @@ def test_a_file_with_transfer_functions_alone_is_checked_by_itself(corpus: Path)
     assert validate_file(file) == []
     file.write_text(text.replace("def f(t)", "def f(t, camera)"))
     (finding,) = validate_file(file)
-    assert (finding.code, finding.line, finding.level) == (Code.NRP219, 4, Level.ERROR)
+    assert (finding.code, finding.line, finding.level) == (Code.NRP210, 3, Level.ERROR)
     (corpus / "nothing.py").write_text("x = 1\n")
     (finding,) = validate_file(corpus / "nothing.py")
-    assert finding.message == "declares no transfer function"
+    assert finding.message.startswith("declares no transfer function")
 
 
 def test_a_document_is_described_where_a_run_would_leave_out_a_function(

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from nrp_legacy.reader import read_exc
 
-from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 
@@ -375,13 +374,3 @@ def test_any_integer_is_a_seed(played: Played, tmp_path: Path, seed: int) -> Non
     run = played(CELLS + KEPT.replace("PLACE", "here"), KEEPING, overrides=[f"seed={seed}"])
     assert not run.result().failures
     assert [function.name for function in run.loop.functions] == ["function"]
-
-
-@pytest.mark.parametrize(("asked", "told"), [("pops", Code.NRP239), ("popz", Code.NRP211)])
-def test_a_name_from_a_variable_is_not_reported_as_a_misspelt_population(
-    written: Written, asked: str, told: Code
-) -> None:
-    path = written(IN_PYNN, OF_PYNN.replace("nrp.brain.pops[1],", f"nrp.brain.{asked}[1],"))
-    findings = validate_file(path)
-    assert {finding.code for finding in findings if "'a'" in finding.message} == {told}
-    assert [finding.code for finding in findings].count(Code.NRP211) == (told is Code.NRP211)

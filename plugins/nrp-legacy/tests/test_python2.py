@@ -18,8 +18,9 @@ from nrp_legacy.convert.python import piece_of
 from nrp_legacy.python2 import converted, executable, names
 from nrp_legacy.python2_builtins import divide
 
-from nrp_core.checks.validate import validate_file
 from nrp_core.errors import TransferFunctionError
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.reading.find import load_experiment
 
 
 def printed(code: str, **values: object) -> str:
@@ -225,5 +226,5 @@ def test_a_quotient_of_whole_numbers_chooses_neurons_without_a_doubt(
 def drive(t, noise):
     noise.rate = 100.0
 """
-    found = validate_file(written(brain, functions))
+    found = prepare(load_experiment(written(brain, functions))).warnings
     assert is_right != any("slice indices must be integers" in one.message for one in found)
