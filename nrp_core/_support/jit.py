@@ -17,6 +17,9 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
+from nrp_core._support import numba_settings as _  # noqa: F401  before Numba
+
+# isort: split
 import numba
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]

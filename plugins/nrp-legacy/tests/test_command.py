@@ -70,3 +70,42 @@ def test_a_run_goes_on_to_the_end_of_a_step_of_any_length(
     bibi.write_text(bibi.read_text().replace("</bibi>", "<timestep>7</timestep></bibi>"))
     result = result_of(["run", str(corpus / "bare"), "--until", "30ms"], capsys)
     assert result["sim_time_s"] == 0.035
+
+
+def test_an_import_executes_code_only_if_the_user_says_so(
+    corpus: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bibi = corpus / "bare" / "bare.bibi"
+    code = f"open({str(tmp_path / 'MARK')!r}, 'w').close()\n@nrp.Robot2Neuron()\ndef note(t):\n    pass\n"
+    function = f'<transferFunction type="PythonTransferFunction">{code}</transferFunction>'
+    bibi.write_text(bibi.read_text().replace("</bibi>", f"{function}</bibi>"))
+    words = ["import", str(corpus / "bare"), "-o", str(tmp_path / "new")]
+    assert app.run_app(words) == 2
+    assert "--trust" in capsys.readouterr().err
+    assert not (tmp_path / "MARK").exists()
+    assert app.run_app([*words, "--trust"]) == 0
+    assert (tmp_path / "MARK").exists()
+
+
+def test_an_import_copies_nothing_from_outside_of_the_experiment_and_the_models(
+    corpus: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its room is in a folder of somebody else, with notes beside it; a link leads to them, too."""
+    foreign, notes = tmp_path / "foreign", tmp_path / "notes"
+    foreign.mkdir()
+    notes.mkdir()
+    (notes / "note.txt").write_text("private")
+    (foreign / "note.txt").write_text("private")
+    exc = next((corpus / "bare").glob("*.exc"))
+    text = exc.read_text()
+    room = text.split('environmentModel src="', 1)[1].split('"', 1)[0]
+    (foreign / "room.sdf").write_text('<sdf version="1.6"><world name="w"/></sdf>')
+    words = ["import", str(corpus / "bare"), "--trust", "-o"]
+    (exc.parent / "resources").mkdir(exist_ok=True)
+    (exc.parent / "resources" / "notes").symlink_to(notes)
+    assert app.run_app([*words, str(tmp_path / "two")]) == 0
+    exc.write_text(text.replace(f'src="{room}"', f'src="{foreign}/room.sdf"'))
+    assert app.run_app([*words, str(tmp_path / "one")]) == 3
+    assert "foreign/room.sdf is not imported" in capsys.readouterr().err
+    assert not list(tmp_path.glob("one/**/note.txt"))
+    assert not list(tmp_path.glob("two/**/note.txt"))

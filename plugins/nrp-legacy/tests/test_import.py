@@ -220,7 +220,7 @@ def test_the_command_writes_a_folder_and_reports_the_changes(
     corpus: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(app, "reserve_stdout", lambda: None)
-    arguments = ["import", str(corpus / "bare"), "-o", str(tmp_path / "new"), "--json"]
+    arguments = ["import", str(corpus / "bare"), "-o", str(tmp_path / "new"), "--trust", "--json"]
     assert app.run_app(arguments) == 0
     out = capsys.readouterr().out
     told = json.loads(out[out.index("{") :])

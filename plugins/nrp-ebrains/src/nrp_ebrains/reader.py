@@ -109,9 +109,7 @@ def import_configuration(path: Path, output: Path, overrides: Sequence[str] = ()
     configuration, _, notes = read_configuration(path)
     if output.resolve().is_relative_to(path.parent):
         raise ExperimentError(f"the folder {output} is inside the experiment's own; name another")
-    shutil.copytree(
-        path.parent, output, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__", ".git")
-    )
+    shutil.copytree(path.parent, output, dirs_exist_ok=True, ignore=_left_out)
     described = _relative(_described(path, configuration), str(path.parent))
     described["compatibility"] = {"platform": "nrp_core_4", "options": {"configuration": path.name}}
     yaml = YAML()
@@ -119,6 +117,13 @@ def import_configuration(path: Path, output: Path, overrides: Sequence[str] = ()
     with (output / FILE).open("w", encoding="utf-8") as file:
         yaml.dump(described, file)
     return {"notes": [str(note) for note in notes]}
+
+
+def _left_out(folder: str, names: list[str]) -> set[str]:
+    """Return what is not copied of a folder: compiled code, versions, and symbolic links out of it."""
+    home = Path(folder).resolve()
+    outside = {name for name in names if not (home / name).resolve().is_relative_to(home)}
+    return outside | {"__pycache__", ".git"}.intersection(names)
 
 
 def _relative(data: Any, folder: str) -> Any:

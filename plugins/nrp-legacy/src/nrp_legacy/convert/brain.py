@@ -39,11 +39,21 @@ def copy_neighbours(texts: Iterable[str], folders: Sequence[Path], target: Path)
     while waiting:
         for name in _named(waiting.pop()):
             path = next((path for one in folders if (path := one / name).exists()), None)
+            if path is not None and links_to_elsewhere(str(path.parent), [path.name]):
+                continue
             if path is None or name in known:
                 continue
             known.add(name)
             _copy(path, target / name)
             waiting += [Source.of_file(one).text for one in _modules(target / name)]
+
+
+def links_to_elsewhere(folder: str, names: Iterable[str]) -> set[str]:
+    """Return what copies of a folder leave out: symbolic links out of it, and compiled code."""
+    home = Path(folder).resolve()
+    return {
+        name for name in names if name == "__pycache__" or not (home / name).resolve().is_relative_to(home)
+    }
 
 
 def _copy(path: Path, target: Path) -> None:
@@ -52,7 +62,7 @@ def _copy(path: Path, target: Path) -> None:
         return
     target.parent.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
-        shutil.copytree(path, target, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(path, target, dirs_exist_ok=True, ignore=links_to_elsewhere)
     else:
         shutil.copy(path, target)
     for module in _modules(target):

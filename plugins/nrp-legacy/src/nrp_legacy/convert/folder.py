@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,9 +30,9 @@ from nrp_core.experiment import (
     prepare,
     read_yaml,
 )
-from nrp_core.world import JointController, Scene, TrajectoryController
+from nrp_core.world import JointController, Mesh, Scene, TrajectoryController
 from nrp_legacy.code import Source, ignore_note
-from nrp_legacy.convert.brain import copy_neighbours, write_brain
+from nrp_legacy.convert.brain import copy_neighbours, links_to_elsewhere, write_brain
 from nrp_legacy.convert.functions import Functions, write_texts
 from nrp_legacy.convert.python import modern
 from nrp_legacy.files import Library
@@ -46,7 +46,9 @@ from nrp_legacy.shims.states import ClientLogState, ClockDelayState, PollingStat
 from nrp_legacy.state_machines import machine_in
 from nrp_legacy.topics import plain_name
 
-MODELS = "models"
+_PACKAGE = Path(__file__).resolve().parents[1]
+"""The folder of the rooms and robots that stand in for missing ones."""
+MODELS, _MANIFEST = "models", "model.config"
 _REFERENCE = re.compile(r"(?:model|package)://([\w.-]+)")
 _TEXTS = (".sdf", ".urdf", ".world", ".xacro")
 
@@ -54,17 +56,33 @@ _TEXTS = (".sdf", ".urdf", ".world", ".xacro")
 class Models:
     """Copies models into a folder, each once.
 
+    Of a folder that is not a model of Gazebo only files that the scene shows are copied, and nothing from
+    outside the folders of the experiment and of models.
+
     Args:
         library: the search path for models.
         folder: the folder of the imported experiment.
+        scene: the scene of the experiment.
     """
 
-    def __init__(self, library: Library, folder: Path) -> None:
+    def __init__(self, library: Library, folder: Path, scene: Scene) -> None:
         self._library, self._folder = library, folder
+        self._shown = {path.resolve() for path in _shown_files(scene)}
         self._copied: set[Path] = set()
 
     def copy(self, path: Path) -> str:
-        """Copy a room or robot and what it refers to; return its file, relative to the folder."""
+        """Copy a room or robot and what it refers to; return its file, relative to the folder.
+
+        Raises:
+            ExperimentError: it is outside the folders of the experiment and of models.
+        """
+        allowed = [_PACKAGE, *(root.resolve() for root in self._library.roots())]
+        if not any(path.resolve().is_relative_to(root) for root in allowed):
+            raise ExperimentError(
+                f"{path} is not imported, because it is outside the folders of the experiment and of models; "
+                "copy it into the experiment's folder, or name the folder with --models"
+            )
+        self._shown.add(path.resolve())
         if path.parent in (self._library.folder, self._library.folder.parent):
             shutil.copy(path, self._folder / path.name)
             self._follow(path)
@@ -76,8 +94,14 @@ class Models:
         if source in self._copied:
             return
         self._copied.add(source)
-        shutil.copytree(source, self._folder / MODELS / source.name, dirs_exist_ok=True)
+        target = self._folder / MODELS / source.name
         for path in sorted(source.rglob("*")):
+            is_own = (source / _MANIFEST).is_file() and path.resolve().is_relative_to(source.resolve())
+            if not path.is_file() or not (is_own or path.resolve() in self._shown):
+                continue
+            copied = target / path.relative_to(source)
+            copied.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, copied)
             if path.suffix in _TEXTS:
                 self._follow(path)
 
@@ -87,6 +111,15 @@ class Models:
             folder = next((folder for folder in found if folder.is_dir()), None)
             if folder is not None:
                 self._copy_folder(folder.resolve())
+
+
+def _shown_files(scene: Scene) -> Iterator[Path]:
+    """Yield the files of meshes and images of a scene."""
+    for _, link in scene.links():
+        shapes = [visual.geometry for visual in link.visuals]
+        shapes += [collision.geometry for collision in link.collisions]
+        yield from (shape.path for shape in shapes if isinstance(shape, Mesh))
+        yield from (visual.texture.image for visual in link.visuals if visual.texture is not None)
 
 
 def add_controllers(
@@ -303,7 +336,8 @@ class _Import:
         return brain.section
 
     def _world(self) -> dict[str, Any]:
-        models, world = Models(self._maker.library, self._folder), self._experiment.world
+        models = Models(self._maker.library, self._folder, self._scene)
+        world = self._experiment.world
         robots: dict[str, Any] = {}
         assert world.scene is not None, "an experiment of that platform always has a room"
         scene = models.copy(world.scene)
@@ -370,7 +404,7 @@ class _Import:
             )
         resources = library.folder / RESOURCES
         if resources.is_dir():
-            shutil.copytree(resources, folder / RESOURCES, dirs_exist_ok=True)
+            shutil.copytree(resources, folder / RESOURCES, dirs_exist_ok=True, ignore=links_to_elsewhere)
         beside = [library.folder] if on_platform else [resources, library.folder]
         copy_neighbours(texts.values(), [*beside, *self._maker.names.import_path], folder)
         return [f"{FUNCTIONS}/{stem}.py" for stem in texts]
