@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 import pytest
@@ -336,3 +336,32 @@ def test_closing_the_loop_gives_everything_back_and_leaves_the_sides_open() -> N
     assert not f.is_bound
     assert loop.brain.devices == ()
     loop.brain.run_until(2 * PERIOD)
+
+
+def test_no_message_of_a_burst_is_lost_and_two_topics_come_in_the_order_of_their_times() -> None:
+    """A queue of limited length would drop some; one queue for each topic would mix them up."""
+    times: list[float] = []
+    together: list[int] = []
+
+    @nrp.MapRobotSubscriber("in_", nrp.Topic("/in", Float64))
+    @nrp.MapRobotSubscriber("out", nrp.Topic("/out", Float64))
+    @nrp.Robot2Neuron(triggers=["in_", "out"], calls="each")
+    def called(t: float, in_: Any, out: Any) -> None:
+        times.append(t)
+
+    @nrp.MapRobotSubscriber("in_", nrp.Topic("/in", Float64))
+    @nrp.Robot2Neuron()
+    def sees(t: float, in_: Any) -> None:
+        together.append(len(in_.messages))
+
+    with loop_of(called, sees) as loop:
+        world = cast("MockWorld", loop.world)
+
+        def burst(loop: ClosedLoop) -> None:
+            for number in range(3000):
+                world.put("/in" if number % 2 else "/out", Float64(0.0), loop.now_ns + number * 1000)
+
+        loop.hooks.before_step.append(burst)
+        loop.run_until(2 * PERIOD)
+    assert together == [1500, 1500]
+    assert times == [(step * PERIOD + number * 1000) / 1e9 for step in range(2) for number in range(3000)]

@@ -104,7 +104,7 @@ class AgentRun:
         run.loop.change((), replaced)
         self.acted = act_on(run, agent.act)
         self.observed: dict[str, Observed] = observe(
-            run, agent.observe, None if like is None else like.observed
+            run, agent.observe, None if like is None else like.observed, agent.steps
         )
         if (
             like is None and run.loop.functions

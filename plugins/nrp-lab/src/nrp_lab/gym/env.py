@@ -90,10 +90,11 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     Args:
         experiment: as for :func:`nrp_core.run`.
         overrides: ``dotted.key=value``.
-        observe: topics, ``rate:GROUP`` for the mean rate of neurons, Hz, ``motion:MODEL`` for position (m),
-            orientation (quaternion x y z w), linear (m/s) and angular velocity (rad/s) of a model, and
-            ``joints:MODEL`` for the positions, then the velocities of its joints. No other topic is
-            subscribed.
+        observe: topics, of which the last message is observed, ``all:TOPIC`` for all messages since the last
+            step, a row for each, ``rate:GROUP`` for the mean rate of neurons, Hz, ``motion:MODEL`` for
+            position (m), orientation (quaternion x y z w), linear (m/s) and angular velocity (rad/s) of a
+            model, and ``joints:MODEL`` for the positions, then the velocities of its joints. No other topic
+            is subscribed.
         act: topics, or ``source:GROUP`` for the rate of a Poisson source. A mapping gives the bounds: of a
             topic ``{"linear.x": (0, 1)}``, of a source ``(lowest, highest, weight)``.
         reward: by default the number of criteria met in the step, minus those missed in it.

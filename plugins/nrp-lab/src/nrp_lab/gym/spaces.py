@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite, nan
+from math import ceil, isfinite, nan
 from typing import Any
 
 import gymnasium
@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from nrp_core.brain import FloatArray, PoissonSource, PopulationRate
+from nrp_core.clock import seconds
 from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.messages.base import find_layout
@@ -128,6 +129,41 @@ class ObservedTopic(Observed):
         return values if values.dtype == np.uint8 else values.clip(self.space.low, self.space.high)
 
 
+class ObservedMessages(ObservedTopic):
+    """All messages of a topic since the last observation, oldest first, shape ``(n, *shape of one)``.
+
+    ``n`` is the largest number that a step of the environment can bring. After fewer messages, the first
+    rows are 0.
+
+    Args:
+        run: the run.
+        name: the topic, which must have a rate.
+        steps: steps of the loop in one of the environment.
+    """
+
+    def __init__(self, run: Run, name: str, steps: int) -> None:
+        super().__init__(run, name)
+        rate_hz = self._subscription.topic.rate_hz
+        if rate_hz is None:
+            raise ExperimentError(f"the topic '{name}' has no rate; observe it as '{name}', without 'all:'")
+        run.world.unsubscribe(self._subscription)
+        self._subscription = run.world.subscribe(name, depth=None)
+        self._most = ceil(rate_hz * seconds(run.experiment.timestep) * steps)
+
+    def learn(self) -> None:
+        super().learn()
+        one = self.space
+        low, high = (np.repeat(bound[np.newaxis], self._most, axis=0) for bound in (one.low, one.high))
+        self.space = Box(low, high, low.shape, one.low.dtype.type)
+
+    def read(self) -> Any:
+        rows = np.zeros_like(self.space.low)
+        for row, stamped in zip(rows[::-1], self._subscription.take()[::-1], strict=False):
+            row[...] = values_of(stamped.message)
+        return rows if rows.dtype == np.uint8 else rows.clip(self.space.low, self.space.high)
+
+
+_ALL = "all:"
 KINDS: dict[str, Callable[[Run, str], Observed]] = {
     "rate:": ObservedRate,
     "motion:": ObservedMotion,
@@ -136,18 +172,20 @@ KINDS: dict[str, Callable[[Run, str], Observed]] = {
 """Observations that are not topics, by the beginning of their names."""
 
 
-def _observed(run: Run, name: str) -> Observed:
+def _observed(run: Run, name: str, steps: int) -> Observed:
+    if name.startswith(_ALL):
+        return ObservedMessages(run, name.removeprefix(_ALL), steps)
     for prefix, kind in KINDS.items():
         if name.startswith(prefix):
             return kind(run, name.removeprefix(prefix))
     prefix, colon, _ = name.partition(":")
     if colon and name not in run.world.topics:
-        raise ExperimentError(f"'{name}' cannot be observed{did_you_mean(prefix + colon, KINDS)}")
+        raise ExperimentError(f"'{name}' cannot be observed{did_you_mean(prefix + colon, [*KINDS, _ALL])}")
     return ObservedTopic(run, name)
 
 
 def observe(
-    run: Run, names: Sequence[str], known: Mapping[str, Observed] | None = None
+    run: Run, names: Sequence[str], known: Mapping[str, Observed] | None = None, steps: int = 1
 ) -> dict[str, Observed]:
     """Subscribe to the observed topics only; the run is at time 0 before and after.
 
@@ -155,11 +193,12 @@ def observe(
         run: the run.
         names: names of the observations.
         known: the same observations of another run, whose messages have shown their shapes.
+        steps: steps of the loop in one of the environment.
 
     Raises:
         ExperimentError: a topic, group or model does not exist, or no message arrives within 500 steps.
     """
-    found = {name: _observed(run, name) for name in names}
+    found = {name: _observed(run, name, steps) for name in names}
     if known is not None:
         for name, one in found.items():
             one.space = known[name].space
