@@ -157,6 +157,8 @@ class TopicMessages(Signal):
         self._seen_ns = -1
 
     def take(self, now_ns: int, add: Add) -> None:
+        if now_ns < self._seen_ns:  # the run, which a viewer watches, has gone back
+            self._seen_ns = -1
         for stamped in self._subscription.since(self._seen_ns):
             self._seen_ns = stamped.t_ns
             add(self._entry(self._subscription.topic.name, stamped))

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from golden import Golden
 from nrp_cockpit.command import open_recording
+from nrp_cockpit.session import recorded_difference
 from nrp_cockpit.session.recorded import RecordedSession
 from nrp_cockpit.session.session import Session
 from nrp_cockpit.wire.hub import Hub
@@ -92,3 +93,11 @@ def test_only_a_neighbour_can_be_opened_and_only_one(
         call(session, "compare", recording="../later")
     call(session, "compare", recording=other_recording.name)
     assert data(session)["labels"] == ["husky", "later"]
+
+
+def test_a_criterion_has_its_outcome_from_its_decision_on() -> None:
+    result = {"criteria": {"stops": {"passed": True, "decided_s": 1.5}}}
+    assert [recorded_difference._passed(result, t_s) for t_s in (1.4, 1.5)] == [
+        {"stops": None},
+        {"stops": True},
+    ]

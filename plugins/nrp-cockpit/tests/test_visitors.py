@@ -113,6 +113,23 @@ def test_who_returns_while_nothing_goes_on_sees_the_last_image_and_none_that_is_
     assert all(image.t_ns > last.t_ns for image in visitor.until(lambda: images))
 
 
+def test_an_earlier_time_shows_the_image_of_that_time(opened: Cockpit, visitor: Visitor) -> None:
+    camera = "/husky/camera"
+    images = visitor.heard[camera]
+    visitor.subscribe(camera)
+    visitor.call("step", n=20)
+    visitor.until(lambda: images and images[-1].t_ns > 300_000_000)
+    first = {image.t_ns: image for image in images}
+    for t_s in (0.3, 0.28, 0.2):
+        images.clear()
+        visitor.call("seek", t_s=t_s)
+        visitor.until(lambda: images)
+        visitor.listen(0.1)
+        shown = images[-1]
+        assert t_s - 0.1 < shown.t_ns / 1e9 <= t_s
+        assert shown == first[shown.t_ns]
+
+
 def test_who_leaves_is_not_heard_of_again(opened: Cockpit) -> None:
     with opened.visit() as leaving:
         leaving.subscribe("/scene")

@@ -102,7 +102,7 @@ describe("the parts of the graph", () => {
     );
     expect(parts.map(({ id, name, role }) => [id, name, role])).toEqual([
       ["eyes/0", "left eye", "sensor"],
-      ["eyes/1", "", "sensor"],
+      ["eyes/1", "", "circuit"],
       ["cortex", "cortex", "circuit"],
     ]);
   });

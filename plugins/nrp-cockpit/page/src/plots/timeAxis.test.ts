@@ -12,6 +12,25 @@ test("ticks are round and inside", () => {
   expect(ticksBetween(1, 1, 5)).toEqual([]);
 });
 
+test("an axis has two ticks or more, whose texts are what they are at", () => {
+  const texts = (from: number, to: number, most: number) => {
+    const ticks = ticksBetween(from, to, most);
+    const step = (ticks[1] ?? 0) - (ticks[0] ?? 0);
+    return ticks.map((tick) => tickText(tick, step));
+  };
+  expect(texts(7.31, 7.86, 1.5)).toEqual(["7.4", "7.6", "7.8"]);
+  expect(texts(12.02, 13.4, 1)).toEqual(["12.5", "13.0"]);
+  expect(texts(0, 0.74, 1)).toEqual(["0.0", "0.5"]);
+  expect(texts(-0.04, 0.05, 2)).toEqual(["0.00", "0.05"]);
+  expect(ticksBetween(1000, 1000 + 1.2e-13, 3).length).toBeLessThan(20); // though there is no number between
+  for (let at = 0; at < 200; at++) {
+    const [from, width] = [Math.sin(at) * 30, 10 ** (at % 5) * 0.013];
+    const ticks = ticksBetween(from, from + width, 1 + (at % 3));
+    expect(ticks.length).toBeGreaterThanOrEqual(2);
+    expect(ticks.every((tick) => tick >= from - 1e-9 && tick <= from + width + 1e-9)).toBe(true);
+  }
+});
+
 test("values have three digits", () => {
   expect([0.0361, 1.104, 72.34, 123456, 0, 2e-9, undefined].map((each) => valueText(each))).toEqual([
     "0.0361",

@@ -4,14 +4,23 @@ export function niceStep(least: number): number {
   return power * ([1, 2, 5].find((factor) => factor * power >= least * (1 - 1e-9)) ?? 10);
 }
 
-/** Round numbers between two ends, at most `most` of them. */
+/** Round numbers between two ends, at most `most` of them, but two or more: one alone has no scale. */
 export function ticksBetween(from: number, to: number, most: number): number[] {
   if (!(to > from) || most < 1) return [];
-  const step = niceStep((to - from) / most);
-  const first = Math.ceil(from / step - 1e-9);
-  const last = Math.floor(to / step + 1e-9);
+  let step = niceStep((to - from) / most);
+  let [first, last] = ends(from, to, step);
+  for (let finer = 0; last <= first && finer < FINER; finer++) {
+    step = niceStep(step * 0.4);
+    [first, last] = ends(from, to, step);
+  }
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, at) => (first + at) * step);
 }
+
+/** How often a step is made finer for a second tick; twice is enough where numbers have the digits for it. */
+const FINER = 4;
+
+const ends = (from: number, to: number, step: number) =>
+  [Math.ceil(from / step - 1e-9), Math.floor(to / step + 1e-9)] as const;
 
 /** A number of an axis with the digits that its step needs. */
 export function tickText(value: number, step: number): string {

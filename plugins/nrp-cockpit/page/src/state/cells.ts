@@ -2,14 +2,16 @@ import type { Device, Population } from "./types";
 
 export type Role = Population["role"];
 
-/** The part that each neuron of a population plays: what a device drives is a sensor, what one reads an actor. */
+/**
+ * The part that each neuron of a population plays: what a device drives is a sensor, what one reads an actor. Other
+ * cells of such a population are part of the circuit, unless they are sources of spikes.
+ */
 export function rolesOf(population: Population, devices: readonly Device[]): Role[] {
   const neuronsOf = (kind: string) =>
     new Set(devices.flatMap((device) => (device.kind === kind ? device.neurons : [])));
   const [read, driven] = [neuronsOf("sink"), neuronsOf("source")];
-  return Array.from({ length: population.size }, (_, index) => {
-    const number = population.first + index;
-    if (read.has(number)) return "actor";
-    return driven.has(number) ? "sensor" : population.role;
-  });
+  const numbers = Array.from({ length: population.size }, (_, index) => population.first + index);
+  const isTouched = numbers.some((number) => read.has(number) || driven.has(number));
+  const other = isTouched && !population.cell.startsWith("SpikeSource") ? "circuit" : population.role;
+  return numbers.map((number) => (read.has(number) ? "actor" : driven.has(number) ? "sensor" : other));
 }

@@ -81,7 +81,7 @@ function withPictures(body: HTMLElement): HTMLElement {
 /** What other programs need to know of an element; they do not read the style sheets of the page. */
 const DRAWN = [
   "fill", "stroke", "stroke-width", "stroke-dasharray", "opacity", "fill-opacity", "stroke-opacity", "display",
-  "font-family", "font-size", "font-weight", "text-anchor", "dominant-baseline", "marker-end",
+  "font-family", "font-size", "font-weight", "text-anchor", "dominant-baseline", "marker-end", "paint-order",
 ]; // biome-ignore format: a list
 
 /** Returns a drawing of the page as a file of its own. */

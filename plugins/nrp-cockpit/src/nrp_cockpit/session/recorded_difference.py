@@ -65,7 +65,7 @@ class RecordedDifference:
                 if first_ns <= t_ns
             ],
             "events": beside_data(*(_events(result, seconds(t_ns)) for result in self._results)),
-            "criteria": beside_data(*(_passed(result) for result in self._results)),
+            "criteria": beside_data(*(_passed(result, seconds(t_ns)) for result in self._results)),
             "spikes": beside_data(*(_counts(spikes, t_ns) for spikes in self._spikes)),
         }
 
@@ -120,8 +120,13 @@ def _events(result: Mapping[str, Any], t_s: float) -> dict[str, float | None]:
     return {name: at_s if at_s is not None and at_s <= t_s else None for name, at_s in events.items()}
 
 
-def _passed(result: Mapping[str, Any]) -> dict[str, bool | None]:
-    return {name: one.get("passed") for name, one in (result.get("criteria") or {}).items()}
+def _passed(result: Mapping[str, Any], t_s: float) -> dict[str, bool | None]:
+    """Return the outcome of each criterion, if it was decided until a time."""
+    criteria: Mapping[str, Mapping[str, Any]] = result.get("criteria") or {}
+    return {
+        name: one.get("passed") if (one.get("decided_s") or 0.0) <= t_s else None
+        for name, one in criteria.items()
+    }
 
 
 def _counts(spikes: Mapping[str, _Spikes], t_ns: int) -> dict[str, int]:
