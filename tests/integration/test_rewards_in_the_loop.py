@@ -206,8 +206,7 @@ def test_an_impossible_reward_is_an_error_of_its_function(
 @pytest.mark.parametrize(
     ("file", "old", "new", "backend", "code"),
     [
-        ("functions.py", "reward.value", "reward.values", "event", "NRP240"),
-        ("functions.py", "reward.value", "reward.value", "spinnaker", "NRP216"),
+        ("functions.py", "if round", "reward.values = 0.1\n    if round", "event", "NRP240"),
         ("functions.py", LEARNED, 'reward", nrp.brain.cells', "event", "NRP211"),
         ("functions.py", LEARNED, 'reward", nrp.brain.projection("driving")', "event", "NRP210"),
         ("functions.py", LEARNED, 'reward", nrp.brain.projection("learnt")', "event", "NRP210"),
