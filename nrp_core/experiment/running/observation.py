@@ -12,19 +12,20 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import IntArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.spikes import Spikes
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import seconds
+from nrp_core.errors import CapabilityError
 from nrp_core.experiment.making.watch import Watch
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.network.data import Network
 from nrp_core.network.indices import indices_of
-from nrp_core.scene.model import Scene
+from nrp_core.scene.model import Model, Scene
 from nrp_core.scene.rigid import Pose
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.raycast.solids import can_fall, room_of
@@ -176,12 +177,13 @@ class Observation:
     Attributes:
         watch: the events and criteria of the experiment.
         falls: reports robots that fall.
-        digest: the digest of the robots' trajectories so far.
+        digest: the digest of the trajectories of all models so far.
     """
 
     def __init__(self, experiment: Experiment, scene: Scene, world: World, collector: Collector) -> None:
         self.watch = Watch(experiment, world, collector)
-        self._robots = experiment.world.robots
+        self._robots, self._world = experiment.world.robots, world
+        self._jointed: dict[str, bool] = {}
         self.falls = FallWatch(scene, self._robots, world.capabilities)
         self._begin()
 
@@ -211,14 +213,31 @@ class Observation:
         if now_ns != self._looked_at_ns:
             self._looked_at_ns = now_ns
             self.watch.evaluate(now_ns)
-            poses = self.poses()
-            self.digest.add(poses.values())
-            self.falls.check(now_ns, poses)
+            self.digest.add(*self._state())
+            self.falls.check(now_ns, self.poses())
 
     def poses(self) -> dict[str, Pose]:
         """Return the poses of the present robots: some may have been left out or deleted."""
         where = self.watch.where
         return {name: where.pose(name) for name in self._robots if name in where}
+
+    def _state(self) -> tuple[list[Pose], list[FloatArray]]:
+        """Return the poses of all models that can move, and the positions of their joints."""
+        where, engine = self.watch.where, self._world.engine
+        moving = [one for one in self._world.scene.models if not one.static and one.name in where]
+        joints = [engine.joint_states(one.name).positions for one in moving if self._has_joints(one)]
+        return [where.pose(one.name) for one in moving], joints
+
+    def _has_joints(self, model: Model) -> bool:
+        """Return whether a model has joints that move, and the engine reports them."""
+        if model.name not in self._jointed:
+            self._jointed[model.name] = any(joint.coordinates for joint in model.joints)
+            if self._jointed[model.name]:
+                try:
+                    self._world.engine.joint_states(model.name)
+                except CapabilityError:
+                    self._jointed[model.name] = False
+        return self._jointed[model.name]
 
     def reset(self) -> None:
         """Reset to time 0."""
@@ -237,7 +256,7 @@ class Observation:
 
 
 class TrajectoryDigest:
-    """A hash of poses, bit for bit; equal digests, equal trajectories.
+    """A hash of poses and positions of joints, bit for bit; equal digests, equal trajectories.
 
     The digest of each step is made from the previous one, so the state is a few bytes.
 
@@ -248,9 +267,10 @@ class TrajectoryDigest:
     def __init__(self) -> None:
         self.state = b""
 
-    def add(self, poses: Iterable[Pose]) -> None:
-        """Add the poses of the robots after one more step."""
+    def add(self, poses: Iterable[Pose], joints: Iterable[FloatArray]) -> None:
+        """Add the poses of models and the positions of joints after one more step."""
         data = b"".join(struct.pack("<7d", *pose.position, *pose.orientation) for pose in poses)
+        data += b"".join(np.ascontiguousarray(each, "<f8").tobytes() for each in joints)
         self.state = hashlib.blake2b(self.state + data, digest_size=16).digest()
 
     def hexdigest(self) -> str:

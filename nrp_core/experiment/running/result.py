@@ -209,7 +209,8 @@ class Result(Overview):
         criteria: the outcome of each criterion.
         time_share: shares of ``brain``, ``world``, ``transfer_functions`` and ``engine`` in the total.
         final_pose: final pose of each robot: ``x, y, z`` in m, ``roll, pitch, yaw`` in rad.
-        trajectory_digest: hash of the poses of all robots at every step, bit for bit.
+        trajectory_digest: hash of the poses of all models that move, and of the positions of their joints, at
+            every step, bit for bit; up to version 0.3 of the poses of robots alone.
         spikes: number of spikes of each named view and population.
         activity: number of ``spikes`` of all neurons, and of ``synaptic_events``, the synapses that these
             reached.

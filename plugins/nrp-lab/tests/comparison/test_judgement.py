@@ -56,8 +56,8 @@ def judged(
     conditions = [Condition(*names) for names in product(*compared)]
     cells = [condition.cell(seed) for seed in range(seeds) for condition in conditions]
     grid = SimpleNamespace(
-        brains=compared[0], worlds=compared[1], wirings=compared[2], compares_wirings=len(compared[2]) > 1,
-        seeds=tuple(range(seeds)), cells=cells, conditions=conditions,
+        brains=compared[0], worlds=compared[1], variants=compared[2], timesteps=(),
+        compares_variants=len(compared[2]) > 1, seeds=tuple(range(seeds)), cells=cells, conditions=conditions,
     )  # fmt: skip
     drawn = np.random.Generator(np.random.Philox(5)).normal(size=len(cells))
     runs = {

@@ -32,7 +32,18 @@ if TYPE_CHECKING:
     from nrp_lab.comparison.result import GridDiff, PairDiff
 
 RESULTS_SUFFIX = ".diff"
-_OF_RUNS = ("brains", "worlds", "controls", "seeds", "vary", "overrides", "models", "results", "jobs")
+_OF_RUNS = (
+    "brains",
+    "worlds",
+    "controls",
+    "timesteps",
+    "seeds",
+    "vary",
+    "overrides",
+    "models",
+    "results",
+    "jobs",
+)
 """Parameters that affect runs."""
 
 Brains = Annotated[
@@ -74,6 +85,14 @@ def diff(
     brains: Brains = "",
     worlds: Worlds = "",
     controls: Controls = "",
+    timesteps: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B",
+            envvar="NRP_TIMESTEPS",
+            help="Steps of the loop, as '20 ms,10 ms,5 ms', compared with the finest.",
+        ),
+    ] = "",
     seeds: Annotated[
         int,
         typer.Option(
@@ -128,7 +147,7 @@ def diff(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report whether a result depends on the simulator, or on the wiring; fail if it does or may."""
+    """Report if a result depends on the simulator, the wiring or the time step; fail if it does or may."""
     from nrp_lab.comparison.engine_measures import MEASURES, is_measure
     from nrp_lab.comparison.metric import Margins, all_metrics
 
@@ -165,10 +184,11 @@ def diff(
             0 if (pair.engines.agrees and not pair.flaws if engines else pair.is_identical) else NO
         )
     settings = overrides_of(overrides, brain=None, world=None, models=models)
-    grid = _grid(experiment, brains, worlds, controls, seeds, settings, vary or [])
-    if grid.compares_wirings and (engines or baseline):
+    grid = _grid(experiment, brains, worlds, controls, seeds, settings, vary or [], timesteps)
+    if grid.compares_variants and (engines or baseline):
         raise typer.BadParameter(
-            "wirings are compared on one brain and one world; omit this option",
+            f"{'time steps' if grid.timesteps else 'wirings'} are compared on one brain and one world; omit "
+            "this option",
             param_hint="--engines" if engines else "--baseline",
         )
     margins.require_possible(metrics, grid.load(grid.cells[0]))
@@ -197,9 +217,17 @@ def _with_baseline(verdict: EngineVerdict, experiment: str, path: Path | None) -
 
 
 def _grid(
-    experiment: str, brains: str, worlds: str, controls: str, seeds: int, settings: list[str], vary: list[str]
+    experiment: str,
+    brains: str,
+    worlds: str,
+    controls: str,
+    seeds: int,
+    settings: list[str],
+    vary: list[str],
+    timesteps: str,
 ) -> RunGrid:
     from nrp_core.experiment import keyed_range
+    from nrp_core.quantities import time_ns
     from nrp_lab.comparison.grid import RunGrid
 
     with usage_errors("--vary"):
@@ -207,11 +235,13 @@ def _grid(
         if "seed" in varied:
             raise ValueError("every run has a seed of its own; their number is that of --seeds")
     wirings = chosen_controls(controls)
-    grid = RunGrid.of(experiment, names(brains), names(worlds), seeds, settings, varied, wirings)
+    with usage_errors("--timesteps"):
+        steps = [step for step in names(timesteps) if time_ns(step)]
+    grid = RunGrid.of(experiment, names(brains), names(worlds), seeds, settings, varied, wirings, steps)
     if len(grid.conditions) < 2:
         raise typer.BadParameter(
-            "give two names to one of the first two options, or a control to the third",
-            param_hint="--brains, --worlds, --controls",
+            "give two names to one of the first two options, a control to the third, or steps to the last",
+            param_hint="--brains, --worlds, --controls, --timesteps",
         )
     return grid
 
@@ -231,7 +261,7 @@ def _compared(
             grid, results, jobs or cores(), lambda done, total, last: shown.count("runs", done, total, last)
         )
         engines = NOT_COMPARED
-        if not grid.compares_wirings:
+        if not grid.compares_variants:
             shown.begin_task("running each engine on the inputs of another")
             engines = compare_engines(
                 grid,

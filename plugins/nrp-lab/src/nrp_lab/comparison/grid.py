@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
+from math import gcd
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ from nrp_core import brains, worlds
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError, did_you_mean
 from nrp_core.experiment import Experiment, Plan, Range, Run, load_experiment
 from nrp_core.network.controls import CONTROLS
+from nrp_core.quantities import time_ns
 from nrp_core.recording import RUN_NAME, FilesRead, Images, Recording, RecordingFolder, changes_since
 from nrp_core.registry import Registry
 from nrp_core.utilities import WorkerDiedError, WorkerPool, join_with_limit
@@ -45,7 +47,7 @@ class GridCell:
     Args:
         brain, world: names of the backends.
         seed: the seed of every random number.
-        wiring: the control of the brain's wiring.
+        wiring: the control of the brain's wiring; or the loop's time step, if these are compared.
     """
 
     brain: str
@@ -54,7 +56,7 @@ class GridCell:
     wiring: str = ORIGINAL
 
     def __str__(self) -> str:
-        control = "" if self.wiring == ORIGINAL else f"-{self.wiring.replace(': ', '_')}"
+        control = "" if self.wiring == ORIGINAL else f"-{self.wiring.replace(': ', '_').replace(' ', '')}"
         return f"{self.brain}-{self.world}{control}-{self.seed}"
 
 
@@ -86,11 +88,13 @@ class RunGrid:
         overrides: ``dotted.key=value``, applied to the experiment in every run.
         varied: settings that are drawn anew with each seed, by their dotted keys.
         wirings: the brain's own wiring, and controls that are compared with it.
+        timesteps: steps of the loop that are compared, such as ``20 ms``, the finest first; or none.
+        world_step_ns: the step of the world in all runs, if time steps are compared; None for its own.
 
     Raises:
         BackendError: there is no such backend.
-        ExperimentError: a name or a seed is given twice, or there is none; or both backends and wirings
-            are compared.
+        ExperimentError: a name or a seed is given twice, or there is none; or several of backends, wirings
+            and time steps are compared.
     """
 
     experiment: str
@@ -100,17 +104,22 @@ class RunGrid:
     overrides: tuple[str, ...] = ()
     varied: Mapping[str, Range] = field(default_factory=dict)
     wirings: tuple[str, ...] = (ORIGINAL,)
+    timesteps: tuple[str, ...] = ()
+    world_step_ns: int | None = None
 
     def __post_init__(self) -> None:
         for what, names in (
             ("brain", self.brains), ("world", self.worlds), ("seed", self.seeds), ("wiring", self.wirings),
         ):  # fmt: skip
             _require_distinct(what, names)
-        if self.compares_wirings and len(self.brains) * len(self.worlds) > 1:
+        if self.compares_variants and len(self.brains) * len(self.worlds) > 1:
             raise ExperimentError(
-                "controls are compared on one brain and one world, so that a difference has one cause; "
+                f"{'time steps' if self.timesteps else 'controls'} are compared on one brain and one world, "
+                "so that a difference has one cause; "
                 f"not on {', '.join(self.brains)} x {', '.join(self.worlds)}"
             )
+        if self.timesteps and self.compares_wirings:
+            raise ExperimentError("compare time steps or controls, not both: a difference has one cause")
         for registry, names in self._sides():
             for name in names:
                 registry.provider(name)
@@ -119,7 +128,7 @@ class RunGrid:
     def of(
         cls, experiment: str, brains: Sequence[str], worlds: Sequence[str], seeds: int,
         overrides: Sequence[str] = (), varied: Mapping[str, Range] | None = None,
-        controls: Sequence[str] = (),
+        controls: Sequence[str] = (), timesteps: Sequence[str] = (),
     ) -> RunGrid:  # fmt: skip
         """Return a grid of consecutive seeds, the experiment's own first; by default with its own backends.
 
@@ -131,7 +140,7 @@ class RunGrid:
                 or the brain's wiring is a control already.
         """
         own = load_experiment(experiment, overrides)
-        if len(brains) < 2 and len(worlds) < 2:
+        if len(brains) < 2 and len(worlds) < 2 and not timesteps:
             controls = controls or [control.name for control in own.comparison.controls]
         if controls and own.brain.controls:
             named = ", ".join(control.name for control in own.brain.controls)
@@ -142,6 +151,9 @@ class RunGrid:
         for key in varied or ():
             require_there(own, key)
         fixed = {text.partition("=")[0].strip() for text in overrides}
+        if timesteps:
+            timesteps = sorted(timesteps, key=time_ns)
+            _require_distinct("time step", [time_ns(one) for one in timesteps])
         its_own = {key: values for key, values in own.comparison.vary.items() if key not in fixed}
         return cls(
             experiment,
@@ -151,6 +163,8 @@ class RunGrid:
             tuple(overrides),
             {**its_own, **(varied or {})},
             (ORIGINAL, *controls),
+            tuple(timesteps),
+            _common_step_ns(own, timesteps),
         )
 
     @property
@@ -161,16 +175,26 @@ class RunGrid:
     @property
     def conditions(self) -> list[Condition]:
         """Every brain in every world with every wiring."""
-        return [Condition(*names) for names in product(self.brains, self.worlds, self.wirings)]
+        return [Condition(*names) for names in product(self.brains, self.worlds, self.variants)]
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """The wirings that are compared, the original first; or the time steps, the finest first."""
+        return self.timesteps or self.wirings
+
+    @property
+    def compares_variants(self) -> bool:
+        """Whether it compares wirings or time steps, not backends."""
+        return len(self.variants) > 1
 
     @property
     def compares_wirings(self) -> bool:
-        """Whether it compares wirings, not backends."""
+        """Whether it compares wirings."""
         return len(self.wirings) > 1
 
     def label(self, condition: Condition) -> str:
         """Return the name of a condition in a report."""
-        return condition.wiring if self.compares_wirings else f"{condition.brain} x {condition.world}"
+        return condition.wiring if self.compares_variants else f"{condition.brain} x {condition.world}"
 
     def settings(self, cell: GridCell) -> list[str]:
         """Return the overrides of one run."""
@@ -179,10 +203,18 @@ class RunGrid:
             *(values.override(key, cell.seed) for key, values in self.varied.items()),
             f"brain.backend={cell.brain}",
             f"world.backend={cell.world}",
-            *([] if cell.wiring == ORIGINAL else [f"brain.controls=[{{{cell.wiring}}}]"]),
+            *self._variant(cell),
             f"seed={cell.seed}",
             "pace=max",
         ]
+
+    def _variant(self, cell: GridCell) -> list[str]:
+        """Return the overrides of a wiring or a time step."""
+        if self.timesteps:
+            step_ns = self.world_step_ns
+            own = [] if step_ns is None else [f"world.options.timestep={step_ns} ns"]
+            return [f"timestep={cell.wiring}", *own]
+        return [] if cell.wiring == ORIGINAL else [f"brain.controls=[{{{cell.wiring}}}]"]
 
     def folder(self, results: Path, cell: GridCell) -> Path:
         """Return the folder of a run; its name has a digest of the settings."""
@@ -203,6 +235,17 @@ class RunGrid:
 
     def _sides(self) -> list[tuple[Registry[object], tuple[str, ...]]]:
         return [(brains(), self.brains), (worlds(), self.worlds)]  # type: ignore[list-item]
+
+
+def _common_step_ns(experiment: Experiment, timesteps: Sequence[str]) -> int | None:
+    """Return the step of the world that divides its own and all steps of the loop; None if its own does."""
+    backend = worlds().load(experiment.world.backend)
+    if not timesteps or "timestep" not in backend.options.model_fields:
+        return None
+    options = backend.options.model_validate(experiment.world.options)
+    own_ns = backend.capabilities(options).step_ns
+    common_ns = gcd(own_ns, *map(time_ns, timesteps))
+    return None if common_ns == own_ns else common_ns
 
 
 def wiring_named(text: str) -> str:

@@ -146,23 +146,25 @@ class Answer(StrEnum):
 
     AGREES = "agrees across backends"
     STABLE = "agrees across wirings"
+    CONVERGED = "agrees across time steps"
     SEED = "depends on the seed only"
     BRAIN = "depends on the brain"
     WORLD = "depends on the world"
     BOTH = "depends on the brain and the world"
     WIRING = "depends on the wiring"
+    TIMESTEP = "depends on the loop's time step"
     OPEN = "not decided: take more seeds"
     NONE = "not measured"
 
     @property
     def is_independent(self) -> bool:
-        """Whether the value is independent of the simulator, or of the wiring if wirings are compared."""
-        return self in (Answer.AGREES, Answer.STABLE, Answer.SEED)
+        """Whether the value is independent of what is compared: simulators, wirings or time steps."""
+        return self in (Answer.AGREES, Answer.STABLE, Answer.CONVERGED, Answer.SEED)
 
     @property
     def is_dependent(self) -> bool:
-        """Whether the value depends on the simulator, or on the wiring if wirings are compared."""
-        return self in (Answer.BRAIN, Answer.WORLD, Answer.BOTH, Answer.WIRING)
+        """Whether the value depends on what is compared."""
+        return self in (Answer.BRAIN, Answer.WORLD, Answer.BOTH, Answer.WIRING, Answer.TIMESTEP)
 
 
 class Relation(StrEnum):
@@ -185,6 +187,8 @@ class Factor(StrEnum):
     """The interaction: half the difference of differences."""
     WIRING = "wiring"
     """A control in the place of the brain's own wiring."""
+    TIMESTEP = "time step"
+    """Another step of the loop than the finest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,7 +273,7 @@ class JudgedPart:
             return Answer.OPEN
         if self.varies:
             return Answer.SEED
-        return Answer.STABLE if any(one.factor is Factor.WIRING for one in self.contrasts) else Answer.AGREES
+        return _AGREES.get(self.contrasts[0].factor, Answer.AGREES)
 
     @property
     def is_flat(self) -> bool:
@@ -287,8 +291,16 @@ class JudgedPart:
         )
 
 
+_AGREES = {Factor.WIRING: Answer.STABLE, Factor.TIMESTEP: Answer.CONVERGED}
+
+
 def _answer_of(factors: set[Factor]) -> Answer:
-    alone = {Factor.BRAIN: Answer.BRAIN, Factor.WORLD: Answer.WORLD, Factor.WIRING: Answer.WIRING}
+    alone = {
+        Factor.BRAIN: Answer.BRAIN,
+        Factor.WORLD: Answer.WORLD,
+        Factor.WIRING: Answer.WIRING,
+        Factor.TIMESTEP: Answer.TIMESTEP,
+    }
     return alone.get(next(iter(factors)), Answer.BOTH) if len(factors) == 1 else Answer.BOTH
 
 
@@ -316,7 +328,7 @@ def combined(answers: Iterable[Answer]) -> Answer:
     dependent = {answer for answer in found if answer.is_dependent}
     if dependent:
         return dependent.pop() if len(dependent) == 1 else Answer.BOTH
-    for answer in (Answer.OPEN, Answer.SEED, Answer.AGREES, Answer.STABLE):
+    for answer in (Answer.OPEN, Answer.SEED, Answer.AGREES, Answer.STABLE, Answer.CONVERGED):
         if answer in found:
             return answer
     return Answer.NONE

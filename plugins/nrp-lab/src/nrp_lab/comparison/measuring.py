@@ -92,7 +92,7 @@ def parts_of_numbers(
             _number(measured[condition.cell(seed)].get(name))
             for condition in grid.conditions
             for seed in grid.seeds
-        ]).reshape(len(grid.brains), len(grid.worlds), len(grid.wirings), len(grid.seeds))
+        ]).reshape(len(grid.brains), len(grid.worlds), len(grid.variants), len(grid.seeds))
         for name in dict.fromkeys(name for values in measured.values() for name in values)
     }  # fmt: skip
     return [
@@ -170,9 +170,9 @@ def _differences(grid: RunGrid, table: FloatArray) -> Iterator[tuple[Factor, str
         for (k, here), (m, there) in combinations(worlds, 2):
             moved = (table[j, m] - table[i, m] - table[j, k] + table[i, k]) / 2
             yield Factor.BOTH, f"{one} to {other} in {here}", f"in {there}", _mean_of_seeds(moved)
-    original, *controls = grid.wirings
+    original, *controls = grid.variants
     for index, control in enumerate(controls, 1):
-        yield Factor.WIRING, original, control, _mean_of_seeds(table[:, :, index] - table[:, :, 0])
+        yield _factor(grid), original, control, _mean_of_seeds(table[:, :, index] - table[:, :, 0])
 
 
 # -- distances
@@ -247,9 +247,13 @@ def _excesses(grid: RunGrid, matrix: _Distances) -> Iterator[tuple[Factor, str, 
     for one, other in combinations(grid.worlds, 2):
         excess = [matrix.excess(Condition(brain, one), Condition(brain, other)) for brain in grid.brains]
         yield Factor.WORLD, one, other, np.mean(excess, axis=0)
-    original, *controls = grid.conditions if grid.compares_wirings else grid.conditions[:1]
+    original, *controls = grid.conditions if grid.compares_variants else grid.conditions[:1]
     for control in controls:
-        yield Factor.WIRING, original.wiring, control.wiring, matrix.excess(original, control)
+        yield _factor(grid), original.wiring, control.wiring, matrix.excess(original, control)
+
+
+def _factor(grid: RunGrid) -> Factor:
+    return Factor.TIMESTEP if grid.timesteps else Factor.WIRING
 
 
 def _ratio(value: float, spread: float) -> float:

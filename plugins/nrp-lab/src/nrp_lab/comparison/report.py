@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from itertools import groupby
 from typing import Any
 
@@ -11,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from nrp_core.clock import milliseconds
 from nrp_core.recording import Difference
 from nrp_core.utilities import join_with_limit
 from nrp_lab.comparison.divergence import Divergence
@@ -18,6 +20,7 @@ from nrp_lab.comparison.engine_verdict import EngineVerdict
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_lab.comparison.metric import DistanceMetric, Metric
 from nrp_lab.comparison.result import GridDiff, Measured, PairDiff
+from nrp_lab.comparison.timesteps import ABOUT, columns, convergence, differing
 
 _MANY = 1000
 _MAX_NAMED = 4
@@ -26,6 +29,7 @@ _DEPENDS_ON = {
     Answer.WORLD: "the world",
     Answer.BOTH: "the brain and on the world",
     Answer.WIRING: "the wiring",
+    Answer.TIMESTEP: "the loop's time step",
 }
 _CONTROLLED = {
     Relation.DIFFERENT: "changes the finding",
@@ -57,6 +61,8 @@ def controls(relations: Mapping[str, Relation]) -> Iterator[str]:
 
 
 def _compared(diff: GridDiff) -> str:
+    if diff.grid.timesteps:
+        return "loop's time step"
     return "wiring" if diff.grid.compares_wirings else "simulator"
 
 
@@ -69,6 +75,8 @@ def subject(diff: GridDiff) -> str:
         f"{len(diff.runs)} runs{failed}: {', '.join(grid.brains)} x {', '.join(grid.worlds)}, "
         + (f"seed {first}" if first == last else f"{len(grid.seeds)} seeds ({first} to {last})")
         + (f", {len(grid.wirings)} wirings" if grid.compares_wirings else "")
+        + (f", the loop in steps of {join_with_limit(grid.timesteps[::-1], _MANY)}" if grid.timesteps else "")
+        + (f", the world in steps of {milliseconds(grid.world_step_ns):g} ms" if grid.world_step_ns else "")
         + "".join(f", {key}={values}" for key, values in grid.varied.items())
     )
 
@@ -136,6 +144,7 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
         "brains": diff.grid.brains,
         "worlds": diff.grid.worlds,
         "wirings": diff.grid.wirings,
+        "timesteps": [asdict(one) for one in convergence(diff)],
         "seeds": diff.grid.seeds,
         "overrides": diff.grid.overrides,
         "varied": {key: str(values) for key, values in diff.grid.varied.items()},
@@ -276,7 +285,7 @@ def print_grid(diff: GridDiff, console: Console) -> None:
     console.print(Text.assemble((headline(diff), style)))
     for line in controls(diff.controls):
         console.print(Text(f"  {line}"))
-    if not diff.grid.compares_wirings:
+    if not diff.grid.compares_variants:
         _print_engines(console, diff.engines)
     console.print(Text(f"{diff.name}, {subject(diff)}; {finding(diff)}", style="dim"))
     if (recommended := advice(diff)) is not None:
@@ -285,6 +294,12 @@ def print_grid(diff: GridDiff, console: Console) -> None:
     for judged in diff.judgements:
         _add(table, judged)
     console.print(table)
+    if diff.grid.timesteps:
+        console.print(Text(ABOUT, style="dim"))
+        steps = _table(*columns(diff.grid.timesteps))
+        for found in differing(diff):
+            steps.add_row(*found.row)
+        console.print(steps)
     for one in diff.divergences:
         _print_divergence(console, one)
 

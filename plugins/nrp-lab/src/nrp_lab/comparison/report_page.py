@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nrp_core.brain import FloatArray
 from nrp_core.recording.figures.style import BAD, FAINT, GOOD, INK, colour, style
-from nrp_lab.comparison import report
+from nrp_lab.comparison import report, timesteps
 from nrp_lab.comparison.divergence import common_signals
 from nrp_lab.comparison.grid import Condition, GridCell, RunGrid
 from nrp_lab.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
@@ -32,7 +32,7 @@ _MAX_PARTS = 4
 _MAX_ROWS = 60
 _LONGEST = 38
 _COLOURS = {Relation.EQUIVALENT: GOOD, Relation.OPEN: "#b9770e", Relation.DIFFERENT: BAD}
-_SHAPES = {Factor.BRAIN: "o", Factor.WORLD: "s", Factor.WIRING: "D"}
+_SHAPES = {Factor.BRAIN: "o", Factor.WORLD: "s", Factor.WIRING: "D", Factor.TIMESTEP: "v"}
 _BEYOND = 30.0
 """Effects are drawn up to this many margins, on a scale that is linear up to 2."""
 
@@ -65,7 +65,8 @@ _ABOUT_STRIPS = (
 )
 _ABOUT_FOREST = (
     "The largest difference in each part of the finding, and in the parts of each other metric that differ "
-    "most, in margins, with its 90 % interval. Dots: brains; squares: worlds; diamonds: wirings. "
+    "most, in margins, with its 90 % interval. Dots: brains; squares: worlds; diamonds: wirings; triangles: "
+    "time steps. "
     "Differences inside the band do not matter; green: shown to be inside, red: outside, yellow: undecided."
 )
 _ABOUT_TRAJECTORIES = "From above, a line for every seed. Dots: the ends."
@@ -144,12 +145,14 @@ def _strip(axes: Axes, grid: RunGrid, judged: Judgement, part: JudgedPart) -> No
 
 
 def _compared(grid: RunGrid) -> str:
+    if grid.timesteps:
+        return "time steps"
     return "wirings" if grid.compares_wirings else "backends"
 
 
 def _number(grid: RunGrid, brain: str, wiring: str) -> int:
     """Return the number of the colour of a brain; of a wiring where wirings are compared."""
-    return grid.wirings.index(wiring) if grid.compares_wirings else grid.brains.index(brain)
+    return grid.variants.index(wiring) if grid.compares_variants else grid.brains.index(brain)
 
 
 def _short(name: str) -> str:
@@ -296,7 +299,7 @@ def _gaps(grid: RunGrid, places: Mapping[GridCell, FloatArray]) -> Iterator[tupl
     for a, b in combinations(grid.worlds, 2):
         pairs = [(GridCell(x, a, s), GridCell(x, b, s)) for x in grid.brains for s in grid.seeds]
         yield f"{a} / {b}", [_gap(places, *pair) for pair in pairs]
-    original, *controls = grid.conditions if grid.compares_wirings else grid.conditions[:1]
+    original, *controls = grid.conditions if grid.compares_variants else grid.conditions[:1]
     for control in controls:
         yield control.wiring, [_gap(places, original.cell(s), control.cell(s)) for s in grid.seeds]
 
@@ -348,7 +351,7 @@ def _both_signals(diff: PairDiff, names: Sequence[str]) -> Figure:
 
 def grid_page(diff: GridDiff) -> str:
     """Return the page of a grid."""
-    return _render("grid.html.j2", diff=diff, figures=list(grid_figures(diff)), words=report)
+    return _render("grid.html.j2", diff=diff, figures=list(grid_figures(diff)), words=report, steps=timesteps)
 
 
 def pair_page(diff: PairDiff) -> str:

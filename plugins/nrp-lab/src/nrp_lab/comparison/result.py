@@ -83,11 +83,13 @@ class GridDiff:
 def _divergences(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Divergence]:
     """Compare every backend with the first one of its side, and every control, for the first seed."""
     seed, (brain, *brains), (world, *worlds) = grid.seeds[0], grid.brains, grid.worlds
-    pairs = [(GridCell(brain, w, seed), GridCell(b, w, seed)) for b in brains for w in grid.worlds]
-    pairs += [(GridCell(b, world, seed), GridCell(b, w, seed)) for w in worlds for b in grid.brains]
-    pairs += [
-        (GridCell(brain, world, seed), GridCell(brain, world, seed, control)) for control in grid.wirings[1:]
-    ]
+    own, *others = grid.variants
+    pairs = [(GridCell(brain, w, seed, own), GridCell(b, w, seed, own)) for b in brains for w in grid.worlds]
+    pairs += [(GridCell(b, world, seed, own), GridCell(b, w, seed, own)) for w in worlds for b in grid.brains]
+    if not grid.timesteps:  # steps of runs with different ones cannot be compared
+        pairs += [
+            (GridCell(brain, world, seed, own), GridCell(brain, world, seed, control)) for control in others
+        ]
     return [divergence_of(runs[one], runs[other]) for one, other in pairs]
 
 

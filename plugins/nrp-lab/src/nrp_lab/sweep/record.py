@@ -81,7 +81,7 @@ class Record:
         sim_time_s: simulated time at its end.
         wall_time_s: real time of the steps.
         elapsed_s: real time of the whole run: reading, opening, stepping, measuring.
-        trajectory_digest: hash of the poses of all robots at every step.
+        trajectory_digest: hash of all poses and joints at every step.
         error: the error that ended it.
         attempts: number of attempts.
         depends_on: digest of the dependencies; the journal keeps these in a file of this name.
