@@ -16,8 +16,8 @@ MAX_FILES = 20_000
 MAX_BYTES = 1_000_000_000
 """Limit of the unpacked size of all files of an archive together."""
 MAX_RATIO = 200
-"""Limit of the ratio of unpacked to packed size of a file; meshes and images stay below 20."""
-_SMALL = 10_000_000  # bytes; smaller files are harmless at any compression ratio
+"""Limit of the ratio of unpacked to packed size, of a file and of all; meshes and images stay below 20."""
+_SMALL = 10_000_000  # bytes; less is harmless at any compression ratio
 
 
 def unpack(archive: Path, kind: type[ExperimentError] = ExperimentError) -> Path:
@@ -62,6 +62,8 @@ def _problem(files: list[zipfile.ZipInfo]) -> str:
     large = sum(entry.file_size for entry in files)
     if large > MAX_BYTES:
         return f"it unpacks to {large / 1e6:.0f} MB; {MAX_BYTES / 1e6:.0f} MB is the limit"
+    if large > max(_SMALL, MAX_RATIO * sum(entry.compress_size for entry in files)):
+        return f"it unpacks to {large / 1e6:.0f} MB of nearly nothing"
     for entry in files:
         if _leaves(entry.filename):
             return f"its file '{entry.filename}' would be written outside of its folder"

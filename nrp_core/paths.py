@@ -43,6 +43,21 @@ def path_of(value: object, error: type[ExperimentError] = ExperimentError) -> Pa
     return Path(value)
 
 
+def check_free(path: Path, *, overwrite: bool, error: type[ExperimentError] = ExperimentError) -> None:
+    """Refuse an output file or folder that exists already, unless it is to be replaced.
+
+    An empty folder is free.
+
+    Raises:
+        ExperimentError: it exists; of the class ``error``.
+    """
+    if not overwrite and path.exists() and not (path.is_dir() and not any(path.iterdir())):
+        raise error(
+            "it exists already; name another one, or replace it with --overwrite (in Python, overwrite=True)",
+            path=path,
+        )
+
+
 def require_target(path: Path) -> None:
     """Refuse a symbolic link that leads nowhere, or in a circle.
 

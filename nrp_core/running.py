@@ -104,6 +104,7 @@ def run(
     *,
     until_s: float | None = None,
     record: str | Path | None = None,
+    overwrite: bool = False,
     images: Images = Images.EXACT,
     snapshots_s: float | None = 10.0,
     on_step: Callable[[Run], None] | None = None,
@@ -121,6 +122,7 @@ def run(
         overrides: ``dotted.key=value``, as of ``nrp run --set``.
         until_s: simulated time at which to stop, s; by default the duration of the experiment.
         record: a new folder to record everything into.
+        overwrite: whether to replace a recording in that folder.
         images: how a recording keeps camera images.
         snapshots_s: simulated time between two snapshots in a recording, s; None for none.
         on_step: called after every step with the run.
@@ -133,7 +135,7 @@ def run(
     folder = None if record is None else path_of(record)
     _require_options(images, snapshots_s, on_step)
     if folder is not None:
-        check_folder(folder)
+        check_folder(folder, overwrite=overwrite)
     with ExitStack() as stack:
         files = None if folder is None else stack.enter_context(FilesRead())
         simulation = stack.enter_context(open_run(experiment, overrides, until_s=until_s))
@@ -148,7 +150,12 @@ def run(
                 _logger.warning("%s", note)
             snapshots_ns = None if snapshots_s is None else from_seconds(snapshots_s)
             capsule = RecordingFolder(
-                simulation, folder, images=images, files=files, snapshots_ns=snapshots_ns
+                simulation,
+                folder,
+                images=images,
+                files=files,
+                snapshots_ns=snapshots_ns,
+                overwrite=overwrite,
             )
             _run_recorded(simulation, until_s, capsule)
         result = simulation.result()

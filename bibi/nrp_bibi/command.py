@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.options import Json
+from nrp_core.cli.options import Json, Overwrite, require_writable
 from nrp_core.cli.output import NO, complain, document
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ def generate(
         Path | None, typer.Option("--diagram", metavar="FILE.svg", help="Draw the model to this file.")
     ] = None,
     imports: Annotated[bool, typer.Option(help="Begin with import statements (optional).")] = True,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Turn a BIBI model into Python, Python into a model, and draw either as a diagram."""
@@ -36,6 +37,7 @@ def generate(
     stale = [path for path in wanted if not path.is_file() or path.read_text("utf-8") != wanted[path]]
     if not check:
         for path in stale:
+            require_writable(path, "--output" if path == output else "--diagram", overwrite=overwrite)
             path.write_text(wanted[path], encoding="utf-8", newline="\n")
     if json:
         document({"file": file, "text": text, "outputs": list(wanted), "changed": stale})

@@ -18,8 +18,9 @@ _SUBSCRIPTS = {(1, 1): "i,i->", (1, 2): "i,ij->j", (2, 1): "ij,j->i", (2, 2): "i
 _SWEEPS = 50  # four to six are enough for any matrix that is not a mistake
 
 
-def product(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> Any:
+def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Any:
     """Return ``a @ b`` of two vectors or matrices, or of two stacks of matrices."""
+    a, b = np.asarray(a), np.asarray(b)
     return np.einsum(_SUBSCRIPTS.get((a.ndim, b.ndim), "...ij,...jk->...ik"), a, b)
 
 

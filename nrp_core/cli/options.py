@@ -12,6 +12,7 @@ import typer
 
 from nrp_core._support.confinement import TRUST
 from nrp_core.cli.output import complain, warn
+from nrp_core.paths import check_free
 from nrp_core.registry import Registry
 
 if TYPE_CHECKING:
@@ -110,6 +111,10 @@ Trust = Annotated[
         envvar=TRUST,
         help="Execute the scripts of the experiment unconfined, with your permissions.",
     ),
+]
+Overwrite = Annotated[
+    bool,
+    typer.Option("--overwrite", envvar="NRP_OVERWRITE", help="Replace files and folders that exist already."),
 ]
 SHOW = "show"
 FileOrShow = Annotated[
@@ -225,16 +230,20 @@ def time_s(text: str, option: str) -> float:
         return seconds(t_ns)
 
 
-def require_folder_of(file: Path | None, option: str) -> None:
+def require_writable(file: Path | None, option: str, *, overwrite: bool) -> None:
     """Refuse an output file that cannot be written, before the long computation of its contents.
 
     Raises:
-        typer.BadParameter: its folder does not exist, or the path is a folder.
+        typer.BadParameter: its folder does not exist, the path is a folder, or the file exists and is not to
+            be replaced.
     """
     if file is not None and not file.absolute().parent.is_dir():
         raise typer.BadParameter(f"{file.parent}: the folder does not exist", param_hint=option)
     if file is not None and file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint=option)
+    if file is not None:
+        with usage_errors(option):
+            check_free(file, overwrite=overwrite)
 
 
 def folder_to_show(

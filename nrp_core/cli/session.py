@@ -47,6 +47,7 @@ class RunRequest:
         images: how camera images are recorded.
         snapshots: the time between two snapshots with its unit, or ``off``.
         plots: files to draw a figure into.
+        overwrite: whether existing files and recordings are replaced.
         control: a socket to listen on.
         allow_incomplete: whether an incomplete run may succeed.
         verbose: whether to print every problem, not only their number.
@@ -60,6 +61,7 @@ class RunRequest:
     images: Images = Images.EXACT
     snapshots: str = "10s"
     plots: tuple[Path, ...] = ()
+    overwrite: bool = False
     control: Path | None = None
     allow_incomplete: bool = False
     verbose: bool = False
@@ -107,10 +109,10 @@ class Session:
             from nrp_core.recording.figures import check_target
 
             with usage_errors("--plot"):
-                check_target(target)
+                check_target(target, overwrite=request.overwrite)
         if request.record is not None:
             with usage_errors("--record"):
-                check_folder(request.record)
+                check_folder(request.record, overwrite=request.overwrite)
 
     def _recording_folder(self, stack: ExitStack) -> Path | None:
         """Return the folder to record into; a figure alone needs a temporary recording."""
@@ -178,7 +180,12 @@ class Session:
             complain(note, label="note")
         snapshots_ns = None if request.snapshots == OFF else time_ns(request.snapshots)
         recording_folder = RecordingFolder(
-            simulation, folder, images=request.images, files=files, snapshots_ns=snapshots_ns
+            simulation,
+            folder,
+            images=request.images,
+            files=files,
+            snapshots_ns=snapshots_ns,
+            overwrite=request.overwrite,
         )
         state = "failed"
         try:
@@ -222,7 +229,7 @@ class Session:
             from nrp_core.recording import figures as plot
             from nrp_core.recording.recording import Recording
 
-            plot.plot(Recording(folder), target)
+            plot.plot(Recording(folder), target, overwrite=True)
 
     def _report(self, result: Result, *, as_json: bool) -> None:
         error = self._error

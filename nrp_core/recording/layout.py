@@ -16,6 +16,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError
+from nrp_core.paths import check_free
 
 MCAP_NAME = "recording.mcap"
 RUN_NAME = "run.json"
@@ -120,11 +121,13 @@ def hash_topic(camera: str) -> str:
     return f"{camera}/hash"
 
 
-def check_folder(folder: Path) -> None:
-    """Refuse a folder that is not empty.
+def check_folder(folder: Path, *, overwrite: bool = False) -> None:
+    """Refuse a folder to record into that is not empty, unless it is a recording to be replaced.
 
     Raises:
         ExperimentError: the folder is a file, or not empty.
     """
-    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-        raise ExperimentError("it is not empty; a recording needs a new folder", path=folder)
+    check_free(folder, overwrite=overwrite)
+    is_recording = any((folder / name).is_file() for name in (MCAP_NAME, RUN_NAME))
+    if not is_recording and (folder.is_file() or (folder.is_dir() and any(folder.iterdir()))):
+        raise ExperimentError("only a recording is replaced, and this is something else", path=folder)

@@ -31,12 +31,15 @@ class Recording(RecordingReader):
     """
 
     @checks_arguments("path")
-    def plot(self, what: str = "run", path: Path | str | None = None, **options: Any) -> Figure:
+    def plot(
+        self, what: str = "run", path: Path | str | None = None, *, overwrite: bool = False, **options: Any
+    ) -> Figure:
         """Draw the run, or one part of it, as ``nrp plot`` does.
 
         Args:
             what: ``run`` for the whole page, or ``raster``, ``trajectory``, ``devices`` or ``camera``.
             path: a .png, .svg or .pdf file to write as well.
+            overwrite: whether to replace an existing file.
             options: ``size_inches``, ``dpi``, ``begin_s``, ``end_s`` and ``panels`` of
                 :class:`~nrp_core.recording.figures.style.PlotOptions`.
 
@@ -44,8 +47,8 @@ class Recording(RecordingReader):
             A figure of Matplotlib. Notebooks show it.
 
         Raises:
-            ExperimentError: there is no such part, the recording has no data to show, or the file cannot be
-                written.
+            ExperimentError: there is no such part, the recording has no data to show, or the file exists
+                or cannot be written.
             TypeError: there is no such option.
         """
         from nrp_core.recording import figures
@@ -55,19 +58,22 @@ class Recording(RecordingReader):
 
         chosen, drawn = _one_of(figures.What, what), PlotOptions(**options)
         if path is not None:
-            figures.check_target(path_of(path))
+            figures.check_target(path_of(path), overwrite=overwrite)
         figure = figures.draw(self, chosen, drawn)
         if path is not None:
             figures.save(figure, path_of(path))
         return figure
 
     @checks_arguments("path")
-    def video(self, path: Path | str = "video.mp4", view: str = "follow", **options: Any) -> Path:
+    def video(
+        self, path: Path | str = "video.mp4", view: str = "follow", *, overwrite: bool = False, **options: Any
+    ) -> Path:
         """Write a video of the run, as ``nrp video`` does.
 
         Args:
             path: a .mp4 or .webm file.
             view: ``follow``, ``above`` or ``free``, the place of the camera of a drawn video.
+            overwrite: whether to replace an existing file.
             options: the others of :class:`~nrp_core.recording.video.VideoOptions`, such as ``camera``,
                 ``speed``, ``begin_s``, ``end_s``, ``width``, ``height`` and ``renderer``.
 
@@ -75,8 +81,8 @@ class Recording(RecordingReader):
             The file.
 
         Raises:
-            ExperimentError: there is no such view, the recording lacks the data to show, or the file cannot
-                be written.
+            ExperimentError: there is no such view, the recording lacks the data to show, or the file exists
+                or cannot be written.
             TypeError: there is no such option.
         """
         from nrp_core.recording import video
@@ -84,7 +90,7 @@ class Recording(RecordingReader):
         target = path_of(path)
         renderer = _one_of(video.Renderer, options.pop("renderer", video.Renderer.SHADED))
         chosen = video.VideoOptions(view=_one_of(video.ViewKind, view), renderer=renderer, **options)
-        video.video(self, target, chosen)
+        video.video(self, target, chosen, overwrite=overwrite)
         return target
 
 

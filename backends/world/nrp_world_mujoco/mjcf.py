@@ -32,6 +32,7 @@ from nrp_core.scene.sdf.model import KEYFRAME
 from nrp_core.world.drives.muscles import ALL
 from nrp_core.world.render.cameras import looking
 from nrp_world_mujoco.actuators import actuators_of, warn_of_one_sided_limits
+from nrp_world_mujoco.announced_sizes import check_sizes
 from nrp_world_mujoco.library import compile_spec, mujoco
 from nrp_world_mujoco.mjcf_images import Images, replace_missing
 from nrp_world_mujoco.mjcf_native import Names, NativeElements, is_ground, not_passed, partly_lifted
@@ -63,6 +64,7 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
         SceneError: MuJoCo cannot read the file.
     """
     warnings = Findings()
+    check_sizes(path)
     try:
         spec, model = _read(path, warnings)
     except (ValueError, OSError) as error:

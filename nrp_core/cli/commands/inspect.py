@@ -13,6 +13,7 @@ from nrp_core.cli.options import (
     Json,
     Models,
     Overrides,
+    Overwrite,
     Verbose,
     experiment_names,
     ignored_codes,
@@ -21,6 +22,7 @@ from nrp_core.cli.options import (
     usage_errors,
 )
 from nrp_core.cli.output import document
+from nrp_core.paths import check_free
 
 if TYPE_CHECKING:
     from nrp_core.scene.model import Model, Scene
@@ -61,6 +63,7 @@ def inspect(
         bool,
         typer.Option("--check", help="Only check the integrity of a recording."),
     ] = False,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Show the contents of an experiment, a robot, a room, functions, a brain script or a recording.
@@ -86,7 +89,7 @@ def inspect(
         _check(file, {"--image": image, "--models": models}, as_json=json)
     given = overrides_of(overrides, brain=None, world=None, models=models)
     if image is not None:
-        _check_image(image)
+        _check_image(image, overwrite=overwrite)
         if is_experiment(file) or is_recording(file) or are_functions(file):
             raise typer.BadParameter(f"only a robot or a room is drawn, not {file}", param_hint="--image")
     if is_recording(file):  # first, because its folder holds the experiment, too
@@ -235,12 +238,13 @@ def _check(file: Path, others: Mapping[str, object], *, as_json: bool) -> None:
     check_recording(file, as_json=as_json)
 
 
-def _check_image(path: Path) -> None:
+def _check_image(path: Path, *, overwrite: bool) -> None:
     with usage_errors("--image"):
         if path.suffix.lower() not in IMAGES:
             raise ValueError(f"an image is a {' or '.join(IMAGES)} file, not '{path.name}'")
         if not path.absolute().parent.is_dir():
             raise ValueError(f"the folder {path.parent} does not exist")
+        check_free(path, overwrite=overwrite)
 
 
 def _draw(scene: Scene, path: Path) -> None:

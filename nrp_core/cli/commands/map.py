@@ -13,10 +13,11 @@ from nrp_core.cli.options import (
     Json,
     Models,
     Overrides,
+    Overwrite,
     Seed,
     Trust,
     overrides_of,
-    require_folder_of,
+    require_writable,
 )
 from nrp_core.cli.output import complain, document
 
@@ -40,6 +41,7 @@ def map(  # noqa: A001  the name of the command
         Path | None,
         typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Also write an HTML page."),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Report the resources that a brain backend needs for a network and the values that it changes.
@@ -49,7 +51,7 @@ def map(  # noqa: A001  the name of the command
     """
     from nrp_core._support.confinement import trusting
 
-    require_folder_of(html, "--html")
+    require_writable(html, "--html", overwrite=overwrite)
     with trusting(trust):
         account = _account(experiment, overrides, models, brain, seed)
     if html is not None:

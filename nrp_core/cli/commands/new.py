@@ -10,8 +10,9 @@ from typing import Annotated, Any
 
 import typer
 
-from nrp_core.cli.options import Json
+from nrp_core.cli.options import Json, Overwrite, usage_errors
 from nrp_core.cli.output import document
+from nrp_core.paths import check_free
 
 NAME = re.compile(r"[a-z][a-z0-9]*([_-][a-z0-9]+)*")
 TEMPLATES = Path(__file__).parents[1] / "templates" / "new"
@@ -46,6 +47,7 @@ def new(
         Path | None,
         typer.Option("--output", "-o", metavar="DIR", help="The new folder; by default nrp-SUBJECT-NAME."),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Create a distribution for your own brain, world, experiment, sensor or device."""
@@ -54,7 +56,7 @@ def new(
         raise typer.BadParameter(f"'{name}' is not a valid name: {rule}", param_hint="NAME")
     _require_free(subject, name)
     folder = output or Path(f"nrp-{subject}-{name.replace('_', '-')}")
-    files = _write(folder, TEMPLATES / subject, _values(subject, name))
+    files = _write(folder, TEMPLATES / subject, _values(subject, name), overwrite=overwrite)
     if json:
         document({"folder": str(folder), "files": [str(file) for file in files]})
         return
@@ -91,15 +93,14 @@ def _values(subject: Subject, name: str) -> Mapping[str, Any]:
     }
 
 
-def _write(folder: Path, templates: Path, values: Mapping[str, Any]) -> list[Path]:
+def _write(folder: Path, templates: Path, values: Mapping[str, Any], *, overwrite: bool) -> list[Path]:
     """Fill a new or empty folder and return its files."""
     import jinja2
 
     from nrp_core._support.files import writing
-    from nrp_core.errors import ExperimentError
 
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ExperimentError(f"{folder} exists and is not an empty folder; choose another one with -o DIR")
+    with usage_errors("--output"):
+        check_free(folder, overwrite=overwrite)
     loader = jinja2.FileSystemLoader(templates)
     environment = jinja2.Environment(
         loader=loader, undefined=jinja2.StrictUndefined, keep_trailing_newline=True

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.options import Json, RecordingPath, beginning_with, open_recording, time_s, usage_errors
+from nrp_core.cli.options import (
+    Json,
+    Overwrite,
+    RecordingPath,
+    beginning_with,
+    open_recording,
+    time_s,
+    usage_errors,
+)
 from nrp_core.cli.output import complain, document
 
 if TYPE_CHECKING:
@@ -61,6 +69,7 @@ def plot(
             autocompletion=lambda incomplete: _with_next(incomplete),
         ),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Draw a figure of a recorded run: all of it, or one part."""
@@ -73,7 +82,7 @@ def plot(
             raise ValueError(f"unknown figure '{kind}'{did_you_mean(kind, known)}")
     target = output or Path(f"{kind}.png")
     with usage_errors("--output"):
-        figure.check_target(target)
+        figure.check_target(target, overwrite=overwrite)
     if panels is not None and kind != figure.What.RUN:
         complain(f"--panels has no effect on '{kind}', which is one part", label="note")
     if dpi != _DPI and target.suffix.lower() != ".png":
@@ -82,7 +91,7 @@ def plot(
     if options.crowded and kind == figure.What.RUN:
         advice = "at least 150x100mm, choose --panels, or draw one part, such as 'raster'"
         complain(f"the texts of all panels overlap on {size}: use {advice}", label="note", color="yellow")
-    figure.plot(source, target, figure.What(kind), options)
+    figure.plot(source, target, figure.What(kind), options, overwrite=overwrite)
     if json:
         document({"figure": target, "complete": source.complete})
     else:

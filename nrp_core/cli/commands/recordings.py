@@ -7,8 +7,17 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.options import Json, RecordingPath, beginning_with, open_recording, usage_errors
+from nrp_core.cli.options import (
+    Json,
+    Overwrite,
+    RecordingPath,
+    beginning_with,
+    open_recording,
+    require_writable,
+    usage_errors,
+)
 from nrp_core.cli.output import document
+from nrp_core.paths import check_free
 from nrp_core.registry import OPTIONAL, Registry
 
 _FORMATS: Registry[object] = Registry("nrp_core.exporters", "export format")
@@ -41,6 +50,7 @@ def recover(
             help="The file to write; by default it replaces the damaged file, which is kept renamed.",
         ),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Recover all that is intact in a recording that is truncated or damaged."""
@@ -49,6 +59,8 @@ def recover(
 
     with usage_errors("DIR"):
         source = Recording(recording)
+    if output is not None:
+        require_writable(output, "--output", overwrite=overwrite)
     outcome = recovered(source, output)
     if json:
         document(outcome)
@@ -83,6 +95,7 @@ def export(
             "in the current folder.",
         ),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Write a recording in a format of other programs."""
@@ -102,7 +115,9 @@ def export(
             f"{kind} is written as a folder of files, and '{target.name}' is the name of a file",
             param_hint="--output",
         )
-    files = write(source, kind, target)
+    with usage_errors("--output"):
+        check_free(target, overwrite=overwrite)
+    files = write(source, kind, target, overwrite=overwrite)
     if json:
         document({"format": kind, "files": files, "complete": source.complete})
     else:

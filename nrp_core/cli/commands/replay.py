@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.options import Json, RecordingPath, usage_errors
+from nrp_core.cli.options import Json, Overwrite, RecordingPath, usage_errors
 from nrp_core.cli.output import NO, document, warn
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def replay(
         Path | None,
         typer.Option(metavar="DIR", envvar="NRP_RECORD", help="Record the replay into a new folder."),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Run a recording again and report whether it is identical; this executes code from the recording.
@@ -74,7 +75,7 @@ def replay(
         source = Recording(recording)
     if record is not None:
         with usage_errors("--record"):
-            check_folder(record)
+            check_folder(record, overwrite=overwrite)
     check = source.check()
     if verify and check.flaws:
         _refuse(check.flaws, as_json=json)
@@ -87,6 +88,7 @@ def replay(
         _ns("--until", until),
         tuple(functions or ()),
         record,
+        overwrite=overwrite,
     )
     with (
         display() as shown,

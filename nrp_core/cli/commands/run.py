@@ -14,6 +14,7 @@ from nrp_core.cli.options import (
     Json,
     Models,
     Overrides,
+    Overwrite,
     Seed,
     Verbose,
     WorldName,
@@ -83,6 +84,7 @@ def run(
     ] = False,
     ignore: Ignore = None,
     verbose: Verbose = False,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Run an experiment; fail if the run is not complete or one of its criteria is not met.
@@ -104,6 +106,7 @@ def run(
         images,
         snapshots,
         tuple(plot or ()),
+        overwrite,
         control,
         allow_incomplete,
         verbose,

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.options import Json, RecordingPath, beginning_with, open_recording, time_s, usage_errors
+from nrp_core.cli.options import (
+    Json,
+    Overwrite,
+    RecordingPath,
+    beginning_with,
+    open_recording,
+    time_s,
+    usage_errors,
+)
 from nrp_core.cli.output import complain, document
 
 if TYPE_CHECKING:
@@ -71,6 +79,7 @@ def video(
             autocompletion=beginning_with(lambda: RENDERERS),
         ),
     ] = "shaded",
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Write a video of a recorded run: the images of a camera, or the scene from another viewpoint."""
@@ -83,7 +92,7 @@ def video(
 
     source = open_recording(recording, "shown")
     with usage_errors("--output"):
-        check_target(output)
+        check_target(output, overwrite=overwrite)
     with usage_errors("--view"):
         if view not in (known := [each.value for each in ViewKind]):
             raise ValueError(f"unknown view '{view}'{did_you_mean(view, known)}")
@@ -120,7 +129,13 @@ def video(
         renderer=Renderer(renderer),
     )
     with display() as shown:
-        count = write(source, output, options, lambda done, total: shown.count("drawing", done, total))
+        count = write(
+            source,
+            output,
+            options,
+            lambda done, total: shown.count("drawing", done, total),
+            overwrite=overwrite,
+        )
     if json:
         document({"video": output, "images": count, "complete": source.complete})
     else:

@@ -44,7 +44,7 @@ from nrp_core.network.files.hdf5 import array, attribute, group, reading
 from nrp_core.network.limits import distinct
 from nrp_core.network.picking import Selection, with_views
 from nrp_core.network.rewiring import Neuromodulation, Rewiring
-from nrp_core.paths import path_of
+from nrp_core.paths import check_free, path_of
 
 SUFFIX = ".nrpnet"
 FORMAT = "nrp-network"
@@ -70,17 +70,20 @@ _OTHERS: Final = {
 
 
 @checks_arguments()
-def save_network(network: Network, path: Path | str) -> None:
-    """Write a network to a file. An existing file is replaced once the new one is complete.
+def save_network(network: Network, path: Path | str, *, overwrite: bool = False) -> None:
+    """Write a network to a file.
 
     Args:
         network: the network.
         path: the file; by convention its name ends in ``.nrpnet``.
 
+        overwrite: whether to replace an existing file, once the new one is complete.
+
     Raises:
-        NetworkError: the file cannot be written.
+        NetworkError: the file exists already, or cannot be written.
     """
     path = path_of(path, NetworkError)
+    check_free(path, overwrite=overwrite, error=NetworkError)
     if path.suffix in _OTHERS:
         raise NetworkError(
             f"'{path.suffix}' is the suffix of {_OTHERS[path.suffix]}; that of networks is '.nrpnet'",

@@ -15,6 +15,7 @@ from typing import Final
 
 from nrp_core._support.files import writing
 from nrp_core.errors import BackendLoadError, ExperimentError
+from nrp_core.paths import check_free
 from nrp_core.recording.recording import Recording
 from nrp_core.registry import Registry
 
@@ -33,6 +34,7 @@ class Exporter:
     suffix: str = ""
 
 
+_DRAFT = ".draft-"
 EXPORTERS: Final[Registry[Exporter]] = Registry("nrp_core.exporters", "export format")
 """The formats by name."""
 
@@ -52,13 +54,14 @@ def find_exporter(name: str) -> Exporter:
     return exporter
 
 
-def export(recording: Recording, name: str, target: Path) -> list[Path]:
+def export(recording: Recording, name: str, target: Path, *, overwrite: bool = False) -> list[Path]:
     """Write a recording in another format.
 
     Args:
         recording: the recording; of a damaged one, the intact part is written.
         name: the name of the format.
         target: a new file, or a new folder for the formats that take several files.
+        overwrite: whether to replace an existing file, or files in an existing folder.
 
     Returns:
         the files.
@@ -73,21 +76,36 @@ def export(recording: Recording, name: str, target: Path) -> list[Path]:
         raise ExperimentError(f"the name of a file in {name} ends in {exporter.suffix}: '{target.name}'")
     if not recording.topics and not recording.run:
         raise ExperimentError("not a recording, or no part of it is intact", path=recording.file)
-    if target.exists():
-        raise ExperimentError("it exists already", path=target)
+    check_free(target, overwrite=overwrite)
     if not target.absolute().parent.is_dir():
         raise ExperimentError("the folder does not exist", path=target.absolute().parent)
-    with writing(target), _nothing_left(target):
-        return list(exporter.write(recording, target))
+    draft = target.with_name(f"{_DRAFT}{target.name}") if target.exists() else target
+    with writing(target), _nothing_left(draft):
+        files = list(exporter.write(recording, draft))
+        return files if draft is target else [_replace(file, draft, target) for file in files]
+
+
+def _replace(file: Path, draft: Path, target: Path) -> Path:
+    """Move a written file to its place; other files of an existing folder stay."""
+    place = target / file.relative_to(draft)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    return file.replace(place)
 
 
 @contextmanager
 def _nothing_left(target: Path) -> Iterator[None]:
-    """Run a block that writes a new file or folder; if the disk fails, remove it."""
+    """Run a block that writes a file or folder; remove what is left if the disk fails or it is a draft."""
     try:
         yield
     except OSError:
-        if target.is_dir():
-            shutil.rmtree(target, ignore_errors=True)
-        target.unlink(missing_ok=True)
+        _remove(target)
         raise
+    if target.name.startswith(_DRAFT):
+        _remove(target)
+
+
+def _remove(target: Path) -> None:
+    if target.is_dir():
+        shutil.rmtree(target, ignore_errors=True)
+    else:
+        target.unlink(missing_ok=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from nrp_core._support.files import writing
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.paths import check_free
 from nrp_core.recording.reading.reader import RecordingReader
 
 if TYPE_CHECKING:
@@ -32,12 +33,12 @@ def require_matplotlib() -> None:
         raise ExperimentError("a figure needs Matplotlib: pip install 'nrp-core[plot]'")
 
 
-def check_target(path: Path) -> None:
+def check_target(path: Path, *, overwrite: bool = False) -> None:
     """Refuse a file in which figures cannot be drawn.
 
     Raises:
-        ExperimentError: the suffix is not one of :data:`SUFFIXES`, the folder does not exist, or Matplotlib
-            is not installed.
+        ExperimentError: the suffix is not one of :data:`SUFFIXES`, the folder does not exist, the file exists
+            and is not to be replaced, or Matplotlib is not installed.
     """
     require_matplotlib()
     if path.suffix.lower() not in SUFFIXES:
@@ -45,6 +46,7 @@ def check_target(path: Path) -> None:
         raise ExperimentError(f"a figure is a .png, .svg or .pdf file, not '{path.name}'{hint}")
     if not path.absolute().parent.is_dir():
         raise ExperimentError("the folder does not exist", path=path.parent)
+    check_free(path, overwrite=overwrite)
 
 
 class What(StrEnum):
@@ -92,7 +94,12 @@ def draw(recording: RecordingReader, what: What = What.RUN, options: PlotOptions
 
 
 def plot(
-    recording: RecordingReader, path: Path, what: What = What.RUN, options: PlotOptions | None = None
+    recording: RecordingReader,
+    path: Path,
+    what: What = What.RUN,
+    options: PlotOptions | None = None,
+    *,
+    overwrite: bool = False,
 ) -> None:
     """Draw a recording into a file.
 
@@ -101,12 +108,13 @@ def plot(
         path: the suffix chooses between PNG, SVG and PDF.
         what: as for :func:`draw`.
         options: as for :func:`draw`.
+        overwrite: whether to replace an existing file.
 
     Raises:
-        ExperimentError: as for :func:`draw`; or the suffix is not supported, the folder does not exist, or
-            the disk refuses a write.
+        ExperimentError: as for :func:`draw`; or the suffix is not supported, the folder does not exist, the
+            file exists, or the disk refuses a write.
     """
-    check_target(path)
+    check_target(path, overwrite=overwrite)
     from nrp_core.recording.figures.style import PlotOptions, style
 
     options = options or PlotOptions()

@@ -217,16 +217,17 @@ class RecordingFolder(RunObserver[Run]):
 
     Args:
         run: the run, between two steps, usually at time 0.
-        folder: the new folder; it may exist if it is empty.
+        folder: the new folder; it may exist if it is empty, or a recording to be replaced.
         images: how camera images are kept.
         files: the files that were read; None: only the files that the experiment names and the meshes of
             its scene are kept.
         snapshots_ns: simulated time between two snapshots; None: no snapshots.
         origin: the recording that the run continues, and its chain of hashes there.
         calls: earlier changes of its transfer functions, which are not in the experiment.
+        overwrite: whether to replace a recording.
 
     Raises:
-        ExperimentError: the folder is not empty, or cannot be created.
+        ExperimentError: the folder is not empty, cannot be created, or holds files that the run has read.
         RecordingError: the experiment cannot be written.
     """
 
@@ -240,9 +241,12 @@ class RecordingFolder(RunObserver[Run]):
         snapshots_ns: int | None = SNAPSHOTS_NS,
         origin: ContinuedRecording | None = None,
         calls: Iterable[Called] = (),
+        overwrite: bool = False,
     ) -> None:
         self._run, self._folder, self._files = run, folder, files or FilesRead()
         self._snapshots_ns, self._warnings = snapshots_ns, Findings(general=Code.NRP284)
+        if overwrite and folder.exists():
+            _remove(folder, files)
         _make(folder)
         try:
             self._begin(images, origin)
@@ -373,6 +377,14 @@ class ContinuedRecording:
     recording: str
     t_ns: int
     chain: str
+
+
+def _remove(folder: Path, files: FilesRead | None) -> None:
+    """Remove a recording that is to be replaced."""
+    check_folder(folder, overwrite=True)
+    if files is not None and files.below([folder]):
+        raise ExperimentError("the run has read files in this folder, so it cannot replace it", path=folder)
+    shutil.rmtree(folder)
 
 
 def _make(folder: Path) -> None:

@@ -40,18 +40,17 @@ def recover(recording: RecordingReader, target: Path | None = None) -> Recovered
 
     Args:
         recording: a truncated or damaged recording; a complete one is not changed.
-        target: the new file; by default it replaces the damaged one, which is kept beside it.
+        target: the new file, or one to replace; by default the result replaces the damaged file, which is
+            kept beside it.
 
     Raises:
-        ExperimentError: the disk is full, the target exists, the file is from another program, or has
+        ExperimentError: the disk is full, the file is from another program, or has
             no intact message; then nothing is changed.
     """
     source = recording.file
     if target is None and recording.complete:
         return Recovered(source, *_count(recording), None)
     draft = source.with_suffix(".draft") if target is None else target
-    if draft.exists() and target is not None:
-        raise ExperimentError("exists already", path=draft)
     with writing(draft):
         messages, until_s, lost = _write_or_remove(recording, draft)
         if target is not None:

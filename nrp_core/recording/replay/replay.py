@@ -182,6 +182,7 @@ class ReplayRequest:
         until_ns: end time, ns; by default the end of the recording.
         functions: files that replace those of the same name.
         record: a new folder to record into from there on.
+        overwrite: whether to replace a recording in that folder.
     """
 
     recorded: frozenset[Recorded] = frozenset()
@@ -189,6 +190,7 @@ class ReplayRequest:
     until_ns: int | None = None
     functions: Sequence[Path] = ()
     record: Path | None = None
+    overwrite: bool = False
 
 
 class Replay(Closing):
@@ -476,7 +478,7 @@ class Replay(Closing):
             )
             recording_folder = RecordingFolder(
                 self.run, self._request.record, images=_images(self._recording), files=self._files,
-                origin=origin, calls=self._changes,
+                origin=origin, calls=self._changes, overwrite=self._request.overwrite,
             )  # fmt: skip
             stack.callback(lambda: self.warnings.extend(recording_folder.warnings))
             stack.push(lambda kind, *_: recording_folder.close("failed" if kind else "finished"))

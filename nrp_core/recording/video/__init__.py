@@ -9,6 +9,7 @@ from math import inf
 from pathlib import Path
 
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.paths import check_free
 from nrp_core.recording.reading.reader import RecordingReader
 
 SUFFIXES = (".mp4", ".webm")
@@ -68,29 +69,36 @@ class VideoOptions:
     renderer: Renderer = Renderer.SHADED
 
 
-def check_target(path: Path) -> None:
+def check_target(path: Path, *, overwrite: bool = False) -> None:
     """Refuse a file that cannot be a video.
 
     Raises:
-        ExperimentError: the suffix is not one of :data:`SUFFIXES`, or the folder does not exist.
+        ExperimentError: the suffix is not one of :data:`SUFFIXES`, the folder does not exist, or the file
+            exists and is not to be replaced.
     """
     if path.suffix.lower() not in SUFFIXES:
         hint = did_you_mean(path.suffix, SUFFIXES)
         raise ExperimentError(f"a video is a .mp4 or .webm file, not '{path.name}'{hint}")
     if not path.absolute().parent.is_dir():
         raise ExperimentError("the folder does not exist", path=path.parent)
+    check_free(path, overwrite=overwrite)
 
 
 def video(
-    recording: RecordingReader, path: Path, options: VideoOptions, progress: Progress | None = None
+    recording: RecordingReader,
+    path: Path,
+    options: VideoOptions,
+    progress: Progress | None = None,
+    *,
+    overwrite: bool = False,
 ) -> int:
     """Write a video of a recording, in VP9; return the number of its images.
 
     Raises:
-        ExperimentError: the suffix is not supported, the folder does not exist, the recording lacks the
-            data to show, or the file cannot be written.
+        ExperimentError: the suffix is not supported, the folder does not exist, the file exists and
+            ``overwrite`` is not set, the recording lacks the data to show, or the file cannot be written.
     """
-    check_target(path)
+    check_target(path, overwrite=overwrite)
     from nrp_core.recording.video.file import times_of, write_video
     from nrp_core.recording.video.views import camera_frames, drawn_frames
 

@@ -105,13 +105,10 @@ def contents_of(data: bytes) -> tuple[Mapped, bytes, Vector]:
 @lru_cache(maxsize=16)
 def _ready_image(path: Path, _changed_ns: int) -> tuple[bytes, str] | None:
     """Return an image as PNG or JPEG, reduced to what is shown, and its media type."""
-    import cv2
+    from nrp_core._support.opencv import cv2, decode
 
     data = path.read_bytes()
-    try:
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    except cv2.error:
-        return None
+    pixels = decode(data, cv2.IMREAD_UNCHANGED)
     if pixels is None:
         return None
     kind = next((kind for start, kind in _READY.items() if data.startswith(start)), None)

@@ -164,13 +164,15 @@ def heights_in(image: bytes) -> Heights:
     As in Gazebo, the corners of the image are those of the ground, and its top row is at the highest y.
 
     Raises:
-        ValueError: it is not an image of at least 2 by 2 pixels.
+        ValueError: it is not an image of at least 2 by 2 pixels, or too large.
     """
-    import cv2
+    from nrp_core._support.opencv import MAX_PIXELS, cv2, decode
 
-    pixels = cv2.imdecode(np.frombuffer(image, np.uint8), cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE)
+    pixels = decode(image, cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE)
     if pixels is None or min(pixels.shape) < 2:
-        raise ValueError("is not an image of at least 2 by 2 pixels")
+        raise ValueError(
+            f"is not an image of at least 2 by 2 and at most {MAX_PIXELS / 1e6:.0f} million pixels"
+        )
     rows, columns = (min(side, MAX_SAMPLES) for side in pixels.shape)
     heights = cv2.resize(pixels.astype(np.float64), (columns, rows), interpolation=cv2.INTER_AREA)[::-1]
     return np.asarray(heights / (heights.max() or 1.0))

@@ -14,12 +14,9 @@ def mean_color(image: bytes | None) -> tuple[float, float, float] | None:
     """Return the mean red, green and blue of an image file, 0..1; None if it is missing or unreadable."""
     if not image:
         return None
-    import cv2
+    from nrp_core._support.opencv import cv2, decode
 
-    try:
-        pixels = cv2.imdecode(np.frombuffer(image, np.uint8), cv2.IMREAD_COLOR)
-    except cv2.error:
-        return None
+    pixels = decode(image, cv2.IMREAD_COLOR)
     if pixels is None:
         return None
     count = pixels.shape[0] * pixels.shape[1]

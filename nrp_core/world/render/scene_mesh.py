@@ -240,12 +240,9 @@ def levels_of(texture: Texture) -> Levels | None:
 
 @lru_cache(maxsize=64)
 def _levels(path: Path, tint: tuple[float, ...], _changed_ns: int) -> Levels | None:
-    import cv2
+    from nrp_core._support.opencv import cv2, decode
 
-    try:
-        pixels = cv2.imdecode(np.frombuffer(path.read_bytes(), np.uint8), cv2.IMREAD_COLOR)
-    except cv2.error:
-        return None
+    pixels = decode(path.read_bytes(), cv2.IMREAD_COLOR)
     if pixels is None:
         return None
     size = np.array(pixels.shape[1::-1])

@@ -130,8 +130,8 @@ def test_new_lists_the_files_that_it_made(nrp, tmp_path, monkeypatch):
 def test_a_folder_in_use_is_not_touched(nrp, tmp_path, golden: Golden):
     (tmp_path / "mine.txt").write_text("precious")
     done = nrp("new", "world", "acme", "-o", tmp_path)
-    assert done.code == 3
-    assert "-o DIR" in done.err
+    assert done.code == 2
+    assert "--overwrite" in done.err
     golden(done.err)
     assert [file.name for file in tmp_path.iterdir()] == ["mine.txt"]
 

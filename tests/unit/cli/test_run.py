@@ -179,7 +179,7 @@ def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Pat
         (("run", "{}", "--until=-1s"), 2, "it cannot stop at -1s"),
         (("run", "{}", "--plot", "figure.gif"), 2, "a figure is a .png, .svg or .pdf file"),
         (("run", "{}", "--plot", "no/such/figure.png"), 2, "the folder does not exist"),
-        (("run", "{}", "--record", "{}"), 2, "a recording needs a new folder"),
+        (("run", "{}", "--record", "{}"), 2, "it exists already"),
         (("run", "{}", "--images", "gif"), 2, "'gif'"),
         (("run", "{}", "--sed", "3"), 2, "--seed"),
         (("run",), 2, "EXPERIMENT"),
@@ -402,6 +402,6 @@ def test_every_figure_that_is_asked_for_is_drawn(nrp, experiment, tmp_path):
     assert f"  figure: {one}\n  figure: {two}\n" in done.out
     assert one.read_bytes().startswith(b"\x89PNG")
     assert "<svg" in two.read_text()
-    refused = nrp("run", experiment, "--plot", one, "--plot", tmp_path / "three.txt")
+    refused = nrp("run", experiment, "--plot", one, "--overwrite", "--plot", tmp_path / "three.txt")
     assert refused.code != 0
     assert "three.txt" in refused.err

@@ -251,7 +251,7 @@ def test_a_file_that_is_there_stays_until_the_new_one_is_complete(
 
     monkeypatch.setattr(h5py.Group, "create_dataset", fail)
     with pytest.raises(NetworkError, match="disk full"):
-        save_network(network, path)
+        save_network(network, path, overwrite=True)
     assert path.read_bytes() == before
     assert [file.name for file in tmp_path.iterdir()] == ["net.nrpnet"]
 

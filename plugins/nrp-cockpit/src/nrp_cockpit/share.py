@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.options import Json, RecordingPath, open_recording
+from nrp_core.cli.options import Json, Overwrite, RecordingPath, open_recording, require_writable
 from nrp_core.cli.output import document, size_text, warn
 from nrp_core.utilities import replace_file
 
@@ -21,6 +21,7 @@ def share(
     max_size: Annotated[
         float, typer.Option(min=2, max=1000, metavar="MB", help="The maximum size of the file, MB.")
     ] = 15.0,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Write a recording and the page that shows it into one HTML file, which needs no server and no network.
@@ -30,8 +31,9 @@ def share(
     from nrp_cockpit.sharing.sharing import shared_file
 
     folder = open_recording(recording, "shared").folder
-    shared = shared_file(folder, round(max_size * 1e6))
     file = output or folder.absolute().with_name(f"{folder.absolute().name}.html")
+    require_writable(file, "--output", overwrite=overwrite)
+    shared = shared_file(folder, round(max_size * 1e6))
     replace_file(file, shared.html)
     if json:
         document({"file": file, "bytes": file.stat().st_size, "losses": shared.losses})

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 import typer
 
-from nrp_core.cli.options import Json, require_distinct, require_folder_of
+from nrp_core.cli.options import Json, Overwrite, require_distinct, require_writable
 from nrp_core.cli.output import NO, document
 
 
@@ -51,11 +51,12 @@ def conformance(
     report: Annotated[
         Path | None, typer.Option("--report", metavar="FILE", help="Also write the report as JSON.")
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Test whether a backend meets its contract, has its declared capabilities and is accurate enough."""
     _require_backend(kind, name)
-    require_folder_of(report, "--report")
+    require_writable(report, "--report", overwrite=overwrite)
     found = _run(kind, name, _parse_options(options or []), level)
     if report is not None:
         _write(report, found)

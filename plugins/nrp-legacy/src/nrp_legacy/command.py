@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.options import Json, Models, Trust
+from nrp_core.cli.options import Json, Models, Overwrite, Trust, usage_errors
 from nrp_core.cli.output import document
+from nrp_core.paths import check_free
 from nrp_core.registry import Registry
 
 Importer = Callable[[Path, Path, Sequence[str]], Mapping[str, object]]
@@ -29,6 +30,7 @@ def import_experiment(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Write to this folder.")],
     models: Models = None,
     trust: Trust = False,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Convert an experiment of another platform to this program's own format.
@@ -40,8 +42,8 @@ def import_experiment(
     from nrp_core.cli.options import overrides_of
     from nrp_core.experiment import find_file
 
-    if output.is_dir() and any(output.iterdir()):
-        raise typer.BadParameter(f"the folder {output} is not empty", param_hint="--output")
+    with usage_errors("--output"):
+        check_free(output, overwrite=overwrite)
     path = find_file(str(file))
     if path.suffix not in IMPORTERS.names():
         valid = ", ".join(IMPORTERS.names())

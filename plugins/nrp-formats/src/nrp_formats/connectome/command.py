@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.options import Json, require_folder_of
+from nrp_core.cli.options import Json, Overwrite, require_writable
 from nrp_core.cli.output import document, warn
 
 
@@ -37,6 +37,7 @@ def import_connectome(
     junction_ns: Annotated[
         float, typer.Option(min=0.0, help="The conductance of one gap junction, nS; 0 leaves them out.")
     ] = 0.1,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Make a network file from a connectome, with the cell model of Shiu et al. (2024)."""
@@ -48,11 +49,11 @@ def import_connectome(
         raise typer.BadParameter(
             f"a network file is called {SUFFIX}, not '{target.name}'", param_hint="--output"
         )
-    require_folder_of(target, "--output")
+    require_writable(target, "--output", overwrite=overwrite)
     made = read_connectome(
         edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms, junction_ns=junction_ns
     )
-    save_network(made.network, target)
+    save_network(made.network, target, overwrite=overwrite)
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
         facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}

@@ -9,7 +9,7 @@ import numpy as np
 
 from nrp_core.brain import STATIC, FloatArray, Network, Population, Projection
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_core.paths import path_of
+from nrp_core.paths import check_free, path_of
 from nrp_core.utilities import checks_arguments
 from nrp_formats.nir.graph import returning
 from nrp_formats.nir.neurons import Method, Step, driven_by
@@ -121,7 +121,9 @@ _MOST_WEIGHTS: Final = 10**8
 
 
 @checks_arguments("method")
-def save_nir(network: Network, path: Path | str, *, method: Method = "exact") -> None:
+def save_nir(
+    network: Network, path: Path | str, *, method: Method = "exact", overwrite: bool = False
+) -> None:
     """Write a network of cells that NIR has: ``IF_curr_delta`` and ``IF_curr_exp`` with static synapses.
 
     Sources become inputs; populations that excite no other become outputs. A step of the file is the time
@@ -129,7 +131,8 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
 
     Args:
         network: the network.
-        path: the file; an existing one is replaced.
+        path: the file.
+        overwrite: whether to replace an existing file.
         method: ``exact`` if readers solve the equations of NIR; ``euler`` if their states decay by
             ``1 - dt/tau`` in a step, as in snnTorch: time constants and weights are then such that a step
             has the same result.
@@ -140,6 +143,7 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
     import nir
 
     path = path_of(path, NetworkError)
+    check_free(path, overwrite=overwrite, error=NetworkError)
     if method not in get_args(Method):
         raise NetworkError(f"save_nir: method is '{method}'{did_you_mean(str(method), get_args(Method))}")
     if network.timestep_ms is None:

@@ -14,11 +14,12 @@ from nrp_core.cli.options import (
     Json,
     Models,
     Overrides,
+    Overwrite,
     experiment_names,
     overrides_of,
     refuse_given,
     require_distinct,
-    require_folder_of,
+    require_writable,
     usage_errors,
 )
 from nrp_core.cli.output import NO, document
@@ -145,6 +146,7 @@ def diff(
         Path | None,
         typer.Option(metavar="FILE", envvar="NRP_HTML", dir_okay=False, help="Also write an HTML page."),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Report if a result depends on the simulator, the wiring or the time step; fail if it does or may."""
@@ -155,8 +157,8 @@ def diff(
         refuse_given(context, "two recordings are compared without a run; omit this option", _OF_RUNS)
         if Path(experiment).resolve() == other.resolve():
             raise typer.BadParameter("it is the first recording, which has no difference", param_hint="DIR2")
-    require_folder_of(html, "--html")
-    require_folder_of(baseline, "--baseline")
+    require_writable(html, "--html", overwrite=overwrite)
+    require_writable(baseline, "--baseline", overwrite=overwrite)
     require_distinct(vary or (), "--vary")
     require_distinct(margin or (), "--margin")
     if html is not None:

@@ -11,12 +11,13 @@ from nrp_core.cli.options import (
     FileOrShow,
     Json,
     On,
+    Overwrite,
     PlotFile,
     ResultsFolder,
     ShownFolder,
     Workers,
     folder_to_show,
-    require_folder_of,
+    require_writable,
     results_folder,
 )
 from nrp_core.cli.output import document, warn
@@ -35,11 +36,12 @@ def evolve(
     workers: Workers = None,
     out: ResultsFolder = None,
     plot: PlotFile = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Search for the best settings of an experiment. Stop at any time; repeat the command to resume."""
     shown = folder_to_show(context, target, folder, ("plot",))
-    require_folder_of(plot, "--plot")
+    require_writable(plot, "--plot", overwrite=overwrite)
     if shown is not None:
         from nrp_lab.evolve.history import History
 

@@ -11,10 +11,11 @@ from nrp_core.cli.options import (
     Json,
     Models,
     Overrides,
+    Overwrite,
     experiment_names,
     overrides_of,
     refuse_given,
-    require_folder_of,
+    require_writable,
 )
 from nrp_core.cli.output import NO, document
 from nrp_lab.commands.diff import Brains, Controls, Jobs, Worlds, chosen_controls, names
@@ -55,6 +56,7 @@ def paper(
     overrides: Overrides = None,
     models: Models = None,
     jobs: Jobs = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Pack an experiment as one archive that others can repeat: runs, figures, methods and verdict.
@@ -70,7 +72,7 @@ def paper(
     from nrp_lab.paper.archive import write_archive
 
     target = output or Path(f"{Path(experiment).resolve().name}.paper.zip")
-    require_folder_of(target, "--output")
+    require_writable(target, "--output", overwrite=overwrite)
     settings = overrides_of(overrides, brain=None, world=None, models=models)
     grid = RunGrid.of(
         experiment, names(brains), names(worlds), seeds, settings, {}, chosen_controls(controls)

@@ -11,12 +11,13 @@ from nrp_core.cli.options import (
     FileOrShow,
     Json,
     On,
+    Overwrite,
     PlotFile,
     ResultsFolder,
     ShownFolder,
     Workers,
     folder_to_show,
-    require_folder_of,
+    require_writable,
     results_folder,
 )
 from nrp_core.cli.output import NO, complain, document, warn
@@ -67,13 +68,14 @@ def sweep(
             help="The kind of figure; by default chosen by the varied settings.",
         ),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Run an experiment many times with varying settings. Stop at any time; repeat the command to resume.
 
     Ctrl-C keeps all finished runs. The exit code is 1 if a run failed.
     """
-    require_folder_of(plot, "--plot")
+    require_writable(plot, "--plot", overwrite=overwrite)
     if plot is None and (measure is not None or kind is not None):
         complain("--measure and --kind have no effect without --plot", label="note")
     if shown := folder_to_show(context, target, folder, ("plot", "measure", "kind")):

@@ -187,7 +187,7 @@ def draw(history: History, path: Path) -> None:
     Raises:
         ExperimentError: the file cannot be written.
     """
-    check_target(path)
+    check_target(path, overwrite=True)
     with style():
         figure = Figure(_SIZE, dpi=DPI, layout="constrained")
         axes = figure.subplots()

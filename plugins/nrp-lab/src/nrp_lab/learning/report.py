@@ -73,7 +73,7 @@ def draw(standings: Sequence[Standing], path: Path) -> Path:
         standings: those of a ladder.
         path: the file; the suffix chooses between PNG, SVG and PDF.
     """
-    check_target(path)
+    check_target(path, overwrite=True)
     from matplotlib.figure import Figure
 
     names = list(dict.fromkeys(one.task for one in standings))

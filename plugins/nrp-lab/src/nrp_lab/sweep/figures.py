@@ -45,7 +45,7 @@ def draw(table: SweepTable, path: Path, measure: str | None = None, kind: str | 
     Raises:
         ExperimentError: the measure or kind is unknown, too few settings vary, or the file cannot be written.
     """
-    check_target(path)
+    check_target(path, overwrite=True)
     name = table.measure(measure)
     kind = kind or _usual(table)
     _require_keys(table.keys, kind)

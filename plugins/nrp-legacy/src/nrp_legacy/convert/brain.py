@@ -147,7 +147,7 @@ def write_brain(
             except (SyntaxError, NrpError) as error:
                 need = getattr(error, "message", "") or str(error)
         (folder / SCRIPT).unlink(missing_ok=True)
-    save_network(plain, folder / NETWORK)
+    save_network(plain, folder / NETWORK, overwrite=True)
     lost = [f"{path.name}: time-dependent currents cannot be part of a network file: left out"]
     written = f"{path.name} was replaced by its network, {NETWORK}"
     return Brain({"model": NETWORK}, "", (*(lost if _flows(network) else ()), written))
