@@ -173,9 +173,9 @@ class World(Overview, Simulation):
         self._board.add_alias(alias, topic)
 
     @checks_arguments()
-    def declare(self, name: str, type_: type) -> None:
+    def declare(self, name: str, type_: type, unit: str = "") -> None:
         """Add a topic of the user; see :meth:`.Switchboard.declare`."""
-        self._board.declare(name, type_)
+        self._board.declare(name, type_, unit)
 
     @checks_arguments()
     def subscribe(self, topic: str, *, depth: int | None = 1) -> Subscription:

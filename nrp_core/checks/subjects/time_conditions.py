@@ -64,9 +64,9 @@ def check_times_of_criteria(examined: ExaminedExperiment) -> Iterator[Finding]:
             allowed_s = seconds(each.within_of.time)
             message = f"'{name}' allows {allowed_s:g} s, and the run lasts {seconds(end_ns):g} s"
             yield examined.warning(Code.NRP248, message, "criteria", name, "within_of", "time")
-        for kind, wanted in (("stays_within", each.stays_within), ("topic_stays", each.topic_stays)):
-            for message in () if wanted is None else _wrong_period(wanted.during, experiment):
-                yield examined.warning(Code.NRP248, message, "criteria", name, kind, "during")
+        for keys, during in each.periods():
+            for message in _wrong_period(during, experiment):
+                yield examined.warning(Code.NRP248, message, "criteria", name, *keys, "during")
 
 
 def _wrong_period(during: During, experiment: Experiment) -> Iterator[str]:

@@ -17,7 +17,7 @@ def check_distances(examined: ExaminedExperiment) -> Iterator[Finding]:
         return
     experiment = examined.experiment
     near = [name for name, event in experiment.events.items() if event.when and event.when.near]
-    criteria = [name for name, asked in experiment.criteria.items() if asked.topic_stays is None]
+    criteria = [name for name, asked in experiment.criteria.items() if asked.near or asked.stays_within]
     events = (("events", name, "when", "near") for name in near)
     for keys in (*events, *(("criteria", name) for name in criteria)):
         message = f"'{keys[1]}' needs a distance: {world_lacks(experiment.world.backend, 'poses')}"

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
-from math import hypot, inf
+from math import inf
 from typing import Any, final
 
-from nrp_core._support.checked_arguments import is_number
 from nrp_core.clock import seconds
-from nrp_core.experiment.events.events import Times, TopicSays
-from nrp_core.experiment.events.ground_positions import GroundPoint, GroundPositions, Proximity, require_poses
-from nrp_core.experiment.model.event_schema import (
-    START,
-    Criterion,
-    During,
-    Near,
-    StaysWithin,
-    TopicStays,
-    WithinOf,
+from nrp_core.experiment.events.events import Times
+from nrp_core.experiment.events.sentences import (
+    near_sentence,
+    observed_sentence,
+    stays_sentence,
+    topic_sentence,
 )
+from nrp_core.experiment.model.event_schema import END, START, Criterion, During, Near
+from nrp_core.observables.condition import Sentence
+from nrp_core.observables.observable import Surroundings
+from nrp_core.observables.topics import Field
 from nrp_core.quantities import length_text
-from nrp_core.scene.model import Scene
-from nrp_core.world.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +50,14 @@ class Judge(ABC):
     """Decides one criterion.
 
     Args:
+        sentence: an observable and a condition on it.
         begins: the start of its evaluation.
         limit: the limit of the distance, m, if it has one.
     """
 
-    def __init__(self, begins: int | str, limit: float | None = None) -> None:
-        self._begins, self._limit = begins, limit
+    def __init__(self, sentence: Sentence, begins: int | str, limit: float | None = None) -> None:
+        self._sentence, self._begins, self._limit = sentence, begins, limit
+        self.news, self.look = sentence.news, sentence.look
         self._began_ns: int | None = None
         self._decided_ns: int | None = None
         self._passed: bool | None = None
@@ -68,22 +66,17 @@ class Judge(ABC):
         self._between = False
         self._is_over = False  # whether later steps change nothing, not even the degree
 
-    def news(self) -> Sequence[int]:
-        """Return the times of the messages that came since the last call, ns."""
-        return ()
-
-    def unchanged_ns(self, where: GroundPositions) -> int | None:
-        """Return for how long its distance surely keeps on the same side of the limit, ns."""
-        return None
+    def unchanged_ns(self, now_ns: int) -> int | None:
+        """Return for how long its condition surely keeps holding or failing, ns."""
+        return self._sentence.unchanged_ns(now_ns) if self._passed is None else None
 
     @final
-    def evaluate(self, now_ns: int, times: Times, where: GroundPositions, *, between: bool = False) -> None:
+    def evaluate(self, now_ns: int, times: Times, *, between: bool = False) -> None:
         """Evaluate a moment.
 
         Args:
             now_ns: the moment.
             times: the times of the past events.
-            where: the positions at this moment.
             between: whether it lies between two steps of the loop.
         """
         if self._is_over:
@@ -94,7 +87,7 @@ class Judge(ABC):
             if begins_ns is None or now_ns < begins_ns:
                 return
             self._began_ns = begins_ns
-        self._evaluate(now_ns, self._began_ns, times, where)
+        self._evaluate(now_ns, self._began_ns, times)
 
     @final
     def finish(self, now_ns: int) -> None:
@@ -135,11 +128,14 @@ class Judge(ABC):
 
     def save(self) -> Any:
         """Return the state that changes during a run."""
-        return self._began_ns, self._decided_ns, self._passed, self._distance, self._reason, self._is_over
+        judged = self._began_ns, self._decided_ns, self._passed, self._distance, self._reason, self._is_over
+        return judged, self._sentence.observable.save()
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        self._began_ns, self._decided_ns, self._passed, self._distance, self._reason, self._is_over = saved
+        judged, observed = saved
+        self._began_ns, self._decided_ns, self._passed, self._distance, self._reason, self._is_over = judged
+        self._sentence.observable.restore(observed)
 
     def _decide(self, passed: bool, now_ns: int, reason: str) -> None:
         self._passed, self._decided_ns, self._reason = passed, now_ns, reason
@@ -150,59 +146,121 @@ class Judge(ABC):
         """Return how nearly the criterion is met so far; None before its first step."""
 
     @abstractmethod
-    def _evaluate(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None: ...
+    def _evaluate(self, now_ns: int, began_ns: int, times: Times) -> None: ...
 
     @abstractmethod
     def _finish(self, now_ns: int) -> None: ...
 
 
-class ComesNear(Judge):
-    """A model comes near a target in time."""
+class Once(Judge):
+    """A condition holds at some moment, or for some time without a gap.
 
-    def __init__(self, near: Near, within_of: WithinOf | None, scene: Scene) -> None:
-        super().__init__(START if within_of is None else within_of.event, near.within)
-        self._proximity, self._within = Proximity(near, scene), near.within
-        self._time_ns = None if within_of is None else within_of.time
-        self._first: float | None = None
+    Args:
+        sentence: the observable and the condition.
+        begins: the start of its evaluation.
+        time_ns: how long it may take from there on; None: until ``by``.
+        by: when it must hold at the latest.
+        lasting_ns: for how long it must hold.
+        limit: as of :class:`Judge`.
+    """
 
-    def unchanged_ns(self, where: GroundPositions) -> int | None:
-        return None if self._is_over else self._proximity.unchanged_ns(where)
+    def __init__(
+        self,
+        sentence: Sentence,
+        begins: int | str,
+        time_ns: int | None = None,
+        by: int | str = END,
+        lasting_ns: int = 0,
+        limit: float | None = None,
+    ) -> None:
+        super().__init__(sentence, begins, limit)
+        self._time_ns, self._by, self._lasting_ns = time_ns, by, lasting_ns
+        self._first_gap: float | None = None
+        self._least_gap: float | None = None
+        self._nearest_text = "without a value"
+        self._since_ns: int | None = None
 
     def save(self) -> Any:
-        return super().save(), self._first
+        return super().save(), self._first_gap, self._least_gap, self._nearest_text, self._since_ns
 
     def restore(self, saved: Any) -> None:
-        judged, self._first = saved
+        judged, self._first_gap, self._least_gap, self._nearest_text, self._since_ns = saved
         super().restore(judged)
 
     def _degree(self) -> float | None:
-        if self._passed or self._first is None or self._distance is None:
-            return 1.0 if self._passed else None
-        return (self._first - self._distance) / (self._first - self._within)
+        if self._passed:
+            return 1.0
+        if self._first_gap is None or self._least_gap is None:
+            return None if self._passed is None else 0.0
+        whole = self._first_gap
+        return 0.0 if whole <= 0 or whole == inf else max(0.0, min(1.0, (whole - self._least_gap) / whole))
 
-    def _evaluate(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
-        if self._time_ns is not None and now_ns > began_ns + self._time_ns:
-            self._decide(False, now_ns, f"{self._nearest()} after {seconds(self._time_ns):g} s")
+    def _evaluate(self, now_ns: int, began_ns: int, times: Times) -> None:
+        until_ns = (
+            began_ns + self._time_ns if self._time_ns is not None else start_or_event_ns(self._by, times)
+        )
+        if until_ns is not None and now_ns > until_ns:
+            self._decide(False, now_ns, self._too_late(seconds(until_ns - began_ns)))
             return
-        distance = self._proximity.distance(where)
-        self._first = distance if self._first is None else self._first
-        self._distance = min(distance, inf if self._distance is None else self._distance)
-        if distance <= self._within:
-            self._decide(True, now_ns, f"{length_text(distance)} after {seconds(now_ns - began_ns):g} s")
+        holds = self._sentence.holds(now_ns)
+        self._note_gap()
+        self._since_ns = (now_ns if self._since_ns is None else self._since_ns) if holds else None
+        if self._since_ns is not None and now_ns - self._since_ns >= self._lasting_ns:
+            proves_nothing = self._since_ns == began_ns == 0 and not self._lasting_ns
+            remark = "; it holds at the start, so it proves nothing" if proves_nothing else ""
+            self._decide(True, now_ns, self._reached(seconds(self._since_ns - began_ns)) + remark)
+
+    def _note_gap(self) -> None:
+        value = self._sentence.value
+        if value is None:
+            return
+        gap = self._sentence.condition.gap(value)
+        self._first_gap = gap if self._first_gap is None else self._first_gap
+        if self._least_gap is None or gap < self._least_gap:
+            self._least_gap, self._nearest_text = gap, self._sentence.value_text()
+            if self._limit is not None:
+                self._distance = float(value)
 
     def _finish(self, now_ns: int) -> None:
-        self._decide(False, now_ns, f"{self._nearest()} by the end of the run")
+        self._decide(False, now_ns, self._too_late(None))
 
-    def _nearest(self) -> str:
-        return f"no nearer than {length_text(self._distance or 0.0)}, not {self._within:g} m,"
+    def _reached(self, after_s: float) -> str:
+        lasting = f", for {seconds(self._lasting_ns):g} s" if self._lasting_ns else ""
+        named = self._sentence.observable.name
+        return f"{named} was {self._sentence.value_text()} after {after_s:g} s{lasting}"
+
+    def _too_late(self, after_s: float | None) -> str:
+        """Return the reason of a failure, after some time or at the end of the run."""
+        lasting = f" for {seconds(self._lasting_ns):g} s" if self._lasting_ns else ""
+        never = f"{self._sentence.observable.name} was never {self._sentence.wanted}{lasting}"
+        until = "by the end of the run" if after_s is None else f"by {after_s:g} s"
+        return f"{never} {until}; the nearest was {self._nearest_text}"
 
 
-class Throughout(Judge):
-    """A condition holds at every moment of a part of the run."""
+class ComesNear(Once):
+    """A model comes near a target in time."""
 
-    def __init__(self, during: During, limit: float | None = None) -> None:
-        super().__init__(during.since, limit)
+    def _reached(self, after_s: float) -> str:
+        return f"{length_text(self._sentence.value)} after {after_s:g} s"
+
+    def _too_late(self, after_s: float | None) -> str:
+        until = "by the end of the run" if after_s is None else f"after {after_s:g} s"
+        return f"no nearer than {length_text(self._distance or 0.0)}, not {self._limit:g} m, {until}"
+
+
+class Always(Judge):
+    """A condition holds at every moment of a part of the run, or if that begins at 0 from the first value on.
+
+    Args:
+        sentence: the observable and the condition.
+        during: the part of the run.
+        limit: as of :class:`Judge`.
+    """
+
+    def __init__(self, sentence: Sentence, during: During, limit: float | None = None) -> None:
+        super().__init__(sentence, during.since, limit)
         self._until = during.until
+        self._may_be_silent = during.since == START
         self._steps = self._held = 0
         self._was_wrong = False
 
@@ -219,10 +277,10 @@ class Throughout(Judge):
             return None if self._passed is None else 0.0
         return self._held / self._steps
 
-    def _evaluate(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
+    def _evaluate(self, now_ns: int, began_ns: int, times: Times) -> None:
         until_ns = start_or_event_ns(self._until, times)
         if until_ns is None or now_ns <= until_ns:
-            wrong = self._wrong(now_ns, times, where)
+            wrong = self._wrong(now_ns)
             self._was_wrong |= wrong is not None
             if not self._between:
                 self._steps += 1
@@ -238,98 +296,65 @@ class Throughout(Judge):
                 self._decide(False, now_ns, "was never evaluated: no step of the run lies in its period")
         self._is_over = has_ended
 
-    @abstractmethod
-    def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
+    def _wrong(self, now_ns: int) -> str | None:
         """Return a description of a violation now, if there is one."""
+        holds = self._sentence.holds(now_ns)
+        if self._limit is not None and self._passed is None:
+            self._distance = max(self._sentence.value, self._distance or 0.0)
+        if holds or (self._sentence.value is None and self._may_be_silent):
+            return None
+        return self._violation(now_ns)
+
+    def _violation(self, now_ns: int) -> str:
+        named, text = self._sentence.observable.name, self._sentence.value_text()
+        return f"{named} was {text} at {seconds(now_ns):g} s, not {self._sentence.wanted}"
+
+    def _finish(self, now_ns: int) -> None:
+        named = self._sentence.observable.name
+        if self._sentence.value is None:
+            is_topic = isinstance(self._sentence.observable, Field)
+            self._decide(False, now_ns, f"{named} never {'carried a message' if is_topic else 'had a value'}")
+        else:
+            self._decide(True, now_ns, f"{named} stayed {self._sentence.wanted}")
 
 
-class Stays(Throughout):
+class Stays(Always):
     """A model does not leave a circle on the ground."""
 
-    def __init__(self, stays: StaysWithin, scene: Scene) -> None:
-        super().__init__(stays.during, stays.distance)
-        self._model, self._radius = scene.model(stays.model).name, stays.distance
-        self._centre: GroundPoint | None = None if isinstance(stays.of, str) else stays.of
-
-    def unchanged_ns(self, where: GroundPositions) -> int | None:
-        if self._centre is None or self._passed is not None:
-            return None
-        return where.unchanged_ns(self._radius - self._away(where, self._centre), self._model)
-
-    def _away(self, where: GroundPositions, centre: GroundPoint) -> float:
-        x, y = where.ground(self._model)
-        return hypot(x - centre[0], y - centre[1])
-
-    def save(self) -> Any:
-        return super().save(), self._centre
-
-    def restore(self, saved: Any) -> None:
-        judged, self._centre = saved
-        super().restore(judged)
-
-    def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
-        self._centre = self._centre or where.ground(self._model)
-        distance = self._away(where, self._centre)
-        if self._passed is None:
-            self._distance = max(distance, self._distance or 0.0)
-        return (
-            f"{length_text(distance)} away, more than {self._radius:g} m" if distance > self._radius else None
-        )
+    def _violation(self, now_ns: int) -> str:
+        return f"{length_text(self._sentence.value)} away, more than {self._limit:g} m"
 
     def _finish(self, now_ns: int) -> None:
         self._decide(True, now_ns, f"never more than {length_text(self._distance or 0.0)} away")
 
 
-class StaysSo(Throughout):
-    """The values of a topic stay in limits; without a later beginning from its first message on."""
-
-    def __init__(self, stays: TopicStays, world: World) -> None:
-        super().__init__(stays.during)
-        self._may_be_silent = stays.during.since == START
-        self._topic, self._says = stays.name, TopicSays(stays, world)
-        self.news = self._says.news  # type: ignore[method-assign]
-        bounds = {"above": stays.above, "below": stays.below, "equal to": stays.equals}
-        self._wanted = " and ".join(f"{how} {value}" for how, value in bounds.items() if value is not None)
-
-    def unchanged_ns(self, where: GroundPositions) -> int | None:
-        return self._says.unchanged_ns if self._passed is None else None
-
-    def restore(self, saved: Any) -> None:
-        self._says.restore()
-        super().restore(saved)
-
-    def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
-        if self._says(now_ns, times):
-            return None
-        value = self._says.value
-        if value is None and self._may_be_silent:
-            return None
-        text = "without a value" if value is None else f"{value:.6g}" if is_number(value) else repr(value)
-        return f"{self._topic} was {text} at {seconds(now_ns):g} s, not {self._wanted}"
-
-    def _finish(self, now_ns: int) -> None:
-        if self._says.value is None:
-            self._decide(False, now_ns, f"{self._topic} never carried a message")
-        else:
-            self._decide(True, now_ns, f"{self._topic} stayed {self._wanted}")
-
-
-def judge_of(criterion: Criterion, world: World) -> Judge:
+def judge_of(criterion: Criterion, around: Surroundings) -> Judge:
     """Return the judge of a criterion.
 
     Raises:
         SceneError: it names an object that is not in the scene.
         TopicError: it names a topic or a field that does not exist.
-        CapabilityError: it needs a distance, and the world does not report poses of models.
+        CapabilityError: the world does not report what it needs, such as poses of models.
+        ExperimentError: its observable does not exist.
     """
     if criterion.stays_within is not None:
-        require_poses(world)
-        return Stays(criterion.stays_within, world.scene)
+        stays = criterion.stays_within
+        return Stays(stays_sentence(stays, around), stays.during, stays.distance)
     if criterion.topic_stays is not None:
-        return StaysSo(criterion.topic_stays, world)
-    assert criterion.near is not None  # checked when it was read
-    require_poses(world)
-    return ComesNear(criterion.near, criterion.within_of, world.scene)
+        return Always(topic_sentence(criterion.topic_stays, around), criterion.topic_stays.during)
+    if criterion.near is not None:
+        return _comes_near(criterion, criterion.near, around)
+    sentence, during = observed_sentence(criterion, around), criterion.during or During()
+    if criterion.by is None and criterion.lasting is None:
+        return Always(sentence, during)
+    by = during.until if criterion.by is None else criterion.by
+    return Once(sentence, during.since, by=by, lasting_ns=criterion.lasting or 0)
+
+
+def _comes_near(criterion: Criterion, near: Near, around: Surroundings) -> Judge:
+    limit = criterion.within_of
+    begins, time_ns = (START, None) if limit is None else (limit.event, limit.time)
+    return ComesNear(near_sentence(near, around), begins, time_ns, limit=near.within)
 
 
 def _early(end_ns: int, begins_ns: int) -> str:

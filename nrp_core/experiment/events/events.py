@@ -5,18 +5,17 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Container, Mapping, Sequence
 from functools import partial
-from numbers import Real
-from operator import attrgetter
 from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from nrp_core.errors import TopicError, did_you_mean
-from nrp_core.experiment.events.between_steps import LastMessage
-from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity, require_poses
-from nrp_core.experiment.model.event_schema import Event, Publish, TopicIs, When
+from nrp_core.experiment.events.sentences import near_sentence, observed_sentence, topic_sentence
+from nrp_core.experiment.model.event_schema import Event, Publish, When
 from nrp_core.messages.base import type_name
 from nrp_core.messages.std_msgs import ColorRGBA
+from nrp_core.observables.condition import Sentence
+from nrp_core.observables.observable import Surroundings
 from nrp_core.scene.materials import color_of
 from nrp_core.world.topics import TopicInfo, check_message
 from nrp_core.world.world import World
@@ -24,22 +23,21 @@ from nrp_core.world.world import World
 Times = Mapping[str, int]
 """Times of past events, ns."""
 
-_NUMBER, _TRUTH, _TEXT = "a number", "true or false", "a text"
-
 Condition = Callable[[int, Times], bool]
 """Returns whether a condition holds now (ns), given the past events."""
 
 
-def trigger(event: Event, world: World, where: GroundPositions) -> Condition:
+def trigger(event: Event, around: Surroundings) -> Condition:
     """Return the condition of an event.
 
     Raises:
         TopicError: a condition names a topic or a field that does not exist.
         SceneError: a condition names an object that is not in the scene.
-        CapabilityError: it needs a distance, and the world does not report poses of models.
+        CapabilityError: the world does not report what it needs, such as poses of models.
+        ExperimentError: its observable does not exist.
     """
     if event.when is not None:
-        return AllOf(event.when, world, where)
+        return AllOf(event.when, around)
     due_ns = event.at or 0
     return lambda now_ns, _times: now_ns >= due_ns
 
@@ -47,98 +45,50 @@ def trigger(event: Event, world: World, where: GroundPositions) -> Condition:
 class AllOf:
     """The conditions of an event, all of which must hold."""
 
-    def __init__(self, when: When, world: World, where: GroundPositions) -> None:
-        self._event, self._after_ns, self._where = when.event, when.after, where
-        self._near, self._within = None, 0.0
+    def __init__(self, when: When, around: Surroundings) -> None:
+        self._event, self._after_ns = when.event, when.after
+        self._sentences: list[Sentence] = []
         if when.near is not None:
-            require_poses(world)
-            self._near, self._within = Proximity(when.near, world.scene), when.near.within
-        self._topic = None if when.topic is None else TopicSays(when.topic, world)
+            self._sentences.append(near_sentence(when.near, around))
+        if when.topic is not None:
+            self._sentences.append(topic_sentence(when.topic, around))
+        if when.observable is not None:
+            self._sentences.append(observed_sentence(when, around))
 
     def __call__(self, now_ns: int, times: Times) -> bool:
-        return (
-            (self._event is None or (self._event in times and now_ns >= times[self._event] + self._after_ns))
-            and (self._near is None or self._near.distance(self._where) <= self._within)
-            and (self._topic is None or self._topic(now_ns, times))
-        )
+        if self._event is not None and not (
+            self._event in times and now_ns >= times[self._event] + self._after_ns
+        ):
+            return False
+        return all(sentence.holds(now_ns) for sentence in self._sentences)
 
     @property
     def is_consequence(self) -> bool:
         """Whether it waits for nothing but another event, which it accompanies."""
-        return self._near is None and self._topic is None and not self._after_ns
+        return not self._sentences and not self._after_ns
 
     def news(self) -> Sequence[int]:
         """Return the times of the messages that came since the last call, ns."""
-        return () if self._topic is None else self._topic.news()
+        return [t_ns for sentence in self._sentences for t_ns in sentence.news()]
 
-    def unchanged_ns(self, where: GroundPositions) -> int | None:
-        """Return for how long its distance surely keeps on the same side of the limit, ns."""
-        if self._near is not None:
-            return self._near.unchanged_ns(where)
-        return None if self._topic is None else self._topic.unchanged_ns
+    def unchanged_ns(self, now_ns: int) -> int | None:
+        """Return for how long its conditions surely keep holding or failing, ns."""
+        known = [sentence.unchanged_ns(now_ns) for sentence in self._sentences]
+        return min((one for one in known if one is not None), default=None)
 
-    def restore(self) -> None:
-        """Continue with the last message of a world that was reset or restored."""
-        if self._topic is not None:
-            self._topic.restore()
+    def look(self, now_ns: int) -> None:
+        """Keep the values at a physics step between two steps of the loop."""
+        for sentence in self._sentences:
+            sentence.look(now_ns)
 
+    def save(self) -> Any:
+        """Return the state of its observables."""
+        return [sentence.observable.save() for sentence in self._sentences]
 
-class TopicSays:
-    """A condition on the last message of a topic at a moment; false before the first message.
-
-    Raises:
-        TopicError: there is no such topic, its message does not have the field, or the values cannot be
-            compared.
-
-    Attributes:
-        value: the value at the last moment that was looked at; None before the first message.
-    """
-
-    def __init__(self, wanted: TopicIs, world: World) -> None:
-        self._wanted, self._field = wanted, attrgetter(wanted.field)
-        subscription = world.subscribe(wanted.name, depth=None)
-        self._last = last = LastMessage(subscription)
-        self.news, self.restore, self.unchanged_ns = last.news, last.restore, last.unchanged_ns
-        self.value: Any = None
-        try:
-            example = self._field(subscription.topic.type())
-        except AttributeError:
-            kind = type_name(subscription.topic.type)
-            raise TopicError(f"{wanted.name} carries {kind}, which has no field '{wanted.field}'") from None
-        _require_comparable(wanted, example)
-
-    def __call__(self, now_ns: int, _times: Times) -> bool:
-        stamped = self._last.at(now_ns)
-        self.value = value = None if stamped is None else self._field(stamped.message)
-        if value is None:
-            return False
-        above, below, equals = self._wanted.above, self._wanted.below, self._wanted.equals
-        return bool(
-            (above is None or value > above)
-            and (below is None or value < below)
-            and (equals is None or value == equals)
-        )
-
-
-def _require_comparable(wanted: TopicIs, example: Any) -> None:
-    what = f"'{wanted.field}' of {wanted.name} is {_kind(example)}"
-    if (wanted.above is not None or wanted.below is not None) and _kind(example) != _NUMBER:
-        raise TopicError(f"'above' and 'below' are for numbers, and {what}")
-    if wanted.equals is not None and _kind(wanted.equals) != _kind(example):
-        raise TopicError(f"'equals' is {wanted.equals!r}, and {what}")
-    if wanted.equals is not None and _kind(example) not in (_NUMBER, _TRUTH, _TEXT):
-        raise TopicError(f"'equals' is for numbers, texts, true and false, and {what}")
-
-
-def _kind(value: Any) -> str:
-    """Return a text with the types that a value can be compared with."""
-    if isinstance(value, bool):
-        return _TRUTH
-    if isinstance(value, Real):
-        return _NUMBER
-    if isinstance(value, str):
-        return _TEXT
-    return "a list" if hasattr(value, "__len__") else f"a {type(value).__name__}"
+    def restore(self, saved: Any) -> None:
+        """Restore a state from :meth:`save`, in a world that was reset or restored."""
+        for sentence, state in zip(self._sentences, saved, strict=True):
+            sentence.observable.restore(state)
 
 
 def to_message(topic: TopicInfo, value: Any) -> Any:
@@ -240,12 +190,13 @@ class Events:
 
     def __init__(self) -> None:
         self._all: dict[str, tuple[Condition, Sequence[Action]]] = {}
+        self._unspoilt: dict[str, Any] = {}
         self.reset()
 
     def reset(self) -> None:
         """Reset to time 0, without past events."""
         self._times: dict[str, int] = {}
-        self.restore({})
+        self.restore(({}, self._unspoilt))
 
     @property
     def names(self) -> list[str]:
@@ -257,12 +208,21 @@ class Events:
         """Times of past events, ns, in order."""
         return self._times
 
-    def restore(self, times: Times) -> None:
-        """Restore the state after these events."""
+    def save(self) -> Any:
+        """Return the past events and the state of what the others wait for."""
+        return dict(self._times), self._states()
+
+    def restore(self, saved: Any) -> None:
+        """Restore a state from :meth:`save`, in a world that was reset or restored."""
+        times, states = saved
         self._times = dict(times)
         self._waiting = {name: event for name, event in self._all.items() if name not in times}
-        for condition in self.waiting:
-            condition.restore()
+        for name, (condition, _) in self._waiting.items():
+            if isinstance(condition, AllOf):
+                condition.restore(states.get(name, self._unspoilt[name]))
+
+    def _states(self) -> dict[str, Any]:
+        return {name: one.save() for name, (one, _) in self._waiting.items() if isinstance(one, AllOf)}
 
     def add(self, name: str, condition: Condition, actions: Sequence[Action] = ()) -> None:
         """Add an event.
@@ -273,6 +233,8 @@ class Events:
             actions: its actions, in order.
         """
         self._all[name] = self._waiting[name] = condition, actions
+        if isinstance(condition, AllOf):
+            self._unspoilt[name] = condition.save()
 
     @property
     def waiting(self) -> list[AllOf]:

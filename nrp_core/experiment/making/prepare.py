@@ -459,12 +459,13 @@ def event_references(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], 
     for name, criterion in experiment.criteria.items():
         if criterion.within_of is not None:
             yield ("criteria", name, "within_of", "event"), criterion.within_of.event
-        for kind in ("stays_within", "topic_stays"):
-            stays = getattr(criterion, kind)
-            for key in ("since", "until") if stays is not None else ():
-                point = getattr(stays.during, key)
+        if isinstance(criterion.by, str) and criterion.by not in (START, END):
+            yield ("criteria", name, "by"), criterion.by
+        for keys, during in criterion.periods():
+            for key in ("since", "until"):
+                point = getattr(during, key)
                 if isinstance(point, str) and point not in (START, END):
-                    yield ("criteria", name, kind, "during", key), point
+                    yield ("criteria", name, *keys, "during", key), point
 
 
 def open_engine(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from typing import Any
 
 from nrp_core.cle.wiring import declare_unserved
 from nrp_core.dsl.functions import TransferFunction
-from nrp_core.experiment.events.between_steps import BetweenSteps
 from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
 from nrp_core.experiment.events.events import Action, Events, action_of, trigger
-from nrp_core.experiment.events.ground_positions import GroundPositions
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Level, has_errors
 from nrp_core.messages.base import type_name
+from nrp_core.messages.std_msgs import Float64
+from nrp_core.observables.moments import BetweenSteps
+from nrp_core.observables.observable import Observable, Surroundings, observable_of, topic_of, unit_of
+from nrp_core.observables.positions import GroundPositions
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
@@ -36,6 +39,9 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
     for name, kind in experiment.topics.items():
         with collector.during(Code.NRP212, "topics", name):
             world.declare(name, kind)
+    for name, written in experiment.observables.items():
+        with collector.during(Code.NRP212, "observables", name):
+            world.declare(topic_of(name), Float64, unit_of(written))
     for alias, topic in experiment.aliases.items():
         with collector.during(Code.NRP212, "aliases", alias, level=_severity(experiment)):
             world.add_alias(alias, topic)
@@ -83,17 +89,24 @@ def silent_topic(topic: str, served: Mapping[str, TopicInfo]) -> str:
 
 
 class Watch:
-    """Executes the events of an experiment and evaluates its criteria during a run.
+    """Executes the events of an experiment and evaluates its criteria and observables during a run.
 
     Args:
-        experiment: the experiment with the events and criteria.
+        experiment: the experiment with the events, criteria and observables.
         world: the world with the topics and aliases of the experiment.
         collector: receives mistakes; the rest works.
+
+    Attributes:
+        where: the positions of models.
+        around: what observables can read; the brain is added when it is opened.
+        events: the events.
+        observables: the observables of the experiment, by name.
     """
 
     def __init__(self, experiment: Experiment, world: World, collector: Collector) -> None:
         self.where = GroundPositions(world, experiment.timestep)
         self._between = BetweenSteps(world, self.where)
+        self.around = Surroundings(world, self.where, experiment.observables)
         self._world, self.events = world, Events()
         for name, event in experiment.events.items():
             actions: list[Action] = []
@@ -101,33 +114,52 @@ class Watch:
                 with collector.during(Code.NRP213, "events", name, "publish", i, level=_severity(experiment)):
                     actions.append(action_of(publish, world))
             with collector.during(Code.NRP213, "events", name, "when"):
-                self.events.add(name, trigger(event, world, self.where), actions)
+                self.events.add(name, trigger(event, self.around), actions)
         self._judges: dict[str, Judge] = {}
         for name, criterion in experiment.criteria.items():
-            with collector.during(Code.NRP213, "criteria", name, "near", "stays_within", "topic_stays"):
-                self._judges[name] = judge_of(criterion, world)
-        self._unspoilt = {name: judge.save() for name, judge in self._judges.items()}
+            kinds = ("near", "stays_within", "topic_stays", "observable")
+            with collector.during(Code.NRP213, "criteria", name, *kinds):
+                self._judges[name] = judge_of(criterion, self.around)
+        self.observables: dict[str, Observable] = {}
+        for name in experiment.observables:
+            with collector.during(Code.NRP213, "observables", name):
+                self.observables[name] = observable_of(name, self.around)
+        self._published = {name: world.advertise(topic_of(name)) for name in self.observables}
+        self._values: dict[str, Any] = {}
+        self._unspoilt = self._states()
 
     def reset(self) -> None:
         """Reset to time 0."""
         self.where.refresh()
         self._between.plan(0, ())
         self.events.reset()
-        for name, judge in self._judges.items():
-            judge.restore(self._unspoilt[name])
+        self._restore_states(self._unspoilt)
 
     def save(self) -> Any:
-        """Return the past events and the state of the criteria."""
-        return dict(self.events.times), {name: judge.save() for name, judge in self._judges.items()}
+        """Return the past events and the state of the criteria and observables."""
+        return self.events.save(), self._states()
+
+    def _states(self) -> dict[str, dict[str, Any]]:
+        return {
+            "criteria": {name: judge.save() for name, judge in self._judges.items()},
+            "observables": {name: one.save() for name, one in self.observables.items()},
+            "values": dict(self._values),
+        }
+
+    def _restore_states(self, states: Mapping[str, Mapping[str, Any]]) -> None:
+        self._values = dict(states["values"])
+        kept: dict[str, Mapping[str, Any]] = {"criteria": self._judges, "observables": self.observables}
+        for kind, things in kept.items():
+            for name, thing in things.items():
+                if name in states[kind]:
+                    thing.restore(states[kind][name])
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`, for the same experiment, in a world that was restored."""
         self.where.refresh()
-        times, judges = saved
-        self.events.restore(times)
-        for name, judge in self._judges.items():
-            if name in judges:
-                judge.restore(judges[name])
+        events, states = saved
+        self.events.restore(events)
+        self._restore_states(states)
         self._between.plan(self._world.now_ns, (*self.events.waiting, *self._judges.values()))
 
     def evaluate(self, now_ns: int) -> None:
@@ -138,11 +170,24 @@ class Watch:
             self.events.fire_due(moment_ns, changed)
             for judge in judges:
                 if judge in changed:
-                    judge.evaluate(moment_ns, self.events.times, self.where, between=True)
+                    judge.evaluate(moment_ns, self.events.times, between=True)
         self.events.fire_due(now_ns)
         for judge in judges:
-            judge.evaluate(now_ns, self.events.times, self.where)
+            judge.evaluate(now_ns, self.events.times)
+        self._measure(now_ns)
         self._between.plan(now_ns, (*self.events.waiting, *judges))
+
+    def _measure(self, now_ns: int) -> None:
+        """Read the observables of the experiment, and publish those that are numbers."""
+        self._values = {name: one.value(now_ns) for name, one in self.observables.items()}
+        for name, value in self._values.items():
+            if isinstance(value, Real):
+                self._published[name].publish(Float64(float(value)))
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The value of each observable of the experiment at the last step; None: it has none yet."""
+        return dict(self._values)
 
     def outcomes(self, end_ns: int | None = None) -> dict[str, Verdict]:
         """Return the outcome of each criterion so far.

@@ -96,7 +96,32 @@ class TopicIs(Section):
         return self
 
 
-class When(Section):
+class Observed(Section):
+    """A condition on an observable."""
+
+    observable: Any = None
+    """The name of an observable of the experiment, or its kind and arguments: ``{height: husky}``."""
+    above: Any = None
+    """More than this, in the unit of the observable or with its own unit: ``1 m``."""
+    below: Any = None
+    """Less than this."""
+    between: tuple[Any, Any] | None = None
+    """From the first to the second, both included."""
+    equals: Any = None
+    """Exactly this."""
+
+    def _check_bounds(self) -> None:
+        bounds = ("above", "below", "between", "equals")
+        given = [name for name in bounds if getattr(self, name) is not None]
+        if self.observable is None and given:
+            raise ValueError(f"'{given[0]}' goes with 'observable'")
+        if self.observable is not None and not given:
+            raise ValueError("'observable' needs 'above', 'below', 'between' or 'equals'")
+        if self.between is not None and len(given) > 1:
+            raise ValueError("'between' is both bounds: leave out the others")
+
+
+class When(Observed):
     """A condition; where several are given, all must hold at once."""
 
     near: Near | None = None
@@ -110,8 +135,9 @@ class When(Section):
 
     @model_validator(mode="after")
     def _some_condition(self) -> When:
-        if self.near is None and self.event is None and self.topic is None:
-            raise ValueError("needs 'near', 'event' or 'topic'")
+        self._check_bounds()
+        if self.near is None and self.event is None and self.topic is None and self.observable is None:
+            raise ValueError("needs 'near', 'event', 'topic' or 'observable'")
         if "after" in self.model_fields_set and self.event is None:
             raise ValueError("'after' needs 'event': after which one?")
         return self
@@ -202,8 +228,12 @@ class TopicStays(TopicIs):
     """When it counts; by default the whole run."""
 
 
-class Criterion(Section):
-    """A criterion that the run must meet to pass."""
+class Criterion(Observed):
+    """A criterion that the run must meet to pass.
+
+    A condition on an observable holds at each moment of a part of the run, or with ``by`` or ``for`` at least
+    once.
+    """
 
     near: Near | None = None
     """A model comes near something."""
@@ -213,10 +243,30 @@ class Criterion(Section):
     """A model stays where it is."""
     topic_stays: TopicStays | None = None
     """A topic keeps a value."""
+    by: TimeOrEvent | None = None
+    """The condition holds once until then. Goes with ``observable``."""
+    lasting: DurationNs | None = Field(default=None, alias="for")
+    """The condition holds for this time without a gap. Goes with ``observable``."""
+    during: During | None = None
+    """When a condition on an observable counts; by default the whole run."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> Criterion:
-        self._require_one_of(("near", "stays_within", "topic_stays"))
+        self._require_one_of(("near", "stays_within", "topic_stays", "observable"))
+        self._check_bounds()
         if self.within_of is not None and self.near is None:
             raise ValueError("'within_of' goes with 'near'")
+        for name, value in (("by", self.by), ("for", self.lasting), ("during", self.during)):
+            if value is not None and self.observable is None:
+                raise ValueError(f"'{name}' goes with 'observable'")
+        if self.by is not None and self.during is not None and self.during.until != END:
+            raise ValueError("'by' is the end of the time that counts: leave out 'until'")
         return self
+
+    def periods(self) -> list[tuple[tuple[str, ...], During]]:
+        """Return the parts of the run in which it counts, with the keys above them."""
+        kinds = (("stays_within", self.stays_within), ("topic_stays", self.topic_stays))
+        found: list[tuple[tuple[str, ...], During]] = [
+            ((kind,), stays.during) for kind, stays in kinds if stays is not None
+        ]
+        return found if self.during is None else [((), self.during)]

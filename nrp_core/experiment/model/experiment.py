@@ -365,6 +365,8 @@ class Experiment(Overview, Section):
     """More names for topics: ``alias: topic``."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Events, by name."""
+    observables: dict[Name, Any] = Field(default_factory=dict)
+    """Numbers that criteria, events, measures, environments and figures use, by name: ``{height: husky}``."""
     criteria: dict[Name, Criterion] = Field(default_factory=dict)
     """Criteria that must be met for the run to pass."""
     comparison: ComparisonSection = ComparisonSection()

@@ -254,7 +254,7 @@ class Section(PlainNumbers):
         schema = handler(core_schema)
         fields = handler.resolve_ref_schema(schema)["properties"]
         for name, text in _documented_fields(cls).items():
-            fields[name]["description"] = text
+            fields[cls.model_fields[name].alias or name]["description"] = text
         return schema
 
     @model_validator(mode="after")

@@ -16,6 +16,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.observers import RunObserver
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.messages.base import type_name
+from nrp_core.observables.observable import topic_of
 from nrp_core.world.topics import Direction
 from nrp_core.world.world import World
 
@@ -142,7 +143,7 @@ class CommandsWithoutReceiver:
         """Yield a finding for each topic with messages but without a subscriber so far."""
         for topic in sorted(self._world.without_subscriber):
             meant = self._intended_topic(topic)
-            declared = topic in self._declared or topic.startswith(_SHOWN)
+            declared = topic in self._declared or topic.startswith((_SHOWN, topic_of("")))
             if meant or not declared:
                 yield self._finding(topic, meant)
 

@@ -191,6 +191,7 @@ class Observation:
         """Count the spikes of all neurons of an open brain from now on."""
         self._network = brain.network
         port = brain.add_sink(SpikeCounter(), np.arange(brain.network.size), name="result")
+        self.watch.around.brain, self.watch.around.spikes = brain, lambda: self.spikes
         self._counter: SpikeCounterPort = port  # type: ignore[assignment]  # as its specification opens it
 
     @property

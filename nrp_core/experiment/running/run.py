@@ -449,7 +449,6 @@ class Run(Overview, Closing):
     def result(self) -> Result:
         """Return the result so far."""
         experiment, loop, observation = self.experiment, self.loop, self._observation
-        times = self._events.times
         outcomes = observation.watch.outcomes(loop.now_ns if self.is_over else None)
         problems, state = self.problems, state_of(self.error)
         complete = is_complete(problems)
@@ -474,13 +473,24 @@ class Run(Overview, Closing):
             trajectory_digest=observation.digest.hexdigest(),
             spikes=observation.spikes,
             activity=observation.activity,
-            events={name: seconds(times[name]) if name in times else None for name in self._events.names},
+            events=self.events,
             failures=[failure_data(failure) for failure in loop.failures],
         )
 
     def outcomes(self) -> dict[str, Verdict]:
         """Return what came of each criterion so far."""
         return self._observation.watch.outcomes()
+
+    @property
+    def observables(self) -> dict[str, Any]:
+        """The value of each observable of the experiment at the last step; None: it has none yet."""
+        return self._observation.watch.values
+
+    @property
+    def events(self) -> dict[str, float | None]:
+        """The times of events, s; None for those that have not happened."""
+        times = self._events.times
+        return {name: seconds(times[name]) if name in times else None for name in self._events.names}
 
     def passed(self) -> dict[str, bool | None]:
         """Return whether each criterion is met so far; None: it is not decided."""

@@ -9,10 +9,12 @@ from golden import Golden
 from nrp_core.errors import TopicError
 from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
 from nrp_core.experiment.events.events import Times
-from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
+from nrp_core.experiment.events.sentences import near_sentence
 from nrp_core.experiment.model.event_schema import Criterion, Near
 from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.messages.std_msgs import Float64
+from nrp_core.observables.observable import Surroundings
+from nrp_core.observables.positions import GroundPositions, target_of
 from nrp_core.scene.model import Joint, Link, Model, Scene
 from nrp_core.scene.rigid import Pose
 from nrp_core.world.world import World
@@ -23,10 +25,11 @@ TO_GLASS = {"model": "husky", "visual": "wall/body/glass", "within": "1 m"}
 
 def judged(world: World, criterion: dict[str, Any], times: Times, *, speed: float, steps: int = 150) -> Judge:
     """Drive the husky forward for 3 s, look at every step."""
-    judge, where = judge_of(Criterion.model_validate(criterion), world), GroundPositions(world)
+    where = GroundPositions(world)
+    judge = judge_of(Criterion.model_validate(criterion), Surroundings(world, where))
     drive = world.advertise("/husky/cmd_vel")
     for step in range(steps):
-        judge.evaluate(step * 20 * MS, {k: t for k, t in times.items() if t <= step * 20 * MS}, where)
+        judge.evaluate(step * 20 * MS, {k: t for k, t in times.items() if t <= step * 20 * MS})
         drive.publish(Twist(Vector3(speed, 0.0, 0.0)))
         world.run_until((step + 1) * 20 * MS)
         where.refresh()
@@ -67,7 +70,7 @@ def test_the_degree_of_staying_is_the_share_of_the_steps_also_after_leaving(worl
     assert judge.outcome.degree == pytest.approx(26 / 51)
     assert (judge.outcome.decided_s, judge.outcome.distance) == (0.52, pytest.approx(0.52))
     saved = judge.save()
-    judge.evaluate(world.now_ns, {}, GroundPositions(world))
+    judge.evaluate(world.now_ns, {})
     judge.restore(saved)
     assert judge.outcome.degree == pytest.approx(26 / 51)
 
@@ -175,10 +178,11 @@ def test_a_topic_that_stays_within_its_range_passes(
 ) -> None:
     world.declare("/level", Float64)
     criterion = {"topic_stays": CALM | {"during": {"since": since, "until": "60 ms"}}}
-    judge, where = judge_of(Criterion.model_validate(criterion), world), GroundPositions(world)
+    where = GroundPositions(world)
+    judge = judge_of(Criterion.model_validate(criterion), Surroundings(world, where))
     says = world.advertise("/level")
     for step, value in enumerate((0.1, level, 0.1, 9.0)):  # after the last moment anything may be said
-        judge.evaluate(step * 20 * MS, {}, where)
+        judge.evaluate(step * 20 * MS, {})
         says.publish(Float64(value))
         world.run_until((step + 1) * 20 * MS)
     judge.finish(world.now_ns)
@@ -187,9 +191,11 @@ def test_a_topic_that_stays_within_its_range_passes(
 
 def test_a_topic_that_never_carries_a_message_does_not_stay_in_its_range(world: World) -> None:
     world.declare("/level", Float64)
-    judge = judge_of(Criterion.model_validate({"topic_stays": CALM}), world)
+    judge = judge_of(
+        Criterion.model_validate({"topic_stays": CALM}), Surroundings(world, GroundPositions(world))
+    )
     for step in range(3):
-        judge.evaluate(step * 20 * MS, {}, GroundPositions(world))
+        judge.evaluate(step * 20 * MS, {})
     assert judge.outcome.passed is None
     judge.finish(60 * MS)
     assert (judge.outcome.passed, judge.outcome.reason) == (False, "/level never carried a message")
@@ -202,18 +208,20 @@ def test_a_topic_or_field_that_is_not_there_is_refused(
     world: World, wrong: dict[str, str], message: str
 ) -> None:
     world.declare("/level", Float64)
+    around = Surroundings(world, GroundPositions(world))
     with pytest.raises(TopicError, match=message):
-        judge_of(Criterion.model_validate({"topic_stays": CALM | wrong}), world)
+        judge_of(Criterion.model_validate({"topic_stays": CALM | wrong}), around)
 
 
 def test_distances_to_a_moving_visual_follow_its_model(world: World) -> None:
     near = Near.model_validate({"model": "cart", "visual": "husky/base/glass", "within": "1 m"})
-    proximity, where = Proximity(near, world.scene), GroundPositions(world)
-    assert proximity.distance(where) == pytest.approx(3.0)
+    where = GroundPositions(world)
+    distance = near_sentence(near, Surroundings(world, where)).observable
+    assert distance.value(0) == pytest.approx(3.0)
     world.advertise("/husky/cmd_vel").publish(Twist(Vector3(40.0, 0.0, 0.0)))
     world.run_until(100 * MS)
     where.refresh()
-    assert proximity.distance(where) == pytest.approx(hypot(3.0, 4.0 - 0.01))
+    assert distance.value(world.now_ns) == pytest.approx(hypot(3.0, 4.0 - 0.01))
 
 
 def test_a_visual_that_a_joint_moves_has_no_known_distance(room: Scene, golden: Golden) -> None:
@@ -222,5 +230,6 @@ def test_a_visual_that_a_joint_moves_has_no_known_distance(room: Scene, golden: 
     joints = (Joint("elbow", "revolute", "base", "arm"), Joint("wrist", "fixed", "arm", "hand"))
     scene = room.with_model(Model("crane", links, joints, pose=Pose((9.0, 0.0, 0.0))))
     near = Near.model_validate({"model": "husky", "visual": "crane/hand/glass", "within": "1 m"})
+    assert near.visual is not None
     with golden.raises(ValueError, match="'crane/hand'.*'elbow'"):
-        Proximity(near, scene)
+        target_of(near.visual, scene)

@@ -8,10 +8,11 @@ from golden import Golden
 
 from nrp_core.errors import SceneError, TopicError
 from nrp_core.experiment.events.events import Events, action_of, trigger
-from nrp_core.experiment.events.ground_positions import GroundPositions
 from nrp_core.experiment.model.event_schema import Event
 from nrp_core.messages.geometry_msgs import Twist, Vector3
 from nrp_core.messages.std_msgs import Bool, Float64, Float64MultiArray, String
+from nrp_core.observables.observable import Surroundings
+from nrp_core.observables.positions import GroundPositions
 from nrp_core.world.world import World
 
 GLASS = "/wall/body/glass/color"
@@ -38,7 +39,7 @@ def add(events: Events, world: World, where: GroundPositions) -> Add:
     def added(name: str, **fields: Any) -> None:
         event = Event.model_validate(fields)
         actions = [action_of(publish, world) for publish in event.publish]
-        events.add(name, trigger(event, world, where), actions)
+        events.add(name, trigger(event, Surroundings(world, where)), actions)
 
     return added
 

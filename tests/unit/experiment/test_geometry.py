@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import CapabilityError
-from nrp_core.experiment.events.ground_positions import Footprint, convex_hull
+from nrp_core.observables.positions import Footprint, convex_hull
 from nrp_core.scene.model import Box, Capsule, Cylinder, Mesh, Plane, Sphere
 from nrp_core.scene.rigid import Pose
 

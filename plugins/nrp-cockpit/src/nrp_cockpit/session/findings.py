@@ -112,9 +112,11 @@ def criterion_data(
     if criterion.within_of is not None:
         from_s = events.get(criterion.within_of.event) or 0.0
         to_s = min(duration_s, from_s + seconds(criterion.within_of.time))
-    elif (counted := criterion.stays_within or criterion.topic_stays) is not None:
-        from_s = _moment_s(counted.during.since, events, 0.0)
-        to_s = _moment_s(counted.during.until, events, duration_s)
+    for _, during in criterion.periods():
+        from_s = _moment_s(during.since, events, 0.0)
+        to_s = _moment_s(during.until, events, duration_s)
+    if criterion.by is not None:
+        to_s = _moment_s(criterion.by, events, duration_s)
     if verdict.decided_s is not None:
         to_s = verdict.decided_s
     return {"name": name, "passed": verdict.passed, "from_s": from_s, "to_s": to_s, "text": verdict.reason}
@@ -138,4 +140,6 @@ def _waits_for(event: Event) -> str:
         return f"{when.near.model} near {target}"
     if when.event is not None:
         return f"{seconds(when.after):g} s after {when.event}" if when.after else f"after {when.event}"
+    if when.observable is not None:
+        return str(when.observable)
     return f"{when.topic.name} {when.topic.field}" if when.topic is not None else ""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from math import atan2, cos, pi, sin
+from typing import Any
 
 import numpy as np
 
 from nrp_core.brain import FloatArray
 from nrp_core.experiment import Experiment
+from nrp_core.observables import topic_of
 from nrp_core.recording import Role, Series
 from nrp_core.world import Pose
 from nrp_lab.comparison.metric import DistanceMetric, Margin, ScalarMetric, dtw_distance, filtered_trains
@@ -111,6 +113,30 @@ class CriterionDistance(ScalarMetric):
         return {name: one["distance"] for name, one in outcomes.items() if one["limit"] is not None}
 
 
+class ObservableValues(ScalarMetric):
+    """The smallest, largest, mean and last value of each observable of the experiment."""
+
+    name, title = "observables", "Values of observables"
+    is_compared = False
+
+    def parts(self, experiment: Experiment) -> Collection[str]:
+        return [f"{name}.{how}" for name in experiment.observables for how in _REDUCTIONS]
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        names = {topic_of(name): name for name in run.settings.get("observables") or {}}
+        found: dict[str, list[float]] = {name: [] for name in names.values()}
+        for recorded in run.recording.messages(names.keys() & run.recording.topics.keys()) if names else ():
+            found[names[recorded.topic]].append(recorded.message.data)
+        return {
+            f"{name}.{how}": float(reduce(values)) if values else None
+            for name, values in found.items()
+            for how, reduce in _REDUCTIONS.items()
+        }
+
+
+_REDUCTIONS: Mapping[str, Callable[[list[float]], Any]] = {
+    "min": min, "max": max, "mean": np.mean, "last": lambda values: values[-1],
+}  # fmt: skip
 _SMALL = 20
 """Populations up to this size are reported neuron by neuron."""
 _MAX_TRAINS = 50

@@ -16,16 +16,16 @@ from gymnasium import spaces
 from nrp_core.checks.warnings import announcement
 from nrp_core.clock import seconds
 from nrp_core.dsl import MapReward, TransferFunction
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment import Run
 from nrp_core.utilities import takes
 from nrp_lab.gym.brain_reward import BrainReward
 from nrp_lab.gym.spaces import SOURCE, Observed, act_on, observe
 
-Reward: TypeAlias = Callable[[Run, dict[str, Any]], float]
-"""Returns the reward of the last step, from the run and the observation by name."""
-Terminate: TypeAlias = Callable[[Run, dict[str, Any]], bool]
-"""Returns whether the episode is over."""
+Reward: TypeAlias = Callable[[Run, dict[str, Any]], float] | Mapping[str, float]
+"""Returns the reward of the last step from the run and the observation by name; or weights of observables."""
+Terminate: TypeAlias = Callable[[Run, dict[str, Any]], bool] | str
+"""Returns whether the episode is over; or an event of the experiment, which ends it."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Agent:
                 f"{self.observe!r:.60}"
             )
         for name, given in (("reward", self.reward), ("terminate", self.terminate)):
-            if given is not None and not takes(given, 2):
+            if not isinstance(given, (Mapping, str)) and given is not None and not takes(given, 2):
                 shown = f"one that takes {signature(given)}" if callable(given) else f"{given!r:.60}"
                 raise ExperimentError(f"{name} is a function of the run and the observation, not {shown}")
 
@@ -94,6 +94,7 @@ class AgentRun:
 
     def __init__(self, run: Run, agent: Agent, like: AgentRun | None = None) -> None:
         self.run, self._agent = run, agent
+        require_named(run, agent)
         lasts, step = run.experiment.duration, agent.steps * run.experiment.timestep
         if step > lasts:
             raise ExperimentError(
@@ -159,12 +160,12 @@ class AgentRun:
             self.decided = outcomes
         terminated = bool(outcomes) and None not in outcomes.values()
         if agent.reward is not None:
-            given = agent.reward(run, seen)
+            given = _rewards(run, agent.reward, seen)
             reward = float(given) if np.ndim(given) == 0 and isinstance(given, _NUMBERS) else nan
             if not isfinite(reward):
                 raise ExperimentError(f"the reward at {run.now_s:g} s is {given!r:.60}, not a finite number")
         if agent.terminate is not None:
-            ends = agent.terminate(run, seen)
+            ends = _ends(run, agent.terminate, seen)
             if np.size(ends) != 1 or not (ends == True or ends == False):  # noqa: E712  of NumPy's types too
                 hint = "; see .any() and .all()" if np.size(ends) > 1 else ""
                 raise ExperimentError(f"terminate returned {ends!r:.60}, not true or false{hint}")
@@ -175,6 +176,35 @@ class AgentRun:
 
 
 _NUMBERS = (Real, np.ndarray, np.generic)
+
+
+def _rewards(run: Run, reward: Reward, seen: dict[str, Any]) -> Any:
+    """Return what a function returns, or a weighted sum of observables; one without a value counts as 0."""
+    if not isinstance(reward, Mapping):
+        return reward(run, seen)
+    values = run.observables
+    return float(sum(weight * (values[name] or 0.0) for name, weight in reward.items()))
+
+
+def _ends(run: Run, terminate: Terminate, seen: dict[str, Any]) -> Any:
+    """Return what a function returns, or whether an event has happened."""
+    return run.events[terminate] is not None if isinstance(terminate, str) else terminate(run, seen)
+
+
+def require_named(run: Run, agent: Agent) -> None:
+    """Refuse a reward of unknown observables, and an end at an unknown event.
+
+    Raises:
+        ExperimentError: there is no such observable or event.
+    """
+    known = run.experiment.observables
+    for name in agent.reward if isinstance(agent.reward, Mapping) else ():
+        if name not in known:
+            raise ExperimentError(f"reward: there is no observable '{name}'{did_you_mean(name, known)}")
+    events = run.experiment.events
+    if isinstance(agent.terminate, str) and agent.terminate not in events:
+        hint = did_you_mean(agent.terminate, events)
+        raise ExperimentError(f"terminate: there is no event '{agent.terminate}'{hint}")
 
 
 def _publishes(function: TransferFunction, acted: Mapping[str, Any]) -> bool:

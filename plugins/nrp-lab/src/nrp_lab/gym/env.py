@@ -97,8 +97,9 @@ class NrpEnv(gymnasium.Env[Any, Any]):
             is subscribed.
         act: topics, or ``source:GROUP`` for the rate of a Poisson source. A mapping gives the bounds: of a
             topic ``{"linear.x": (0, 1)}``, of a source ``(lowest, highest, weight)``.
-        reward: by default the number of criteria met in the step, minus those missed in it.
-        terminate: by default once every criterion is decided.
+        reward: a function, or weights of observables of the experiment, ``{"moved": 1.0}``; by default the
+            number of criteria met in the step, minus those missed in it.
+        terminate: a function, or the name of an event; by default once every criterion is decided.
         steps: number of loop steps in each step of the environment.
         same_noise: whether all episodes have the noise of the experiment's seed; then a reset restores a
             snapshot.

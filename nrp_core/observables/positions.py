@@ -8,7 +8,6 @@ from itertools import pairwise, product
 from math import cos, hypot, pi, sin
 
 from nrp_core.errors import CapabilityError, SceneError
-from nrp_core.experiment.model.event_schema import Near
 from nrp_core.scene.model import Box, Capsule, Cylinder, Geometry, Link, Model, Plane, Scene, Sphere
 from nrp_core.scene.rigid import Pose, Vector
 from nrp_core.world.physics_observer import unchanged_ns
@@ -168,54 +167,25 @@ def require_poses(world: World) -> None:
         raise CapabilityError("the world does not report where models are, so no distance is known")
 
 
-class Proximity:
-    """The horizontal distance of a :class:`~nrp_core.experiment.model.event_schema.Near`.
+Target = Callable[[GroundPositions], Footprint]
+"""Returns the footprint of a target now."""
 
-    Args:
-        near: the model and the target.
-        scene: the scene of the world.
 
-    Attributes:
-        target: returns the target's footprint now.
+def target_of(place: GroundPoint | str, scene: Scene) -> Target:
+    """Return the footprint of a point, of a model's origin, or of a visual (``model/link/visual``).
 
     Raises:
         SceneError: the scene does not have the model or visual, or a joint moves the visual relative to its
             model.
         CapabilityError: the visual is a mesh.
     """
-
-    def __init__(self, near: Near, scene: Scene) -> None:
-        self._model, self._within = scene.model(near.model).name, near.within
-        self.target = _target(near, scene)
-        self._models = (self._model, *_target_model(near))
-        self._known: tuple[Poses, float] | None = None
-
-    def distance(self, where: GroundPositions) -> float:
-        """Return the distance now, m."""
-        if self._known is None or self._known[0] is not where.poses:
-            self._known = where.poses, self.target(where).distance(where.ground(self._model))
-        return self._known[1]
-
-    def unchanged_ns(self, where: GroundPositions) -> int:
-        """Return for how long the distance surely keeps on the same side of its limit, ns."""
-        return where.unchanged_ns(self.distance(where) - self._within, *self._models)
-
-
-def _target_model(near: Near) -> tuple[str, ...]:
-    """Return the model that the target belongs to, if any."""
-    owner = near.other if near.visual is None else near.visual.partition("/")[0]
-    return () if owner is None else (owner,)
-
-
-def _target(near: Near, scene: Scene) -> Callable[[GroundPositions], Footprint]:
-    if near.visual is not None:
-        return _VisualFootprint(near.visual, scene)
-    if near.other is not None:
-        other = scene.model(near.other).name
-        return lambda where: Footprint((where.ground(other),))
-    assert near.point is not None  # checked when it was read
-    place = Footprint((near.point,))
-    return lambda _where: place
+    if not isinstance(place, str):
+        point = Footprint((place,))
+        return lambda _where: point
+    if "/" in place:
+        return _VisualFootprint(place, scene)
+    other = scene.model(place).name
+    return lambda where: Footprint((where.ground(other),))
 
 
 class _VisualFootprint:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from operator import itemgetter
 from typing import Protocol
 
-from nrp_core.experiment.events.ground_positions import GroundPositions, Poses
+from nrp_core.observables.positions import GroundPositions, Poses
 from nrp_core.world.topics import Direction, Stamped, Subscription
 from nrp_core.world.world import World
 
@@ -18,8 +18,11 @@ class Watched(Protocol):
     def news(self) -> Iterable[int]:
         """Return the times of the messages that came since the last call, ns."""
 
-    def unchanged_ns(self, where: GroundPositions) -> int | None:
-        """Return for how long it surely stays as it is, ns; None: the positions of bodies do not matter."""
+    def unchanged_ns(self, now_ns: int) -> int | None:
+        """Return for how long it surely stays as it is, ns; None: it changes with messages or steps only."""
+
+    def look(self, now_ns: int) -> None:
+        """Keep what is read at a physics step between two steps of the loop, for that moment."""
 
 
 class LastMessage:
@@ -88,7 +91,7 @@ class BetweenSteps:
         self._due_ns = [
             (now_ns + stays_ns, each)
             for each in watched
-            if (stays_ns := each.unchanged_ns(self._where)) is not None
+            if (stays_ns := each.unchanged_ns(now_ns)) is not None
         ]
         self.deadline_ns = min(map(itemgetter(0), self._due_ns), default=None)
 
@@ -98,8 +101,9 @@ class BetweenSteps:
         self._poses.append((now_ns, self._where.poses))
         for i, (due_ns, each) in enumerate(self._due_ns):
             if due_ns <= now_ns:
+                each.look(now_ns)
                 self._looks += [(now_ns, each), *((t_ns, each) for t_ns in each.news())]
-                self._due_ns[i] = now_ns + (each.unchanged_ns(self._where) or 0), each
+                self._due_ns[i] = now_ns + (each.unchanged_ns(now_ns) or 0), each
         self.deadline_ns = min(map(itemgetter(0), self._due_ns))
 
     def moments(self, now_ns: int, watched: Iterable[Watched]) -> Iterator[tuple[int, list[Watched]]]:

@@ -1,0 +1,48 @@
+"""The observable of topics: a field of the last message."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from operator import attrgetter
+from typing import Any
+
+from nrp_core.errors import TopicError
+from nrp_core.messages.base import type_name
+from nrp_core.observables.moments import LastMessage
+from nrp_core.observables.observable import Observable, Room, Surroundings, arguments_of
+
+
+class Field(Observable):
+    """A field of the last message of a topic; without a value before the first message.
+
+    Raises:
+        TopicError: there is no such topic, or its message does not have the field.
+
+    Attributes:
+        example: the value in an empty message.
+    """
+
+    def __init__(self, arguments: Any, around: Surroundings) -> None:
+        given = arguments_of(arguments, "topic", "name", "field")
+        topic, path = str(given["name"]), str(given.get("field", "data"))
+        self._read, self.name = attrgetter(path), topic if path == "data" else f"{topic}.{path}"
+        subscription = around.world.subscribe(topic, depth=None)
+        self._last = LastMessage(subscription)
+        try:
+            self.example = self._read(subscription.topic.type())
+        except AttributeError:
+            kind = type_name(subscription.topic.type)
+            raise TopicError(f"{topic} carries {kind}, which has no field '{path}'") from None
+
+    def value(self, now_ns: int) -> Any:
+        stamped = self._last.at(now_ns)
+        return None if stamped is None else self._read(stamped.message)
+
+    def news(self) -> Sequence[int]:
+        return self._last.news()
+
+    def unchanged_ns(self, room: Room) -> int | None:
+        return self._last.unchanged_ns
+
+    def restore(self, saved: Any) -> None:
+        self._last.restore()
