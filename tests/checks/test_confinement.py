@@ -210,6 +210,21 @@ def test_each_attempt_to_reach_beyond_the_process_is_refused_or_harmless(
     assert len(found) >= 71
 
 
+@LINUX
+@pytest.mark.parametrize("before", [[], WITHOUT_RIGHTS] if ROOT else [[]], ids=len)
+def test_the_libraries_of_experiments_work_in_a_confined_process(tmp_path: Path, before: list[str]) -> None:
+    """Sandboxes of others forgot calls of NumPy's threads and memory, of HDF5's locks and of event loops."""
+    program = Path(__file__).with_name("computations.py")
+    done = subprocess.run(
+        [*before, sys.executable, "-P", str(program), str(tmp_path)],
+        capture_output=True, text=True, check=True, timeout=120,
+    )  # fmt: skip
+    assert json.loads(done.stdout.splitlines()[-1]) == {
+        "lacking": [], "numpy": 1.0, "scipy": 3.0, "opencv": [99, 99, 3], "matplotlib": "PNG", "numba": 42,
+        "hdf5": [1, 2], "pynn": 100, "program": "a\n", "threads": [1, 2], "events": "slept",
+    }  # fmt: skip
+
+
 MISSING = {
     "Landlock": "confinement._landlock_version = lambda: 0",
     "seccomp": "confinement.allow_own_calls = lambda **_: False",
