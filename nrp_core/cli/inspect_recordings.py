@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,8 @@ from nrp_core.cli.output import NO, complain, document, size_text, warn
 from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.result import recorded_judgement
-from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS, device_group
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS, Role, device_group
+from nrp_core.recording.reading.errata import errata_of
 from nrp_core.recording.reading.integrity import IntegrityCheck
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.recording import Recording
@@ -72,7 +73,7 @@ def inspect_recording(path: Path, *, as_json: bool, details: bool) -> None:
     if not data["intact"]:
         advice = f"'nrp recover {path}' restores its intact part"
         warn(f"the recording is truncated or damaged; {advice}")
-    for message in _contradictions(recording, data):
+    for message in (*_contradictions(recording, data), *data["errata"]):
         warn(message)
     if as_json:
         document(data)
@@ -116,6 +117,7 @@ def _data(recording: Recording) -> dict[str, Any]:
         "complete": judgement and judgement.complete,
         "passed": judgement and judgement.passed,
         "problems": [problem.to_dict() for problem in judgement.problems] if judgement else [],
+        "errata": [*_errata(recording, {n: t.count for n, t in totals.items()}, max(0, len(steps) - 1))],
         "continues": run.get("continues"),
         "begin_s": begin_s,
         "end_s": end_s,
@@ -130,6 +132,13 @@ def _data(recording: Recording) -> dict[str, Any]:
             for name, topic in recording.topics.items()
         },
     }  # fmt: skip
+
+
+def _errata(recording: Recording, counts: Mapping[str, int], steps: int) -> Iterator[str]:
+    sensed = {
+        name: n for name, n in counts.items() if recording.topics[name].role in (Role.SENSOR, Role.CAMERA)
+    }
+    return errata_of(recording.run, recording.file.parent, sensed, steps)
 
 
 def _contradictions(recording: Recording, data: dict[str, Any]) -> Iterator[str]:
