@@ -51,7 +51,7 @@ def open_run(
         progress: called with the name of each task as it begins.
 
     Raises:
-        ExperimentError: there is no such experiment, or it is wrong.
+        ExperimentError: the experiment does not exist, or it is wrong.
         BackendError: a backend is missing, broken or does not open.
     """
     return open_checked_run(load_experiment(experiment, once_each(overrides)), progress, until_s=until_s)
@@ -128,7 +128,7 @@ def run(
         on_step: called after every step with the run.
 
     Raises:
-        ExperimentError: there is no such experiment, it is wrong, or ``record`` holds files already.
+        ExperimentError: the experiment does not exist, it is wrong, or ``record`` holds files already.
         BackendError: a backend is missing, broken or does not open.
         SimulationError: an engine, a transfer function or the disk failed; the recording up to there is kept.
     """

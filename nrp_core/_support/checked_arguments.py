@@ -242,7 +242,7 @@ def require_kind(owner: str, name: str, hint: Any, value: object) -> None:
         value: the value.
 
     Raises:
-        ArgumentError: it is of another kind.
+        ArgumentError: it has another kind.
     """
     if not admits(hint, value):
         raise ArgumentError(f"{owner}: {name} is {reprlib.repr(value)}; it must be {in_words(hint)}")

@@ -174,7 +174,7 @@ class Brain(Overview, Simulation):
             Copies of arrays of shape ``(size,)``.
 
         Raises:
-            NeuronSelectionError: there is no such population.
+            NeuronSelectionError: the population does not exist.
         """
         self.require_ready()
         self.network.ids_of(population)
@@ -238,7 +238,7 @@ class Brain(Overview, Simulation):
 
         Raises:
             CapabilityError: the weights are plastic, and the backend cannot read them.
-            NetworkError: there is no such projection.
+            NetworkError: the projection does not exist.
         """
         self.require_ready()
         chosen = changes.lasting(changes.projection_of(self.network, projection))
@@ -254,7 +254,7 @@ class Brain(Overview, Simulation):
 
         Raises:
             CapabilityError: the weights are plastic, and the backend cannot read them.
-            NetworkError: there is no such projection.
+            NetworkError: the projection does not exist.
         """
         chosen = changes.projection_of(self.network, projection)
         if chosen.rewiring is None:
@@ -270,7 +270,7 @@ class Brain(Overview, Simulation):
         """Return which synapses of a projection (by label) formed and vanished since time 0.
 
         Raises:
-            NetworkError: there is no such projection, or its synapses stay the same ones.
+            NetworkError: the projection does not exist, or its synapses stay the same ones.
         """
         chosen = changes.rewired(changes.projection_of(self.network, projection))
         self.require_ready()
@@ -287,7 +287,7 @@ class Brain(Overview, Simulation):
 
         Raises:
             CapabilityError: the backend cannot change them while it runs.
-            NetworkError: there is no such projection, or a weight is impossible.
+            NetworkError: the projection does not exist, or a weight is impossible.
         """
         self.require_ready()
         each = changes.new_weights(self.network, projection, weights)
@@ -310,7 +310,7 @@ class Brain(Overview, Simulation):
 
         Raises:
             CapabilityError: the backend cannot change them while it runs.
-            NetworkError: there is no such projection or parameter, or a value is impossible.
+            NetworkError: the projection or parameter does not exist, or a value is impossible.
         """
         self.require_ready()
         chosen, each = changes.synapse_parameters(self.network, projection, values)
@@ -324,7 +324,7 @@ class Brain(Overview, Simulation):
         """Return whether the weights of a projection (by label) now change by themselves.
 
         Raises:
-            NetworkError: there is no such projection.
+            NetworkError: the projection does not exist.
         """
         return changes.projection_of(self.network, projection).is_plastic and projection not in self._frozen
 
@@ -341,7 +341,7 @@ class Brain(Overview, Simulation):
 
         Raises:
             CapabilityError: the backend cannot stop it while it runs.
-            NetworkError: there is no such projection, or it is static.
+            NetworkError: the projection does not exist, or it is static.
         """
         self.require_ready()
         changes.learning(changes.projection_of(self.network, projection))

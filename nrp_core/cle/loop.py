@@ -536,7 +536,7 @@ class ClosedLoop(Closing):
         """Activate or deactivate a transfer function between two steps; any thread may call this.
 
         Raises:
-            ExperimentError: there is no function of this name, or ``active`` is not true or false.
+            ExperimentError: no function has this name, or ``active`` is not true or false.
         """
         if not isinstance(active, bool):
             raise ExperimentError(

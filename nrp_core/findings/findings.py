@@ -48,7 +48,7 @@ class Findings(Sequence[Finding]):
             whether it is new.
 
         Raises:
-            ArgumentError: there is no such code.
+            ArgumentError: the code does not exist.
         """
         n_before = len(self)
         self.append(Finding(code, message, level, path, line, subject=subject))

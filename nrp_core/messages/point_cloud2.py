@@ -33,7 +33,7 @@ def read_points(
         skip_nans: leave out points with a NaN in a field.
 
     Raises:
-        ValueError: there is no such field, or the data are too short for the points.
+        ValueError: the field does not exist, or the data are too short for the points.
     """
     names = [field.name for field in cloud.fields]
     order = ">" if cloud.is_bigendian else "<"

@@ -126,7 +126,7 @@ def rewarded(network: Network, label: str) -> Projection:
     """Return a projection whose synapses learn from rewards.
 
     Raises:
-        NetworkError: there is no such projection, its weights stay, or nothing says how rewards act on it.
+        NetworkError: the projection does not exist, its weights stay, or nothing says how rewards act on it.
     """
     projection = projection_of(network, label)
     if projection.neuromodulation is not None:
@@ -150,7 +150,7 @@ def with_synapse_state(network: Network, label: str, variable: str) -> Projectio
     """Return a projection whose synapses have a state variable.
 
     Raises:
-        NetworkError: there is no such projection, or no such variable.
+        NetworkError: the projection or the variable does not exist.
     """
     projection = projection_of(network, label)
     if projection.equations is None:
@@ -217,7 +217,7 @@ def synapse_parameters(
     """Return a projection whose synapses are in equations, and new parameters, one for each synapse.
 
     Raises:
-        NetworkError: there is no such projection or parameter, or a value is impossible.
+        NetworkError: the projection or parameter does not exist, or a value is impossible.
     """
     require_kind("set_synapse_parameters", "values", Mapping, values)
     projection = projection_of(network, label)
@@ -270,7 +270,7 @@ def new_weights(network: Network, label: str, weights: npt.ArrayLike) -> FloatAr
     """Return new weights of a projection, one for each synapse.
 
     Raises:
-        NetworkError: there is no such projection, or a weight is impossible.
+        NetworkError: the projection does not exist, or a weight is impossible.
     """
     projection = projection_of(network, label)
     each = _each("weight", weights, projection.size)

@@ -382,7 +382,7 @@ class Network(Overview):
         """Return the global ids of a population.
 
         Raises:
-            NeuronSelectionError: there is no population of that name.
+            NeuronSelectionError: no population has this name.
         """
         if label not in self.populations:
             known = did_you_mean(label, self.populations)

@@ -45,7 +45,7 @@ class Intervention:
         """Return the selected synapses of each projection that has some, by its label.
 
         Raises:
-            NeuronSelectionError: there are no such cells.
+            NeuronSelectionError: the cells do not exist.
         """
         sources, targets = (_cells(network, name) for name in (self.sources, self.targets))
         found = {}
@@ -65,7 +65,7 @@ class Intervention:
             synapses: as :meth:`synapses` returns them, if they are already known.
 
         Raises:
-            NeuronSelectionError: there are no such cells.
+            NeuronSelectionError: the cells do not exist.
         """
         selected = self.synapses(network) if synapses is None else synapses
         projections = tuple(

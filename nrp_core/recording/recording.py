@@ -47,9 +47,9 @@ class Recording(RecordingReader):
             A figure of Matplotlib. Notebooks show it.
 
         Raises:
-            ExperimentError: there is no such part, the recording has no data to show, or the file exists
+            ExperimentError: the part does not exist, the recording has no data to show, or the file exists
                 or cannot be written.
-            TypeError: there is no such option.
+            TypeError: the option does not exist.
         """
         from nrp_core.recording import figures
 
@@ -81,9 +81,9 @@ class Recording(RecordingReader):
             The file.
 
         Raises:
-            ExperimentError: there is no such view, the recording lacks the data to show, or the file exists
+            ExperimentError: the view does not exist, the recording lacks the data to show, or the file exists
                 or cannot be written.
-            TypeError: there is no such option.
+            TypeError: the option does not exist.
         """
         from nrp_core.recording import video
 

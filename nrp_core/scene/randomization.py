@@ -50,7 +50,7 @@ class Randomization:
         shared: whether all these parts get the same number; else each gets its own.
 
     Raises:
-        SceneError: there is no such quantity, it has no such operation, or the numbers are not a range.
+        SceneError: the quantity does not exist, it has no such operation, or the numbers are not a range.
     """
 
     quantity: str

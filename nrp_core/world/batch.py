@@ -94,7 +94,7 @@ class WorldBatch(Closing):
         """Return the right to publish on a topic of every copy.
 
         Raises:
-            TopicError: there is no such topic, or it cannot be published on.
+            TopicError: the topic does not exist, or it cannot be published on.
         """
         return BatchPublication(self, [world.advertise(topic) for world in self.worlds])
 

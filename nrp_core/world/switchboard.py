@@ -120,7 +120,7 @@ class Switchboard:
         """Add an alias of a topic.
 
         Raises:
-            TopicError: the name is taken, or there is no such topic.
+            TopicError: the name is taken, or the topic does not exist.
         """
         self.require_free(alias)
         self._aliases[alias] = self.info(topic).name
@@ -151,7 +151,7 @@ class Switchboard:
                 :meth:`.Subscription.take`.
 
         Raises:
-            TopicError: there is no such topic, or it can only be published on.
+            TopicError: the topic does not exist, or it can only be published on.
         """
         info = self._require(topic, Direction.OUT)
         name = info.name
@@ -199,7 +199,7 @@ class Switchboard:
         """Return the right to publish on a topic.
 
         Raises:
-            TopicError: there is no such topic, or it cannot be published on.
+            TopicError: the topic does not exist, or it cannot be published on.
         """
         info = self._require(topic, Direction.IN)
         return Publication(replace(info, name=topic), info.name, self)
@@ -217,7 +217,7 @@ class Switchboard:
         """Return the description of a topic, given by its name or an alias.
 
         Raises:
-            TopicError: there is no such topic.
+            TopicError: the topic does not exist.
         """
         if not isinstance(topic, str):
             raise TopicError(f"a topic is given by its name, a text, not {topic!r:.60}")

@@ -216,7 +216,7 @@ class World(Overview, Simulation):
             fields: the fields by name.
 
         Raises:
-            TopicError: there is no such service, or the request does not fit.
+            TopicError: the service does not exist, or the request does not fit.
         """
         self.require_ready()
         topic = self._board.info(service)
@@ -268,7 +268,7 @@ class World(Overview, Simulation):
         """Remove a model; subscribers of its topics get nothing more.
 
         Raises:
-            SceneError: there is no such model.
+            SceneError: the model does not exist.
             CapabilityError: the engine does not support it.
         """
         gone = self.scene.model(model)
@@ -281,7 +281,7 @@ class World(Overview, Simulation):
         """Set pose and velocity of a model; one that does not float is fixed there without velocity.
 
         Raises:
-            SceneError: there is no such model, or a number is not finite.
+            SceneError: the model does not exist, or a number is not finite.
             CapabilityError: the engine does not support it.
         """
         numbers = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
@@ -299,7 +299,7 @@ class World(Overview, Simulation):
         """Set positions (rad, m) of joints of a model, at rest.
 
         Raises:
-            SceneError: there are no such joints, or a position is not finite.
+            SceneError: the joints do not exist, or a position is not finite.
             CapabilityError: the engine does not support it.
         """
         known = [name for joint in self.scene.model(model).joints for name in joint.coordinates]
@@ -423,7 +423,7 @@ class World(Overview, Simulation):
 
         Raises:
             LifecycleError: the world is closed; or it failed, and ``what`` is not ``all``.
-            SceneError: there is no such model.
+            SceneError: the model does not exist.
             CapabilityError: the engine cannot do that while time goes on.
         """
         if what == "all":

@@ -64,7 +64,7 @@ def load_cells(network: Network, tolerance_mv: float) -> tuple[Array, IntArray]:
 
 
 def _load_equations(cells: Array, population: Population) -> None:
-    """Set what the engine needs to know of cells that are given as equations; a kernel advances them."""
+    """Pass the parameters of equation cells to the engine; a kernel advances the cells."""
     cells["membrane"], cells["synapse"] = EQUATIONS, JUMP
     for name in ("tau_m", "cm", "tau_syn"):  # avoids division by zero
         cells[name] = 1.0

@@ -289,7 +289,7 @@ def _order(network: Network) -> tuple[Array, Array]:
 
 
 def _common(parts: Sequence[FloatArray]) -> float | None:
-    """Return the value that all synapses have, or None; 0 if there are none."""
+    """Return the common value of all synapses, or None if they differ; 0 without synapses."""
     few = [_differing(part) for part in parts]
     values = {float(part[0]) for part in few if len(part)}
     return None if len(values) > 1 or any(len(part) > 1 for part in few) else next(iter(values), 0.0)
@@ -298,7 +298,7 @@ def _common(parts: Sequence[FloatArray]) -> float | None:
 def _encoded(
     projection: Projection, network: Network, row_of: IntArray, places: Mapping[str, Array]
 ) -> Array:
-    """Return the targets of synapses as those of events."""
+    """Return the targets of synapses in the encoding of events."""
     if projection.is_plastic:
         return ~places[projection.label]
     return targets_of(projection, network, row_of)
@@ -334,7 +334,7 @@ def targets_of(projection: Projection, network: Network, row_of: IntArray) -> Ar
 
 
 def _short_term(network: Network, cells: Array, row_of: IntArray) -> tuple[Array, Array]:
-    """Return each synapse's row in a table of states, or -1, and that table; no rows if it is empty."""
+    """Return each synapse's row in a table of states, or -1, and the table; no rows if the table is empty."""
     projections = network.projections
     table = np.zeros(sum(p.size for p in projections if is_share(p)), ShortTerm.dtype())
     if not len(table):
@@ -357,7 +357,7 @@ def is_share(projection: Projection) -> bool:
 
 
 def numbers_of(projection: Projection) -> IntArray:
-    """Return numbers that set the synapses of a projection apart from those of any other."""
+    """Return numbers that identify the synapses of a projection among all projections."""
     return Seeds(0).integer(projection.label, 62) + np.arange(projection.size)
 
 

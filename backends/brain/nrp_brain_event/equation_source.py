@@ -32,7 +32,7 @@ _UNBOUNDED: Final = 1 << 59
 
 @cache
 def compiled(source: str, name: str, arguments: Arguments) -> int:
-    """Return what :func:`~nrp_brain_event.handles.call` needs to call a function.
+    """Return the argument with which :func:`~nrp_brain_event.handles.call` calls a function.
 
     Args:
         source: the module of the function.
@@ -103,7 +103,7 @@ def source_of(node: ast.expr, model: Model | SynapseModel, state: str = STATE) -
     Args:
         node: the expression.
         model: the cell or synapse.
-        state: what the names of state variables begin with.
+        state: the prefix of the names of state variables.
     """
     return ast.unparse(ast.fix_missing_locations(_Renamed(model, state).visit(ast.parse(ast.unparse(node)))))
 

@@ -56,7 +56,7 @@ class Places(NamedTuple):
         last: the time of the last update, ms.
         share: of the record of the synapse.
         weight: the magnitude of a plastic weight.
-        scale: what it is multiplied by in the equations.
+        scale: the factor by which the equations multiply it.
         modulator: the number of the dopamine that it follows.
     """
 
@@ -341,7 +341,7 @@ def change_shares(
 
 
 def keep_addresses(rules: Array, initial: Array) -> None:
-    """Give restored rules what is of this process, and whether weights stay: a restore does not change it."""
+    """Keep the addresses of this process, and whether weights are frozen: a restore changes neither."""
     for name in ("own", "dopamine", "frozen"):
         rules[name] = initial[name]
 

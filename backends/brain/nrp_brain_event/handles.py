@@ -25,7 +25,7 @@ _kept: Final[list[Any]] = []
 
 
 def address_of(kernel: Callable[..., int], arguments: tuple[Argument, ...]) -> int:
-    """Return what :func:`call` needs to call a kernel; its address, if code is compiled.
+    """Return the argument with which :func:`call` calls a kernel: its address, if code is compiled.
 
     Args:
         kernel: the function, which is not compiled yet, and returns an integer.
@@ -150,7 +150,7 @@ if COMPILED:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def opened(_typing: Any, kind: Any, places: Any) -> Any:
-        """Return the arrays of a handle, a named tuple of a kind, from its ``places`` or their address."""
+        """Return a handle's arrays as a named tuple of this type, from its ``places`` or their address."""
         declared = list(_declared(kind.instance_class).values())
         members = [types.Array(numba.from_dtype(dtype), ndim, "C") for dtype, ndim in declared]
         opened_type = types.NamedTuple(members, kind.instance_class)  # type: ignore[attr-defined]

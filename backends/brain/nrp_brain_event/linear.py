@@ -222,7 +222,7 @@ def jumps(kind: Kind) -> bool:
 
 @jit
 def set_time(kind: Kind, t: float) -> None:
-    """Compute the factors of a kind at t."""
+    """Compute the factors of a kind of cell at t."""
     kind.t, kind.begin = t, _begin(kind, t)
     since = kind.begin - t
     kind.left_m = exp(since * kind.rate_m)

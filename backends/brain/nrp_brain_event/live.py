@@ -34,7 +34,7 @@ class Plan(NamedTuple):
         stops, ends: times (ms), and the next number after each, see :func:`nrp_brain_event.kernels.run`.
         readings: samples in the order of their times: index of the stop, variable, first neuron, number of
             neurons, place of the sample; shape ``(n, 5)``.
-        neurons: global ids, those of each trace one after another.
+        neurons: global ids, grouped by trace.
         done: number of stops and of readings that have passed, shape ``(2,)``.
     """
 

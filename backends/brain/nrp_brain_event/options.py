@@ -158,7 +158,7 @@ def combinations(parameters: Mapping[str, FloatArray], size: int) -> tuple[IntAr
 
 
 def _obstacle_of(population: Population) -> str:
-    """Return why the course of cells between events is not known in advance, or an empty text."""
+    """Return why the state of cells between events cannot be predicted, or an empty text."""
     if population.equations is not None:
         return settling.obstacle(population.equations.model)
     return "" if population.cell_type in _CELLS else "has no closed form between events"

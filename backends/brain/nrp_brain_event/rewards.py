@@ -74,7 +74,7 @@ def _require_dopamine(network: Network) -> None:
 
 
 def require_weights(projection: Projection) -> None:
-    """Refuse to change what a reward is while a network runs.
+    """Refuse to change the meaning of rewards while a network runs.
 
     Raises:
         CapabilityError: the synapses reward.
@@ -103,7 +103,7 @@ class _Synapses(NamedTuple):
 
 
 class _Pending(NamedTuple):
-    """Changes of dopamine that are still to come."""
+    """Future changes of dopamine."""
 
     times: FloatArray
     numbers: IntArray
@@ -150,7 +150,7 @@ class Rewards:
         self.begin()
 
     def _shortest_ns(self, labels: list[str]) -> int:
-        """Return the shortest delay from neurons, whose spikes are not known before they happen."""
+        """Return the shortest delay from neurons, whose spikes cannot be predicted."""
         shortest = inf
         for label in labels:
             ids = self._network.ids_of(label)
@@ -195,7 +195,7 @@ class Rewards:
                     rule["w_min"], rule["w_max"] = -_UNREACHED, _UNREACHED
 
     def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
-        """Add what spikes of neurons (global ids) will change."""
+        """Add the future changes by spikes of neurons (global ids)."""
         first, number, amount, delay = self._synapses
         counts = first[neurons + 1] - first[neurons]
         if not counts.any():
@@ -237,7 +237,7 @@ class Rewards:
         self, now_ns: int, until_ns: int, run: Callable[[int], None],
         new_spikes: Callable[[int], tuple[IntArray, FloatArray]], tables: Callable[[], Tables],
     ) -> None:  # fmt: skip
-        """Run an engine with dopamine that is known before.
+        """Run an engine whose dopamine is known in advance.
 
         Args:
             now_ns: its time.
@@ -263,7 +263,7 @@ class Rewards:
             yield now_ns
 
     def _push(self, until_ms: float) -> None:
-        """Let dopamine change by what comes up to a time."""
+        """Apply the changes of dopamine up to a time."""
         due = self._pending.times <= until_ms
         if not due.any():
             return
@@ -280,7 +280,7 @@ class Rewards:
         add(self._shelf.places, numbers, times, amounts)
 
     def _tidy(self, now_ms: float, of: Tables) -> None:
-        """Drop what all synapses have passed, where it has become much."""
+        """Drop changes that all synapses have processed, once there are many."""
         needed = np.empty(len(self._shelf.arrays.modulators))
         forget(
             now_ms, of.cells, of.plastic, of.slow, of.rules, of.events, self._shelf.places, needed
@@ -347,7 +347,7 @@ def _modulators(
 
 
 def _synapses(network: Network, of_id: IntArray, times: Grid | None) -> _Synapses:
-    """Return the synapses that reward; those of one source and delay onto shared dopamine are one.
+    """Return the rewarding synapses; synapses of one source and delay onto shared dopamine are merged.
 
     Args:
         network: the network.

@@ -115,7 +115,7 @@ def only_rise(kind: int, work: Work, low: float, high: float) -> float:
 
 @jit
 def _zeros(kind: int, level: int, work: Work, n: int, until: float) -> int:
-    """Replace the n zeros of the function one level below by those of this one; return their number."""
+    """Replace the n zeros of the function one level below by this function's zeros; return their number."""
     found = 0
     low, f_low = 0.0, _value(kind, level, work, 0.0)
     for j in range(n + 1):

@@ -161,7 +161,7 @@ def stand_at(cell: Cell, t: float) -> None:
 
 @jit
 def take_step(cell: Cell, work: Work) -> bool:
-    """Take one step from the neuron's time; the next update is at its end, or never if it is at rest.
+    """Take one step from the neuron's time; update next at its end, or never if the neuron is at rest.
 
     Returns:
         False if no step is short enough.

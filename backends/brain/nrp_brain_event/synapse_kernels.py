@@ -260,7 +260,7 @@ def neuromodulated_on_target(rule: Any, synapse: Any, slow: Any, post_t: float, 
 
 @jit
 def settle(rule: Any, synapse: Plastic, slow: Slow, t: float) -> None:
-    """Update to a time (ms) what changes between spikes, too."""
+    """Update to a time (ms), including the variables that change between spikes."""
     if rule.law == _NEUROMODULATED:
         weight = synapse.weight
         call(rule.own, (rule, synapse, slow, -inf, t, NEITHER, rule.dopamine))
@@ -413,7 +413,7 @@ def synapses_at(
     now: float, cells: Array, synapses: Array, slow: Array, rules: Array, events: Array,
     passed: Array, arrivals: Array, rows: Array, own: Array, more: Array,
 ) -> None:  # fmt: skip
-    """Store synapses as they are after all spikes that have reached them by now; nothing changes.
+    """Store the present state of synapses, after all spikes that have reached them; no synapse changes.
 
     Args:
         now: as for :func:`bring_up_to`.

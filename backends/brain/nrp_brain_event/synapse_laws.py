@@ -7,7 +7,7 @@ synapse) and ``t`` (the last spike, ms; 0 at first). A
 kernel that draws calls :func:`nrp_brain_event.random_numbers.uniform` with the record.
 
 A law whose spikes change the weight is one entry in :data:`RULES`, by its own name or by that of its part
-that sets it apart. A law that is given as equations is an entry in both, since its kernel is written for it.
+that distinguishes it. A law in equations is an entry in both, since its kernel is written for it.
 The kernels are in :mod:`nrp_brain_event.synapse_kernels`.
 """
 

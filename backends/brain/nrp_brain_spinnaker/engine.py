@@ -53,7 +53,7 @@ class Window(NamedTuple):
     Args:
         source_spikes: ticks and global ids of source cells, ascending in time, shape ``(2, n)``.
         device_input: ticks, lines and s16.15 values, ascending in time, shape ``(3, n)``.
-        spikes: ticks and global ids of other cells, with room for at least those of one tick.
+        spikes: ticks and global ids of other cells, with room for at least the spikes of one tick.
         taken: numbers of used source spikes, used device inputs and emitted spikes.
     """
 
@@ -139,7 +139,7 @@ class Waiting:
         self._entries = np.empty((width, 0), np.int64)
 
     def add(self, entries: IntArray) -> None:
-        """Add entries, shape ``(width, n)``; those of one tick are taken in order of their second column."""
+        """Add entries, shape ``(width, n)``; entries of one tick are ordered by their second column."""
         if self._entries.size:
             entries = np.concatenate([self._entries, entries], axis=1)
         self._entries = entries.take(np.lexsort((entries[1], entries[0])), axis=1)
@@ -163,7 +163,7 @@ class MachineEngine:
 
     Args:
         machine: its arrays, which the engine changes in place.
-        rewired: those of synapses that form and vanish, if there are any.
+        rewired: the store of synapses that form and vanish, if the network has such.
     """
 
     def __init__(self, machine: Machine, rewired: Rewired | None) -> None:

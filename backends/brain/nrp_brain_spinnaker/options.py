@@ -1,6 +1,6 @@
 """The options of the emulated machine.
 
-How the machine is to hold one population: the hints of its script, or else the options.
+How the machine holds one population: by the hints of its script, or else by the options.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Hints:
     Args:
         options: the options with the hints of the population.
         summed_weights: the largest sum of weights in a step that the script expects, for each receptor in
-            PyNN's units; None where it says nothing.
+            PyNN's units; None where the script sets nothing.
         synapse_cores: the number of synapse-only cores that the script asks for, or None.
     """
 

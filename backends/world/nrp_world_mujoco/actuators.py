@@ -92,7 +92,7 @@ def actuators_of(spec: Any, model: Any) -> list[Actuator]:
 
 
 def _read(m: Any, number: int) -> Actuator | None:
-    """Return an actuator as a controller; None if there is no equivalent."""
+    """Return the controller that is equivalent to an actuator, or None."""
     joint, gear = int(m.actuator_trnid[number][0]), float(m.actuator_gear[number][0])
     on_joint = mujoco.mjtTrn(m.actuator_trntype[number]) == mujoco.mjtTrn.mjTRN_JOINT
     gain = float(m.actuator_gainprm[number][0])

@@ -71,7 +71,7 @@ def _number(element: Element, name: str, default: float = 0.0) -> float:
 
 
 def _numbers(element: Element, name: str) -> list[float]:
-    """Return the numbers of an attribute; MuJoCo itself reports those that are none."""
+    """Return the numbers of an attribute; MuJoCo itself reports invalid ones."""
     try:
         return [float(word) for word in element.attributes.get(name, "").split()]
     except ValueError:

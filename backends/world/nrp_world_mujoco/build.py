@@ -58,7 +58,7 @@ class Built:
         servos: ids of the actuators of servoed joints, by model and joint.
         declared: stiffness and damping with which they are driven as they are, of those in MJCF.
         firm: the joints among them, and the coordinates of ball joints, that follow with any load.
-        owners: model and body of each geom; those that nothing touches may have none.
+        owners: model and body of each geom; a geom without contacts may have none.
         actuators: ids of the muscles and of the actuators of MuJoCo's own elements, by model and name.
         sensors: ids of the sensors of MuJoCo's own elements, likewise.
         warnings: elements for MuJoCo that are not used.
@@ -201,7 +201,7 @@ class _Builder:
             self._firm[model.name, name] = firm
 
     def _touching(self, model: Any) -> Iterator[int]:
-        """Yield the degrees of freedom of models that touch something, without those of MJCF."""
+        """Yield the degrees of freedom of models with contacts, without those of MJCF models."""
         for part in self._scene.models:
             if not part.native and any(link.collisions for link in part.links):
                 for name, dof in _freedoms(self._joints[part.name], model):
@@ -270,7 +270,7 @@ class _Builder:
         return actuator
 
     def _couple(self, model: Model, joints: Mapping[str, Any]) -> None:
-        """Couple joints to those that they mimic."""
+        """Couple joints to the joints that they mimic."""
         for joint in model.joints:
             if joint.mimic is not None and joint.name in joints:
                 polynomial = [joint.mimic.offset, joint.mimic.multiplier]
@@ -347,7 +347,7 @@ def _damp_with_contacts(model: Any, dofs: Iterable[int]) -> None:
 
 
 def _solve_at_once(option: Any) -> None:
-    """Solve all constraints together; bodies that sleep need the islands of those that are connected."""
+    """Solve all constraints together; sleeping bodies need islands of connected constraints."""
     if not option.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
         option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
 

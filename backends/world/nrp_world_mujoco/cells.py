@@ -51,7 +51,7 @@ def cells(triangles: Triangles, depth: float) -> list[Points]:
 
 
 def merged_cells(triangles: Triangles, depth: float, most: int) -> tuple[list[Points], float]:
-    """Return at most ``most`` cells: those of :func:`cells` where they are large, hulls of several elsewhere.
+    """Return at most ``most`` cells: large cells of :func:`cells`, and hulls of several small ones.
 
     Returns:
         The corners of each, and the greatest distance from the surface at the middles of their triangles, m.
@@ -340,7 +340,7 @@ def _grown(
     """Return the number of the cell of each polygon.
 
     Polygons are in one cell if none has a corner of another in front of it by more than ``error``, or
-    behind it by so much that the hull would be deeper than ``sag``.
+    far enough behind it to make the hull deeper than ``sag``.
     """
     count = len(planes)
     groups = np.full(count, -1)

@@ -84,7 +84,7 @@ class Decays:
         return bool(self._decays)
 
     def advance(self, steps: int, step: Callable[[int], None]) -> None:
-        """Take steps, each with the wrenches of the velocities at its start beside those that are given.
+        """Take steps; apply the given wrenches, and those of the velocities at the start of each step.
 
         Args:
             steps: the number of steps.
@@ -105,7 +105,7 @@ class Decays:
 
     @contextmanager
     def acting(self) -> Iterator[None]:
-        """Apply the wrenches of the last step again, for what is measured of it."""
+        """Apply the wrenches of the last step again, so that sensors measure that step."""
         given = self._data.xfrc_applied[self._ids]
         self._data.xfrc_applied[self._ids] = self._last
         try:

@@ -124,7 +124,7 @@ def _type(described: Any) -> Any:
 
 
 class Constraints:
-    """Leads compiled code to the constraints of a step, in MuJoCo's state or in a copy of where they are.
+    """Gives compiled code the places of a step's constraints, in MuJoCo's state or in a copy.
 
     Args:
         data: MuJoCo's state, which must outlive this.
@@ -150,7 +150,7 @@ class Constraints:
     def find(self) -> None:
         """Find the constraints after the first half of a step that Python takes.
 
-        If they are not where the layout says, they are copied from now on.
+        If the layout does not give their places, they are copied from now on.
         """
         data = self._data
         arrays = [getattr(data, name).ctypes.data for name in ARRAYS] if data.nefc else [0] * len(ARRAYS)
@@ -197,7 +197,7 @@ def is_of(dof: int, row: int, state: IntArray) -> bool:
 def row_of(joint: Any, state: IntArray) -> int:
     """Return the row of a joint's constraint in the present step; -1 without one.
 
-    It changes with the other constraints: those of bodies that sleep are left out.
+    It changes with the other constraints, because sleeping bodies have none.
     """
     first, count = integer_at(state[0]), integer_at(state[1])
     row: int = first + joint.row
@@ -214,7 +214,7 @@ def row_of(joint: Any, state: IntArray) -> int:
 def lead(
     moving: bool, times_s: FloatArray, state: IntArray, joints: Any, orientations: FloatArray, paths: Any
 ) -> bool:
-    """Write the wanted velocities into the constraints between the two halves of a step.
+    """Write the target velocities into the constraints between the two halves of a step.
 
     Args:
         moving: whether any path has not arrived.

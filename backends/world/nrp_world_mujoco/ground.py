@@ -97,7 +97,7 @@ def ground_of(vertices: Points, faces: Faces) -> Ground | None:
 
 
 def _sizes(points: Points, extent: FloatArray) -> list[tuple[int, int]]:
-    """Return the numbers of columns and rows that may be enough: those of the corners, or finer ones."""
+    """Return numbers of columns and rows that may suffice: those of the corners, or finer ones."""
     columns, rows = (len(np.unique(np.round(points[:, axis] / extent[axis], 6))) for axis in (0, 1))
     if columns * rows != len(points):
         share = np.sqrt(len(points) / np.prod(extent))

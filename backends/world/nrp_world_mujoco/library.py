@@ -45,7 +45,7 @@ def note(message: str) -> None:
 
 
 def compile_spec(spec: Any) -> Any:
-    """Compile a specification; what MuJoCo warns of is noted.
+    """Compile a specification and note MuJoCo's warnings.
 
     Raises:
         ValueError: MuJoCo refuses it.
@@ -59,7 +59,7 @@ def compile_spec(spec: Any) -> Any:
 
 
 def halves_of_step() -> tuple[int, int] | None:
-    """Return the addresses of ``mj_step1`` and ``mj_step2`` for compiled code; None if they are not found."""
+    """Return the addresses of ``mj_step1`` and ``mj_step2`` for compiled code; None if missing."""
     try:
         library = ctypes.CDLL(mujoco._functions.__file__)  # finds what its own libraries have, too
         first, second = (ctypes.cast(each, ctypes.c_void_p) for each in (library.mj_step1, library.mj_step2))

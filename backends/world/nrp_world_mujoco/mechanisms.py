@@ -95,7 +95,7 @@ class Mechanisms:
 
     Args:
         spec: the specification.
-        warnings: receives what is added in another way than it is written.
+        warnings: receives a finding for each part that is not added as its file describes it.
     """
 
     def __init__(self, spec: Any, warnings: Findings) -> None:
@@ -143,7 +143,7 @@ class Mechanisms:
         body.add_site(name=self._new_name(of, element, "site"), **shape, **pos_quat(pose))
 
     def _add_wrap(self, of: str, element: Native) -> None:
-        """Add the shape that a tendon wraps around; nothing touches it."""
+        """Add the shape that a tendon wraps around; it has no contacts."""
         body, place = self._holder(of, element)
         where = _compiled(element, "geom")
         pose = place @ _pose(where.geom_pos[0], where.geom_quat[0])
@@ -228,7 +228,7 @@ class Mechanisms:
             self._report_excludes(in_vain, of)
 
     def _is_absent(self, link: str, of: str) -> bool:
-        """Return whether there is no link of a name; for an empty one MuJoCo has an error."""
+        """Return whether a link is missing; MuJoCo reports an empty name itself."""
         return bool(link) and self._names.find("link", link, of) is None
 
     def _report_excludes(self, in_vain: Sequence[tuple[Native, str]], of: str) -> None:
@@ -247,7 +247,7 @@ class Mechanisms:
             and name.count("/") >= (2 if kind == "collision" else 1)  # fmt: skip
 
     def _touch_everything(self, of: str, element: Native, end: str, away: str) -> None:
-        """Let a shape touch everything, because the only thing that it touches in its file is not there."""
+        """Let a shape touch everything, because the only shape that it touches in its file is missing."""
         name = self._names.require(element, end, "collision", of)
         geom = next(each for each in self._spec.geoms if each.name == name)
         if not (geom.contype or geom.conaffinity):
@@ -284,7 +284,7 @@ class Mechanisms:
             self._actuators[of, name] = actuator
 
     def _declare(self, of: str, element: Native) -> None:
-        """Note that controllers with these gains are an actuator of the file, which is driven as it is."""
+        """Note that an actuator of the file implements the controllers with these gains, without changes."""
         self._names.require(element, "joint", "joint", of)
         gains = number_of(element, "kp"), number_of(element, "kv")
         self.declared[of, element.attribute("joint") or ""] = gains
@@ -338,7 +338,7 @@ def parse_element(element: Native, part: ET.Element, *, compiles: bool = False) 
     """Parse a part of an MJCF file in a separate model, and return its specification.
 
     Args:
-        element: where the part comes from, for errors.
+        element: the element of the part, for errors.
         part: a child of ``<mujoco>``.
         compiles: whether it is complete, so that MuJoCo can check its values.
 

@@ -327,7 +327,7 @@ class _Writer:
             yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{surface}</collision>"
 
     def _bits(self, geom: int) -> str:
-        """Return the element about what touches a shape; empty if shapes of the file touch all or none."""
+        """Return the element that states what a shape touches; empty if all shapes touch all or none."""
         m = self._m
         category, touched = int(m.geom_contype[geom]), int(m.geom_conaffinity[geom])
         if not self._has_bits or not (category or touched):  # a pair lets the latter touch something

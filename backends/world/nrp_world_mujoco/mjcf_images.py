@@ -62,7 +62,7 @@ def replace_missing(spec: Any, path: Path, warnings: Findings) -> None:
 
 
 def _absent(files: list[str], folder: str, spec: Any, path: Path) -> Iterator[tuple[str, str]]:
-    """Yield the files, given relative to a folder beside the model, that do not exist, and what they lack."""
+    """Yield the missing files, whose paths are relative to a folder beside the model, and what lacks them."""
     for file in filter(None, files):
         place = path.parent / folder / (Path(file).name if spec.strippath else file)
         if not place.is_file():
@@ -205,7 +205,7 @@ class Images:
         }
 
     def _mapped(self, geom: int, kind: Any) -> tuple[Triangles, FloatArray] | None:
-        """Return a geom with its texture coordinates, from the top; None for what has none."""
+        """Return a geom with its texture coordinates, from the top; None for a geom without any."""
         m, mesh = self._m, int(self._m.geom_dataid[geom])
         if kind == mujoco.mjtGeom.mjGEOM_MESH:
             if m.mesh_texcoordadr[mesh] < 0:
@@ -240,7 +240,7 @@ def _through_a_box(triangles: Triangles) -> FloatArray:
 
 
 def _around(triangles: Triangles, size: FloatArray) -> tuple[Triangles, FloatArray]:
-    """Return triangles that one image of a cube is on each, and the places of their corners, from below."""
+    """Return triangles, each with one image of a cube, and the places of their corners, from below."""
     for _ in range(_HALVINGS):
         faces = ((triangles / size) @ _CUBE[:, 0].T).argmax(axis=2)
         mixed = (faces != faces[:, :1]).any(axis=1)

@@ -83,7 +83,7 @@ class NativeElements:
         spec: the specification that MuJoCo read.
         model: the compiled model.
         names: the names of its parts in the scene.
-        cone: the friction cones that the file asks for; empty for those of scenes.
+        cone: the friction cones that the file requests; empty: those of scenes.
         meshes: attributes of the meshes that are in files, by name.
     """
 
@@ -432,14 +432,14 @@ class NativeElements:
         return muscle_elements(self._m, number, points)
 
     def _declared(self, servo: Actuator) -> Iterator[tuple[str, str]]:
-        """Yield what lets a servo towards a position act as in the file."""
+        """Yield the settings that let a position servo act as in the file."""
         if servo.kind == "position":
             gains = {"joint": self.names.joint(servo.joint), "kp": _text(servo.p), "kv": _text(servo.d)}
             owner = self.names.model(int(self._m.jnt_bodyid[servo.joint]))
             yield owner, _element("actuator", {}, _inner("position", gains))
 
     def target(self, number: int) -> tuple[str, dict[str, str], float]:
-        """Return the model of an actuator, what it acts on, and its length where joints are at 0."""
+        """Return the model of an actuator, its transmission, and its length with all joints at 0."""
         m, kinds = self._m, mujoco.mjtTrn
         kind, (one, other) = mujoco.mjtTrn(m.actuator_trntype[number]), m.actuator_trnid[number].tolist()
         gear = m.actuator_gear[m.actuator_outadr[number]]
@@ -504,7 +504,7 @@ class NativeElements:
         return name if model == owner else f"{model}/{name}"
 
     def holder(self, owner: str, body: int) -> str:
-        """Return the model that has a place on a body: for the world body the one that uses it.
+        """Return the model that owns a place on a body; on the world body, the model that uses it.
 
         A file may have nothing else on the world body, and as a robot it has its own place in the scene.
         """
@@ -554,7 +554,7 @@ def partly_lifted(model: Any) -> dict[int, bool]:
 
 
 def not_passed(model: Any) -> Iterator[str]:
-    """Yield what acts in a file and is not among the elements."""
+    """Yield the acting parts of a file that the elements do not contain."""
     for number in np.flatnonzero(model.actuator_ctrlnum != 1).tolist():
         name = model.actuator(number).name or f"actuator_{number}"
         yield f"the actuator '{name}', which has {model.actuator_ctrlnum[number]} controls"

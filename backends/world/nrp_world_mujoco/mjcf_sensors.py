@@ -34,7 +34,7 @@ _UNITS = {"pos": ("rad", "m"), "vel": ("rad/s", "m/s"), "frc": ("N m", "N")}
 
 
 class Parts(Protocol):
-    """What :class:`~nrp_world_mujoco.mjcf_native.NativeElements` says about the parts of a file."""
+    """The parts of a file by :class:`~nrp_world_mujoco.mjcf_native.NativeElements`."""
 
     names: Any
     controlled: dict[int, Any]
@@ -79,7 +79,7 @@ class SensorElements:
         parts: the names of its parts.
 
     Attributes:
-        left_out: how many sensors of each kind have no message, or measure what a scene does not have.
+        left_out: number of sensors of each kind without a message, or of a quantity that scenes lack.
         touched_sites: the sites in whose shape sensors feel contacts.
     """
 
@@ -125,7 +125,7 @@ class SensorElements:
         return tag in _FORM_OF and one and not m.sensor_history[number].any()
 
     def _measured(self, number: int, tag: str) -> tuple[str, int, dict[str, str]] | None:
-        """Return the model of a sensor, a body, and what it is attached to; None if a scene has none."""
+        """Return the model of a sensor, its body, and where it is attached; None if the scene lacks that."""
         m, parts = self._m, self._parts
         kind, part = _KINDS(m.sensor_objtype[number]), int(m.sensor_objid[number])
         if tag.startswith("frame"):
@@ -179,7 +179,7 @@ class SensorElements:
         ends[f"{end}name"] = parts.placed(owner, body, name)
 
     def _publish(self, number: int, tag: str, owner: str, body: int, ends: dict[str, str]) -> None:
-        """Add a sensor to the message of its place, or give it one of its own."""
+        """Add a sensor to the message of its place, or create a new message."""
         m, form, name = self._m, _FORM_OF[tag], self._parts.name("sensor", number)
         fields = (m.sensor_objtype, m.sensor_objid, m.sensor_reftype, m.sensor_refid)
         key: object = (form, *(int(each[number]) for each in fields))

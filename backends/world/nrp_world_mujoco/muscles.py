@@ -213,7 +213,7 @@ class PresentState:
         return numbers
 
     def _compute(self, *, complete: bool) -> Any:
-        """Return data of the present state, with accelerations and sensors if they are wanted."""
+        """Return data of the present state, with accelerations and sensors on request."""
         m, now = self._model, self._present()
         mujoco.mj_getState(m, self._data, self._state, _STATE)
         state = self._state.tobytes()

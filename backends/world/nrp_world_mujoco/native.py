@@ -74,7 +74,7 @@ def let_weigh_nothing(model: Any, bodies: Iterable[tuple[Body, int]]) -> None:
 
 
 def files_of(spec: Any, path: Path) -> dict[str, dict[str, str]]:
-    """Return the attributes of the meshes of an MJCF file, by name, without those whose file is not there.
+    """Return the attributes of the meshes of an MJCF file, by name, without meshes whose file is missing.
 
     Args:
         spec: the specification that MuJoCo read.
@@ -217,7 +217,7 @@ class NativeElements:
 
     @property
     def declared(self) -> Mapping[tuple[str, str], tuple[float, float]]:
-        """Stiffness and damping of servos that are driven as they are, by model and joint; once finished."""
+        """Stiffness and damping of the file's own servos, by model and joint; once finished."""
         return self._mechanisms.declared
 
     @property
@@ -226,7 +226,7 @@ class NativeElements:
         return self._mechanisms.sensors
 
     def finish(self) -> Mapping[tuple[str, str], Any]:
-        """Add what may connect models, when all are built; return the actuators, by model and name.
+        """Add the parts that may connect models, after all models; return the actuators, by model and name.
 
         Raises:
             SceneError: an element is invalid; the message names its file and line.
@@ -322,7 +322,7 @@ def _values(element: Native, valid: Sequence[str], *owner: str) -> dict[str, Any
 
 
 def _geoms(element: Native, parts: BuiltParts) -> Sequence[Any]:
-    """Return the shapes of a link, or the one that an element names."""
+    """Return the shapes of a link, or only the shape that an element names."""
     geoms = _named(element, "link", parts.geoms, "solid link")
     if element.attribute("name") is None:
         return list(geoms)

@@ -63,7 +63,7 @@ def stated(part: Any, usual: Any, element: str, without: Collection[str]) -> dic
         part: the part, for which the defaults and classes of the file are resolved.
         usual: a part of the same kind as MuJoCo creates it.
         element: its element in a ``<default>``.
-        without: attributes that are not wanted.
+        without: attributes to omit.
     """
     names = [
         name for name in attributes_of(element) if name not in without and hasattr(part, field_of(part, name))

@@ -142,7 +142,7 @@ Links = Mapping[str, tuple[Any, Pose]]
 
 
 def close_loops(model: Model, links: Links, spec: Any) -> None:
-    """Keep the links of loops together at their points, as they are where all joints are at 0."""
+    """Keep the links of loops together at the points where they meet with all joints at 0."""
     for loop in model.loops:
         element, _ = links[loop.child]
         holder = "world" if loop.parent == WORLD else links[loop.parent][0].name
@@ -202,7 +202,7 @@ def _connect_all(
 
 
 def _connect(element: Any, holder: str, point: Vector, spec: Any, impedance: Sequence[float] = HARD) -> None:
-    """Keep a point of a body at another one, where it is with all joints at 0."""
+    """Keep a point of a body on another body, at its place with all joints at 0."""
     spec.add_equality(
         type=mujoco.mjtEq.mjEQ_CONNECT,
         objtype=mujoco.mjtObj.mjOBJ_BODY,

@@ -49,7 +49,7 @@ class Surfaces:
     Args:
         spec: the specification.
         scene: the scene.
-        warnings: receives a finding if the surfaces have so many convex parts that some are merged.
+        warnings: receives a finding if parts are merged, because the surfaces have too many convex parts.
     """
 
     def __init__(self, spec: Any, scene: Scene, warnings: Findings) -> None:
@@ -58,7 +58,7 @@ class Surfaces:
         self._parts: dict[str, list[Part]] = {}
 
     def parts(self, name: str) -> list[Part]:
-        """Return the parts of a concave collision, one if it is a ground with nothing beneath it."""
+        """Return the parts of a concave collision; a single part for a ground without space beneath it."""
         if not self._parts:
             self._load()
         return self._parts[name]

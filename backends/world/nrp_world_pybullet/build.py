@@ -265,7 +265,7 @@ class _Builder:
             )
 
     def _couple(self, model: Model) -> None:
-        """Couple joints to those that they mimic."""
+        """Couple joints to the joints that they mimic."""
         places, client = self._joints[model.name], self._client
         for joint in model.joints:
             if joint.mimic is not None and joint.name in places:

@@ -1,4 +1,4 @@
-"""Forces on bodies and joints besides drives, and measurements: servos, efforts, wrenches, contacts."""
+"""Forces that drives do not exert, and measurements: servos, efforts, wrenches, contacts."""
 
 from __future__ import annotations
 
@@ -214,7 +214,7 @@ class Control:
     def _lifts_of(self, gravity: Vector) -> Iterator[tuple[BodyHandle, Wrench, Pose]]:
         """Yield the bodies that gravity does not pull, or not in full, with the forces that hold them.
 
-        The last are the centres of the masses that it does not pull, relative to those of the bodies.
+        The last are the centres of the masses that it does not pull, relative to the bodies' centres of mass.
         """
         for body, place in (each for bodies in self._built.bodies.values() for each in bodies):
             if body.inertial is not None and (lifted := body.weightless):
@@ -254,7 +254,7 @@ class Control:
         return iterations_for(inertia.now(np.array([state[0] for state in states])))
 
     def _settle(self, iterations: int) -> None:
-        """Let PyBullet's solver take at least a number of iterations, fewer where it is done before."""
+        """Set the least number of iterations of PyBullet's solver; it stops earlier when it has converged."""
         if iterations > self._iterations:
             self._iterations = iterations
             bullet.setPhysicsEngineParameter(numSolverIterations=iterations, physicsClientId=self._client)
@@ -301,7 +301,7 @@ class Control:
             del self._wrenches[body]
 
     def pushes(self) -> list[Callable[[], None]]:
-        """Return what sets the forces of a step, to be called before each until a target changes."""
+        """Return the functions that set a step's forces; call them before each until a target changes."""
         trees = [tree for tree in self._trees if not tree.idle]
         self._applied, self._pushed = {}, []
         found: list[Callable[[], None]] = [partial(self._push, trees)] if trees or self._efforts else []

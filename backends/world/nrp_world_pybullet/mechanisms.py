@@ -1,4 +1,4 @@
-"""Mechanisms that elements for another engine describe, such as those of MJCF, and PyBullet does not have."""
+"""Mechanisms that elements for another engine, such as MJCF's, describe and that PyBullet lacks."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ _ALONG: Vector = (0.0, 0.0, 0.0)
 
 
 def close_loops(model: Model, placed: Placed, client: int) -> None:
-    """Keep the links of loops together at their points, as they are where all joints are at 0.
+    """Keep the links of loops together at the points where they meet with all joints at 0.
 
     Args:
         model: the model.
@@ -62,7 +62,7 @@ def tie_models(scene: Scene, placed: Mapping[str, Placed], client: int, warnings
         scene: the models.
         placed: the bodies of each.
         client: the client of PyBullet.
-        warnings: receives what PyBullet does not have of them.
+        warnings: receives a finding for each feature that PyBullet lacks.
     """
     for tie in scene.ties:
         if lacking := _lacking(tie):
@@ -94,7 +94,7 @@ def _slides(tie: Tie) -> bool:
 
 
 def _lacking(tie: Tie) -> str:
-    """Return what PyBullet lacks of a tie; empty for nothing."""
+    """Return the features of a tie that PyBullet lacks; empty if it has all."""
     if tie.freedoms and not _slides(tie):
         return "leaves them apart"
     bounded = (isfinite(each.lower) or isfinite(each.upper) for each in tie.freedoms)
@@ -206,7 +206,7 @@ def friction_factors(
 
     Args:
         scene: the models.
-        bodies: those of each model, as they are simulated.
+        bodies: the simulated bodies of each model.
         warnings: receives the pair of two models with the largest error.
     """
     kinds = Counter(

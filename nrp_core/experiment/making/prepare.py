@@ -356,7 +356,7 @@ def _require_published(world: World, topic: str) -> None:
     """Refuse imperfections of a topic that the world does not publish itself.
 
     Raises:
-        TopicError: there is no such topic, or only functions publish on it.
+        TopicError: the topic does not exist, or only functions publish on it.
     """
     parts = [part for part in world.parts.all if topic not in part.pushed_topics]
     served = [each.name for part in parts for each in part.topics if each.direction & Direction.OUT]

@@ -306,7 +306,7 @@ def _require_event(tree: Tree, keys: Sequence[str], place: Place) -> None:
     """Refuse to change one setting of an event that does not exist: the new event would have no effect.
 
     Raises:
-        ExperimentError: there is no such event.
+        ExperimentError: the event does not exist.
     """
     if keys[0] != "events" or len(keys) < 3:
         return

@@ -70,7 +70,7 @@ def image_of(world: World, width: int, height: int, of: Collection[str]) -> npt.
     """Return an image of a world as it is now; see :func:`.portrait`.
 
     Raises:
-        SceneError: the scene cannot be drawn, or there is no such model.
+        SceneError: the scene cannot be drawn, or the model does not exist.
     """
     from nrp_core.world.drives.muscles import drawn_muscles, drawn_paths  # most runs show no picture
     from nrp_core.world.render.portrait import Moment, portrait

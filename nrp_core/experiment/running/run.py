@@ -339,7 +339,7 @@ class Run(Overview, Closing):
         """Activate or deactivate a transfer function from the next step on; any thread may call this.
 
         Raises:
-            ExperimentError: there is no function of this name.
+            ExperimentError: no function has this name.
         """
 
         def make() -> None:
@@ -363,7 +363,7 @@ class Run(Overview, Closing):
 
         Raises:
             CapabilityError: the brain cannot change them while it runs.
-            NetworkError: there is no such population, cell or parameter, or a value is impossible.
+            NetworkError: the population, cell or parameter does not exist, or a value is impossible.
         """
         ids = self.brain.network.ids_of(population)
         chosen = range(len(ids)) if cells is None else tuple(cells)
@@ -388,7 +388,7 @@ class Run(Overview, Closing):
             seed: with ``all``: another seed, as of a new run; files of transfer functions are executed again.
 
         Raises:
-            ExperimentError: there is no such part, or it takes no seed.
+            ExperimentError: the part does not exist, or it takes no seed.
             CapabilityError: the engine cannot move bodies, the seed changes the network, or bodies that the
                 engine cannot exchange, or a participant such as a state machine cannot start over: a new run
                 is needed, and this one is as it was.
@@ -523,7 +523,7 @@ class Run(Overview, Closing):
             height: its height, pixels.
 
         Raises:
-            SceneError: the scene cannot be drawn, or there is no such model.
+            SceneError: the scene cannot be drawn, or the model does not exist.
         """
         names = (of,) if isinstance(of, str) else tuple(self._observation.poses() if of is None else of)
         cells = {name: len(self.brain.network.neurons(name)) for name in self.spikes}

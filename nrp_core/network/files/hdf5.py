@@ -97,7 +97,7 @@ def group(parent: Any, name: str) -> h5py.Group:
     """Return a group in a group.
 
     Raises:
-        NetworkError: there is no such group; the message names the nearest.
+        NetworkError: the group does not exist; the message names the nearest.
     """
     import h5py
 

@@ -112,7 +112,7 @@ class RecordingReader(Overview):
         """Return the topics of these roles.
 
         Raises:
-            ExperimentError: there is no such role.
+            ExperimentError: the role does not exist.
         """
         for role in roles:
             if role not in [*Role]:

@@ -96,7 +96,7 @@ def set_currents(places: Array, currents: Array) -> bool:
 
 @inlined
 def accept(clock: GridClock, grid: Grid, places: Array, step: int) -> bool:
-    """Enter the spikes of neurons and sources into the calendar; false if there is no room for a step."""
+    """Enter the spikes of neurons and sources into the calendar; return false if a step's room is full."""
     due = clock.source
     while due < clock.n_sources and grid.sources[due].step <= step:
         due += 1

@@ -1,6 +1,6 @@
 """Synapses that transmit voltages: gap junctions and graded release.
 
-In each step a cell receives a constant current: the one that the voltages in the middle of the step cause.
+In each step a cell receives a constant current, computed from the voltages in the middle of the step.
 There a voltage is ``v + (own + response current) / 2``: ``own`` is how much other causes changed it in the
 last step, which is extrapolated; the change by the current itself is implicit. So all currents of a step are
 one system of equations. It is solved by the method of Gauss and Seidel, which converges because a junction
@@ -9,7 +9,7 @@ moves both voltages towards each other.
 The error of a step is of third order, so that of the voltages is of second order, and strong couplings are
 stable. NEST solves the same equations by iterating all cells (Hahne et al. 2015, Front Neuroinform 9:22).
 
-Between two steps, a voltage may jump: what a reset changes is not extrapolated.
+Between two steps a voltage may jump; the jump of a reset is not extrapolated.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ def _share(coupling: Coupling, v: float, kept: float) -> float:
     Args:
         coupling: the coupling.
         v: the voltage.
-        kept: what is left of an earlier share.
+        kept: the fraction of an earlier share that remains.
     """
     if coupling.law == GAP:
         return 1.0

@@ -1,4 +1,4 @@
-"""Inputs outside the calendar: spikes of source cells, events from devices, and what was in transit.
+"""Inputs outside the calendar: spikes of source cells, device events, and earlier spikes in transit.
 
 They are appended in any order, and arranged when the grid runs.
 """
@@ -58,7 +58,7 @@ def fire(places: Array, neurons: Array, times: Array, begin: int) -> int:
     """Append spikes of source cells (global ids; ms), from number ``begin`` on.
 
     Returns:
-        The number of spikes appended; fewer than all if there is no room.
+        The number of spikes appended; fewer than all if the room is full.
     """
     grid = opened(Grid, places)
     clock = grid.clock[0]
@@ -88,7 +88,7 @@ def inject(places: Array, neurons: Array, times: Array, weights: Array, inhibito
 
 @jit
 def arrange(clock: GridClock, sources: Array, arrivals: Array) -> None:
-    """Put inputs in order, however they came; those that have been used are dropped."""
+    """Sort inputs and drop those that have been used."""
     if clock.is_mixed:
         clock.n_sources = _arranged(sources, clock.source, clock.n_sources)
         clock.n_arrivals = _arranged(arrivals, clock.arrival, clock.n_arrivals)
@@ -118,7 +118,7 @@ def _arranged(inputs: Array, used: int, n: int) -> int:
 def sort(inputs: Array, n: int) -> None:
     """Sort the first n inputs by their fields.
 
-    The steps of most inputs ascend already; what is left to sort is then in the faster caches.
+    The steps of most inputs ascend already; the rest is small enough to be sorted in the faster caches.
     """
     order = np.arange(n)
     _order_steps(inputs, order, 0, n)

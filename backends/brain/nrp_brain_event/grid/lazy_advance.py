@@ -119,7 +119,7 @@ def _arrive(clock: GridClock, grid: Grid, lazy: Lazy, segment: int, step: int) -
 
 @inlined
 def _fetch(lazy: Lazy, row: int) -> None:
-    """Prefetch what an arrival needs of a neuron."""
+    """Prefetch the data of a neuron that an arrival uses."""
     if len(lazy.blocks) > 0 and lazy.owners[row] != NONE:
         owner = lazy.owners[row]
         block = lazy.blocks[owner if owner >= 0 else owner + IN_LIST]

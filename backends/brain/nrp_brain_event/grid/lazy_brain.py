@@ -88,7 +88,7 @@ def kinds_of(grid: Grid, cells: Array) -> tuple[IntArray, IntArray]:
 
 
 def from_plain(grid: Grid, kinds: Kinds, of_blocks: Mapping[str, Array]) -> Lazy:
-    """Return the lazy grid that goes on where a grid is.
+    """Return the lazy grid that continues from the state of a plain grid.
 
     Args:
         grid: the grid.
@@ -115,7 +115,7 @@ def from_plain(grid: Grid, kinds: Kinds, of_blocks: Mapping[str, Array]) -> Lazy
 
 
 def to_plain(grid: Grid, lazy: Lazy) -> Grid:
-    """Return the plain grid that goes on where a lazy grid is."""
+    """Return the plain grid that continues from the state of a lazy grid."""
     grid = grid._replace(
         state=grid.state.copy(), runs=grid.runs.copy(), queue=grid.queue.copy(), release=grid.release.copy(),
         values=grid.values.copy(),
@@ -190,8 +190,8 @@ _run = run if COMPILED else np.errstate(over="ignore", invalid="ignore")(run)
 class LazyBrain(GridBrain):
     """See :class:`~nrp_core.brain.interface.Brain`.
 
-    It goes on as a plain grid where so many events occur that this is cheaper. This is judged by counts, at
-    certain steps, so a run is the same however it is divided.
+    It continues as a plain grid where events are frequent enough to make this cheaper. It decides by counts,
+    at certain steps, so a run is the same however it is divided.
     """
 
     _lazy: Handle[Lazy] | None = None
@@ -229,7 +229,7 @@ class LazyBrain(GridBrain):
         self._lazy = handle(from_plain(self._grid, load_kinds(self._grid, self._cells), own))
 
     def _of_blocks(self) -> dict[str, Array]:
-        """Return what the lazy grid has for cells with equations, whose kernels the grid gets."""
+        """Return the lazy grid's data for equation cells, and add their kernels to the grid."""
         if len(self._grid.blocks):
             codes = with_kernels(self._grid.codes, LOOK_AT_BLOCKS, ADVANCE_ROW)
             self._take(handle(self._grid._replace(codes=codes)))

@@ -118,7 +118,7 @@ class Lazy(NamedTuple):
         clock: ``LazyClock``, shape ``(1,)``.
         kinds: ``Kind``.
         neurons: ``Neuron`` in each row.
-        courses: factors of the state of a kind after 0, 1, ... steps, ``DEPTH`` rows a kind.
+        courses: factors of the state after 0, 1, ... steps, ``DEPTH`` rows for each kind of cell.
         early, late: rows that may reach the threshold: those that advance before the arrivals of a step, and
             those on which they act at once.
         blocks: ``LazyBlock``.
@@ -238,7 +238,7 @@ def receive(lazy: Lazy, current: float, row: int, variable: int, weight: float, 
 
 @inlined
 def enlisted(lazy: Lazy, row: int) -> LazyBlock:
-    """Put a neuron with equations into the list of its block, if it is not there; return the block."""
+    """Add an equation neuron to the list of its block unless it is listed; return the block."""
     owner = lazy.owners[row]
     is_listed = owner < NONE
     block: LazyBlock = lazy.blocks[owner + IN_LIST if is_listed else owner]
@@ -276,7 +276,7 @@ def may_fire(neuron: Neuron, kind: Kind, current: float) -> bool:
 
 @inlined
 def watch(lazy: Lazy, neuron: Neuron, kind: Kind, row: int, current: float) -> None:
-    """Put a neuron that may reach the threshold into the list of those that are looked at in each step."""
+    """Add a neuron that may reach the threshold to the list of neurons that each step examines."""
     if may_fire(neuron, kind, current):
         clock = lazy.clock[0]
         neuron.listed = 1

@@ -77,7 +77,7 @@ def add_noise(places: Array, step: int) -> int:
 
 
 def hear_noise(places: Array, step: int) -> int:
-    """Store the spikes that recorded cells emit in a step; 0 if there is no room for all."""
+    """Store the spikes that recorded cells emit in a step; return 0 if they do not all fit."""
     grid = opened(Grid, places)
     for k in range(len(grid.noise)):
         if grid.noise[k].heard and not _hear(grid.clock[0], grid.noise[k], grid, step):

@@ -307,7 +307,7 @@ class Grid(NamedTuple):
         cells, cell_rows: ``Cell`` of the curved neurons; index among them, or -1.
         work: ``Work``, shape ``(1,)``.
         blocks: ``Block``; not kept in snapshots, since addresses belong to a process.
-        values: variables of each block in SI units, one after the other, each with one value a row.
+        values: variables of each block in SI units, concatenated, with one value per row.
         constants: parameters and propagators of each block, in the same order.
         codes: what :func:`~nrp_brain_event.handles.call` needs to call the kernels that only some networks
             need; not kept in snapshots, since addresses belong to a process.

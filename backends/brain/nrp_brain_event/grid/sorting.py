@@ -159,7 +159,7 @@ _order = sorting(_earlier)
 
 @jit
 def _write(onto: Array, first: int, values: Array) -> None:
-    """Write values one after the other; an assignment to a slice takes seconds to compile."""
+    """Write values in a loop; an assignment to a slice takes seconds to compile."""
     for k in range(len(values)):
         onto[first + k] = values[k]
 

@@ -3,7 +3,7 @@
 A table takes all projections whose synapses act on the same variable of the same 65536 neurons in the
 same way. Individual weights are in single precision; delays are given by the stretch of a synapse. A
 stretch is shorter than a line of memory in many networks, so the tables of static synapses with weights of
-their own lie together: what a spike reaches after one delay is read in one go.
+their own are contiguous: one read covers all targets of a spike after one delay.
 
 Convert cells to runs: the coefficients of neurons' updates by a step, and their initial state.
 """

@@ -41,13 +41,13 @@ class Given:
 
     @classmethod
     def of_saved(cls, saved: Any) -> Given:
-        """Return what a snapshot holds: both arguments, or of version 0.2.0 the weights alone."""
+        """Return the content of a snapshot: both arguments, or only the weights (version 0.2.0)."""
         if isinstance(saved, tuple):
             return cls(*saved)
         return cls(saved, frozenset(label for label, values in saved.items() if common(values) is None))
 
     def with_weights(self, label: str, weights: FloatArray) -> Given:
-        """Return them with those of one more projection."""
+        """Return the weights with those of one more projection."""
         each = self.each if common(weights) is not None else self.each | {label}
         return Given({**self.weights, label: weights}, each)
 
@@ -75,7 +75,7 @@ class Layout(NamedTuple):
 def find_layout(
     network: Network, cells: Array, row_of: IntArray, times: TimeGrid, without: frozenset[str], given: Given
 ) -> Layout | None:
-    """Return where the tables of a network hold weights; None if they are too many to be numbered.
+    """Return the places of weights in the tables of a network; None if there are too many to number.
 
     They are found by tables of the same form whose weights are numbers. The arguments are those of
     :func:`~nrp_brain_event.grid.tables.load_tables`.

@@ -45,7 +45,7 @@ class Tables:
         self._known: dict[tuple[float, int], tuple[int, int]] = {}
 
     def add(self, tau_ms: float, shift: int = 0) -> tuple[int, int]:
-        """Return start and length of a table, an entry for ``2**shift`` ticks, without those that are 0."""
+        """Return start and length of a table, one entry per ``2**shift`` ticks, without entries of 0."""
         if (tau_ms, shift) not in self._known:
             start, tau, step_ms = len(self._values), Decimal(repr(tau_ms)), self._step_ms * 2**shift
             while (entry := int(TRACE_ONE * exact_exp((start - len(self._values)) * step_ms / tau))) > 0:
@@ -54,7 +54,7 @@ class Tables:
         return self._known[tau_ms, shift]
 
     def joined(self) -> IntArray:
-        """Return all tables, one after another."""
+        """Return all tables, concatenated."""
         return np.array(self._values, np.int64)
 
 
@@ -65,7 +65,7 @@ def rule_of(
 
     Args:
         part: the projection.
-        modulation: what rewards and punishments of its target have in common, or None without any.
+        modulation: the parameters that rewards and punishments of its target share; None without any.
         tables: the look-up tables, to which those of the rule are added.
         semantics: whether the rules have PyNN's meaning.
 
@@ -245,7 +245,7 @@ def load_plastic(
         n: the number of simulated neurons.
         step_us: the length of a tick, us.
         semantics: whether the rules have PyNN's meaning.
-        modulations: what rewards and punishments of a population have in common, by its label.
+        modulations: the parameters that rewards and punishments of a population share, by its label.
 
     Raises:
         CapabilityError: the machine does not have a rule, or there are two rules on one population.

@@ -30,7 +30,7 @@ from nrp_core._support.jit import jit
 
 @jit
 def note_spike(cells: Cells, i: int) -> None:
-    """Add neuron ``i`` to those that spiked in this tick."""
+    """Add neuron ``i`` to the list of neurons that spiked in this tick."""
     cells.fired[cells.n_fired[0]] = i
     cells.n_fired[0] += 1
 

@@ -32,7 +32,8 @@ class Sites(NamedTuple):
         shared, local: random numbers of each site: the same for all sites of a population, and its own.
         choice: the current attempt and the next, shape ``(2, CHOICE_COLUMNS)``.
         copy_count, copy_line, copy_weight, copy_delay: their rows.
-        heard_start, heard_site, heard_as: the sites that hear each global id, and as which group, or -1.
+        heard_start, heard_site, heard_as: the sites that receive spikes of each global id, and its group or
+            -1.
         first_of: the first global id of each group's source population.
         heard_at, n_heard: the last tick with a spike at each site; number of spikes in even and odd ticks.
         heard_group, heard_source: these spikes, shape ``(n_sites, 2, spikes)``.
@@ -75,7 +76,7 @@ class Sites(NamedTuple):
 class Rewired(NamedTuple):
     """Synapses that form and vanish: their rows, each with room for all that it may have, and their sites.
 
-    The two are apart, because a function that is called takes long to compile for many arrays.
+    They are two functions, because calls with many arrays take long to compile.
     """
 
     rows: StdpRows
@@ -111,7 +112,7 @@ def deliver_rewired(rewired: Rewired, ring: Ring, neuron: int, tick: int) -> Non
 
 @jit
 def _hear(sites: Sites, site: int, group: int, neuron: int, tick: int) -> None:
-    """Remember a spike at a site, where a new synapse may come from."""
+    """Remember a spike at a site, as a possible source of a new synapse."""
     parity = tick & 1
     if tick != sites.heard_at[site]:
         sites.heard_at[site], sites.n_heard[site, parity] = tick, 0

@@ -1,4 +1,4 @@
-"""Synapses that form and vanish: the attempts of one tick, and what they draw.
+"""Synapses that form and vanish: the attempts of one tick, and their random draws.
 
 A *site* is a core with the synapses onto a slice of a population. An attempt first chooses a target cell, one
 of its places and, if that is empty, a source cell; then the row of that source is changed. As on the machine,
@@ -149,7 +149,7 @@ def _write_row(rewired: Rewired, buffer: int) -> None:
 
 @jit
 def _note(sites: Sites, site: int, buffer: int, tick: int) -> None:
-    """Note a change that was made, as what the host records."""
+    """Note a change in the form that the host records."""
     choice, k = sites.choice[buffer], sites.n_changes[0]
     sites.changes[0, k], sites.changes[1, k], sites.changes[2, k] = tick, choice[GROUP], choice[SOURCE]
     sites.changes[3, k] = sites.settings[site, LOW] + choice[TARGET]
@@ -159,7 +159,7 @@ def _note(sites: Sites, site: int, buffer: int, tick: int) -> None:
 
 @jit
 def _restructured(sites: Sites, site: int, buffer: int) -> bool:
-    """Change the copy of a row as the choice says; return whether it changed."""
+    """Apply the choice to the copy of a row; return whether it changed."""
     choice, settings = sites.choice[buffer], sites.settings[site]
     neuron = settings[FIRST_NEURON] + choice[TARGET]
     found = _found(sites, buffer, neuron)

@@ -8,7 +8,7 @@ Rewards and punishments that decide on pairs of spikes (Izhikevich 2007, Cereb C
 
 STDP changes the *eligibility* of a synapse, which decays with ``tau_c``. A reward raises the dopamine of its
 target, which decays with ``tau_d``, a punishment lowers it. The weight grows by the integral of the product.
-Both stand in the history of the target, so the weights of a row change only when its source neuron spikes.
+The history of the target holds both, so the weights of a row change only when its source neuron spikes.
 
 The released binaries multiply by the constant of the integral first, and find the marks of rewards from the
 end of a history even where later entries do not yet count.

@@ -128,7 +128,7 @@ def decayed(decays: IntArray, trace: int, table: int, length: int, ticks: int) -
 
 @jit
 def stored(trace: int) -> int:
-    """Return a trace as it is stored, in 16 bits."""
+    """Return a trace in its stored form of 16 bits."""
     return ((trace + 0x8000) & 0xFFFF) - 0x8000
 
 

@@ -159,7 +159,7 @@ def synapse_cores(
     Args:
         onto: the projections onto the population.
         hints: the hints of the population.
-        direct: those of them that may pass such a core by.
+        direct: those of them that may bypass such a core.
         n_poisson: the number of them that come from Poisson sources.
         alone: whether its synapses need such a core, as with rewards.
     """
@@ -188,7 +188,7 @@ class Core:
     """A core and its neurons.
 
     Args:
-        chip: index of the chip, filled one after another.
+        chip: index of the chip; chips are filled in order.
         core: number of the core on the chip.
         first, last: neurons within the population, ``last`` excluded.
         key, mask: of the packets it sends, None if it sends none.

@@ -97,7 +97,7 @@ def reports_of(network: Network, options: SpinnakerOptions) -> list[Report]:
     """Return reports on the placement of a network on a machine and on its losses there.
 
     Raises:
-        NetworkError: the network does not fit at all.
+        NetworkError: the network does not fit the machine.
     """
     cells, wires, moved = lay_out(network, options)
     seen = weigh(network, wires, options)

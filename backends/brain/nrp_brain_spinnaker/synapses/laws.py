@@ -42,7 +42,7 @@ _LARGEST = (1 << 15) - 1
 
 
 def modulations_of(network: Network) -> dict[str, Neuromodulation]:
-    """Return what the rewards and punishments of each population have in common, by its label.
+    """Return the parameters that the rewards and punishments of each population share, by its label.
 
     Raises:
         CapabilityError: they have not, or no STDP that they decide on.
@@ -127,7 +127,7 @@ def _dopamine(projection: Projection, model: CellModel, layout: Layout) -> IntAr
 class Stores(NamedTuple):
     """The arrays of the synapses; a field has the name of its law. Spikes pass through them in this order.
 
-    Those that reward or punish act on those with STDP. Those that form and vanish are apart, because a spike
+    Rewarding and punishing synapses act on those with STDP. Those that form and vanish are separate: a spike
     copies all that it passes to a function.
     """
 

@@ -99,7 +99,7 @@ class Rules:
 
 
 def pace(f_rew: float, step_us: int) -> tuple[bool, int]:
-    """Return whether there are several attempts a tick, and their number, or else the ticks between two."""
+    """Return whether a tick has several attempts, and their number; else the ticks between two attempts."""
     period_s = 1.0 / f_rew
     if period_s * 1000.0 < step_us / 1000.0:
         return True, int(step_us / (period_s * 1e6))
@@ -263,7 +263,7 @@ def _ranks(ascending: IntArray) -> IntArray:
 
 
 def _hearing(sites: Sequence[Site], wires: Sequence[Wires], layout: Layout) -> dict[str, IntArray]:
-    """Return which sites hear which source cells, and room for the spikes that they remember."""
+    """Return the source cells whose spikes each site receives, and room to store the spikes."""
     listening = [site for site in sites if site.rewiring.partner == "LastNeuronSelection"]
     size = max((site.rewiring.spike_buffer_size for site in listening), default=0)
     ids, heard = [np.empty(0, np.int64)], [np.empty((2, 0), np.int64)]

@@ -27,7 +27,7 @@ class Group:
     """A projection at a site.
 
     Args:
-        number: its index among those of all sites.
+        number: its index among the synapses of all sites.
         part: the projection.
         inside: whether each of its first synapses is at the site.
     """
@@ -68,7 +68,7 @@ def sites_of(wires: Sequence[Wires], layout: Layout) -> list[Site]:
     """Return the sites of all projections whose synapses form and vanish.
 
     Raises:
-        CapabilityError: projections onto one population differ in what a core has once.
+        CapabilityError: projections onto one population differ in a setting that a core has only once.
     """
     own = [part for part in wires if part.projection.rewiring is not None]
     sites, numbers = [], count()
@@ -92,7 +92,7 @@ def _rewiring_of(part: Wires) -> Rewiring:
 
 
 def _check(parts: Sequence[Wires], onto: Sequence[Wires], layout: Layout) -> None:
-    """Check what a core of the machine has only once."""
+    """Check the settings that a core of the machine has only once."""
     settings = [_rewiring_of(part) for part in parts]
     target = layout.network.populations[parts[0].projection.post]
     most = slots_available(min(target.size, cells_per_core(target, layout.options)))

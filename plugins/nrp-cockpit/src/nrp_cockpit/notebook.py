@@ -49,7 +49,7 @@ def show(
         max_size_mb: the maximum size of the page, MB; topics are thinned until it fits, the largest first.
 
     Raises:
-        ExperimentError: there is no such recording, or it does not fit.
+        ExperimentError: the recording does not exist, or it does not fit.
     """
     if height_px < _LEAST_PX or max_size_mb < _LEAST_MB:
         raise ExperimentError(f"the frame needs {_LEAST_PX} pixels, and the page {_LEAST_MB:g} MB at least")

@@ -49,7 +49,7 @@ class NrpCore:
             used, because there is no other process.
 
     Raises:
-        FileNotFoundError: there is no such configuration.
+        FileNotFoundError: the configuration does not exist.
         NrpError: it is not valid.
     """
 

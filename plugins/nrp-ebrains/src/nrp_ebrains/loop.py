@@ -39,7 +39,7 @@ class Engine(ABC):
         """Return the data of datapacks by name, without those that have nothing new.
 
         Raises:
-            ExperimentError: there is no such datapack.
+            ExperimentError: the datapack does not exist.
         """
 
     @abstractmethod

@@ -114,7 +114,7 @@ class BrainEdits(Functions):
         """Name other neurons; the simulation begins again at time 0.
 
         Raises:
-            NrpError: there are no such neurons; the simulation begins again with the names that it had.
+            NrpError: the neurons do not exist; the simulation begins again with the names that it had.
         """
         if not isinstance(populations, Mapping):
             raise ExperimentError(f"populations are a dict of names and neurons, not {populations!r:.60}")

@@ -95,7 +95,7 @@ class Functions(Live):
         """Return the source of a transfer function, imports included.
 
         Raises:
-            ExperimentError: there is none of this name, or it is not written in Python.
+            ExperimentError: it does not exist, or it is not written in Python.
         """
         self._require(name)
         if name not in self._sources:
@@ -106,7 +106,7 @@ class Functions(Live):
         """Replace a transfer function between two steps; if the source is wrong, nothing changes.
 
         Raises:
-            ExperimentError: there is none of this name, or the source is wrong.
+            ExperimentError: it does not exist, or the source is wrong.
         """
         self._require(name)
         self._exchange(name, source)
@@ -123,7 +123,7 @@ class Functions(Live):
         """Delete a transfer function between two steps.
 
         Raises:
-            ExperimentError: there is none of this name.
+            ExperimentError: it does not exist.
         """
         self._require(name)
         self._runner.call(lambda run: run.change(remove=[name]))

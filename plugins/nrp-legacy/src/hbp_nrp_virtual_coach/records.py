@@ -40,7 +40,7 @@ class Records(Live):
         """Return the rows that have been recorded for a CSV file, the headers first.
 
         Raises:
-            ExperimentError: there is no such file.
+            ExperimentError: the file does not exist.
         """
         return list(csv.reader(StringIO(self.get_csv_last_run_file(name))))
 
@@ -48,7 +48,7 @@ class Records(Live):
         """Return the text of a CSV file, with all that has been recorded.
 
         Raises:
-            ExperimentError: there is no such file.
+            ExperimentError: the file does not exist.
         """
         self.save_csv()
         return csv_text(self._records, name)
@@ -119,7 +119,7 @@ def csv_text(folder: Path, name: str) -> str:
     """Return the text of a CSV file of a run.
 
     Raises:
-        ExperimentError: there is no such file.
+        ExperimentError: the file does not exist.
     """
     names = csv_names(folder)
     if name not in names:

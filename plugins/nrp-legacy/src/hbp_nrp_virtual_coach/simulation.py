@@ -27,7 +27,7 @@ class StateMachineEdits(Live):
         """Return the source of a state machine.
 
         Raises:
-            ExperimentError: there is none of this name.
+            ExperimentError: it does not exist.
         """
         return Source.of_file(self._machine(name)).text
 
@@ -35,7 +35,7 @@ class StateMachineEdits(Live):
         """End a state machine and begin the new one, between two steps.
 
         Raises:
-            ExperimentError: there is none of this name, or the source is not Python.
+            ExperimentError: it does not exist, or the source is not Python.
         """
         self._exchange_machine(self._machine(name), name, source)
 
@@ -53,7 +53,7 @@ class StateMachineEdits(Live):
         """End a state machine.
 
         Raises:
-            ExperimentError: there is none of this name.
+            ExperimentError: it does not exist.
         """
         path = self._machine(name)
         self._runner.call(lambda run: _maker(run).playing.exchange(path, None))
@@ -110,7 +110,7 @@ class Simulation(BrainEdits, StateMachineEdits, Records):
                 ``world``: so does all else; ``brain``: the network begins anew, while time goes on.
 
         Raises:
-            ExperimentError: there is no such reset.
+            ExperimentError: the reset does not exist.
             CapabilityError: the engine cannot put bodies elsewhere.
         """
         if reset_type not in _RESETS:

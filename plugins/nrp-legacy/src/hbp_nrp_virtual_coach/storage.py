@@ -53,7 +53,7 @@ class Stored:
         """Return the folder of a run; -1 is the last.
 
         Raises:
-            ExperimentError: there is no such run.
+            ExperimentError: the run does not exist.
         """
         runs = self.runs()
         if not runs:
@@ -81,7 +81,7 @@ class Storage:
         """Return an experiment.
 
         Raises:
-            ExperimentError: there is none of this name.
+            ExperimentError: it does not exist.
         """
         for folder in self.folders:
             if folder / name in _experiments(folder):

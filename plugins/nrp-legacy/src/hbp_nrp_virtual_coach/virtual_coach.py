@@ -104,7 +104,7 @@ class VirtualCoach:
         """Copy an experiment into the first folder and return its new name.
 
         Raises:
-            ExperimentError: there is none of this name, or no folder; or it is a variant of another one.
+            ExperimentError: it does not exist, or no folder; or it is a variant of another one.
         """
         stored = self._storage.find(exp_id)
         base, _, variant = exp_id.partition("/")
@@ -118,7 +118,7 @@ class VirtualCoach:
         """Delete the folder of an experiment.
 
         Raises:
-            ExperimentError: there is none of this name, or it is installed.
+            ExperimentError: it does not exist, or it is installed.
         """
         shutil.rmtree(self._storage.find_own(experiment_id).file.parent)
 
@@ -171,7 +171,7 @@ class VirtualCoach:
         """Return the text of a file of a run.
 
         Raises:
-            ExperimentError: there is no such experiment, run or file.
+            ExperimentError: the experiment, run or file does not exist.
         """
         run = self._storage.find(exp_id).run(int(run_id))
         _names(run, file_type)
@@ -181,7 +181,7 @@ class VirtualCoach:
         """Return the text of a file of the last run.
 
         Raises:
-            ExperimentError: there is no such experiment, run or file.
+            ExperimentError: the experiment, run or file does not exist.
         """
         return self.get_experiment_run_file(exp_id, file_type, -1, file_name)
 

@@ -35,7 +35,7 @@ def load(
         notes: called with a note about each conversion.
 
     Raises:
-        ExperimentError: it is not there, not Python, or has no meaning.
+        ExperimentError: it does not exist, is not Python, or has no meaning.
     """
     loaded = list(
         _python(element, library, names, notes) if _is_python(element) else _blocks(element, root, names)
@@ -50,7 +50,7 @@ def sources_of(element: Element, root: Element, library: Library, notes: Notes) 
     """Return the code that :func:`load` would execute.
 
     Raises:
-        ExperimentError: it is not there, not Python, or has no meaning.
+        ExperimentError: it does not exist, is not Python, or has no meaning.
     """
     if not _is_python(element):
         return [part.source() for part in _parts(element, root)]
@@ -66,7 +66,7 @@ def part_source(element: Element, root: Element, library: Library) -> list[Sourc
     """Return the code of one element; of building blocks the Python that they stand for.
 
     Raises:
-        ExperimentError: it is not there, or has no meaning.
+        ExperimentError: it does not exist, or has no meaning.
     """
     if _is_python(element):
         return [_source(element, library)]
@@ -77,7 +77,7 @@ def code_of(element: Element, library: Library) -> str:
     """Return the code of one element, in whatever version; of building blocks the Python that they stand for.
 
     Raises:
-        ExperimentError: it is not there.
+        ExperimentError: it does not exist.
     """
     if _is_python(element):
         return _source(element, library).text

@@ -1,4 +1,4 @@
-"""Forces on bodies and joints besides drives, and measurements: servos, efforts, wrenches, contacts."""
+"""Forces that drives do not exert, and measurements: servos, efforts, wrenches, contacts."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def command_line(
         draws: whether it draws images; then it begins paused, until its renderer is ready.
 
     Raises:
-        BackendLoadError: there is no such program or root, or no display to draw for.
+        BackendLoadError: the program, the root or a display to draw for does not exist.
     """
     own = [*options.command, "--verbose", *(["-u"] if draws else []), str(world)]
     if draws and not display_for(options.root):

@@ -39,7 +39,7 @@ class GymnasiumEngine(Engine):
 
     Raises:
         CapabilityError: the scene has models, or a space has values that are not messages.
-        ExperimentError: there is no such environment, or it refuses its arguments.
+        ExperimentError: the environment does not exist, or it refuses its arguments.
         BackendLoadError: the environment needs a package that is not installed.
     """
 

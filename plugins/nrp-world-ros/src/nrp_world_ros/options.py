@@ -31,7 +31,7 @@ class Simulator:
             options: as in an experiment file.
 
         Raises:
-            BackendError: there is no such backend, or it does not load.
+            BackendError: the backend does not exist, or it does not load.
             ExperimentError: an option is wrong, or the backend runs in real time.
         """
         backend = worlds().load(name)

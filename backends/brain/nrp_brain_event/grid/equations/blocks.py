@@ -62,7 +62,7 @@ class Bound(NamedTuple):
 
     Args:
         least, slope, reach: by cell.
-        size: by column, then by cell; what is constant is in ``least``.
+        size: by column, then by cell; constant values are in ``least``.
     """
 
     least: FloatArray
@@ -78,7 +78,7 @@ def bound(
 
     Args:
         size_a: sizes of :class:`~nrp_core.network.equations.linear.Integrals` of a, by column.
-        size_b: those of b.
+        size_b: the sizes of b.
         change: the share by which coefficients change in a step.
         scale: see :func:`nrp_brain_event.grid.equations.layout.scale_of`.
     """
@@ -286,7 +286,7 @@ def _with_code(blocks: Array, constants: FloatArray, network: Network) -> Array:
 
 
 def _values(population: Population, cell: CellEquations) -> FloatArray:
-    """Return the initial values of variables, of what is hidden, and of recorded definitions."""
+    """Return the initial values of state variables, hidden variables and recorded definitions."""
     model = cell.model
     found = np.zeros((len(values_of(model)), length_of_row(population.size)))
     used = found[:, : population.size]
@@ -313,7 +313,7 @@ def _rows(constants: FloatArray, block: Any, n: int, model: Model) -> dict[str, 
 
 
 def _constants(model: Model, known: Mapping[str, FloatArray], n: int, step_ms: float) -> FloatArray:
-    """Return the constants of n cells, one after the other, each with one value a cell."""
+    """Return the constants of n cells, concatenated; each has one value per cell."""
     gains = [
         value_of(effect.factor, known, model.definitions) * effect.unit.scale
         for effect in model.receptors.values()

@@ -83,12 +83,12 @@ def advanced(model: Model) -> Iterator[str]:
 
 
 def changed(model: Model) -> list[str]:
-    """Return the names of what a step changes."""
+    """Return the names of the variables that a step changes."""
     return [*(STATE + name for name in model.variables), *(() if model.lasts else ("until",))]
 
 
 def regime(model: Model) -> Iterator[str]:
-    """Yield the lines that find what a cell is in at the end of a step, when a period may be over."""
+    """Yield the lines that find the regime of a cell at the end of a step, when a period may be over."""
     yield f"held = step {'<' if model.lasts else '<='} until"
     yield "spiked = False"
 
@@ -102,7 +102,7 @@ def fire(model: Model) -> Iterator[str]:
 
 
 def reset(model: Model) -> Iterator[str]:
-    """Yield the lines of the reset, one after the other."""
+    """Yield the lines of the reset."""
     for name, value in model.reset:
         yield from needed([value], model)
         yield f"{STATE}{name} = {source_of(value, model)}"

@@ -2,7 +2,7 @@
 
 In a kernel a name stands for the value of cell i, and ``all_`` before it for the array of a block of cells.
 
-The largest local error of what is integrated.
+The largest local error of the integrated variables.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ LIMITS: Final = ("(least)", "(slope)", "(reach)")
 
 
 def hidden(model: Model) -> tuple[str, ...]:
-    """Return the names of what a cell keeps besides its state variables."""
+    """Return the names of the values that a cell stores in addition to its state variables."""
     of_method = _OF_EXACT if model.method == EXACT else _OF_RUNGE_KUTTA
     return (*of_method, STREAM) if model.is_random else of_method
 
 
 def kept(model: Model) -> list[str]:
-    """Return the names of what a cell keeps, without recorded definitions."""
+    """Return the names of the values that a cell stores, without recorded definitions."""
     return [*(STATE + name for name in model.variables), *hidden(model)]
 
 
@@ -135,7 +135,7 @@ def multiplied(part: Model, *, held: bool) -> npt.NDArray[np.bool_]:
 
 
 class Factors(NamedTuple):
-    """The names of what a driven variable is advanced by.
+    """The names of the factors that advance a driven variable.
 
     Args:
         whole_a, moment_a: factors of :class:`~nrp_core.network.equations.linear.Integrals`, by column.
@@ -172,7 +172,7 @@ def product(elements: Mapping[str, str]) -> str:
 
 
 def sum_of(products: Iterable[tuple[str, str]]) -> str:
-    """Return the source of a sum of products, in which nothing as a factor stands for 1."""
+    """Return the source of a sum of products; an empty factor stands for 1."""
     source = ""
     for one, other in reversed(list(products)):
         if not other:
@@ -183,7 +183,7 @@ def sum_of(products: Iterable[tuple[str, str]]) -> str:
 
 
 def factor(column: str) -> str:
-    """Return the source of what an element of a column is multiplied by; nothing for 1."""
+    """Return the source of the factor of an element of a column; an empty text for 1."""
     return {ONE: "", INPUT: PARAMETER + INPUT}.get(column, STATE + column)
 
 
@@ -195,7 +195,7 @@ def loaded(model: Model, *, equal: bool) -> Iterator[str]:
 
 
 def given(model: Model, *, equal: bool) -> Iterator[str]:
-    """Yield the lines that load what is given to cell i: its constants and its current."""
+    """Yield the lines that load the inputs of cell i: its constants and its current."""
     for name in () if equal else constants_of(model):
         yield f"{name} = {every(name)}[i]"
     if INPUT in model.parameters:  # with what devices inject
@@ -222,7 +222,7 @@ def searched(test: Iterable[str], lines: Iterable[str]) -> Iterator[str]:
 
     Args:
         test: the lines that find whether a cell is ``due``, which become vector instructions.
-        lines: what the cells do that are together with one that is due.
+        lines: the update of the other cells in the block of a cell that is due.
     """
     yield f"for few in range(0, n, {_FEW}):"
     yield "    due = False"

@@ -1,6 +1,6 @@
-"""Writes the kernel by which the lazy grid advances linear equations, and what the kernel needs for it.
+"""Writes the kernel with which the lazy grid advances linear equations, and its arguments.
 
-A cell is a row of ``states``: what has arrived at its receptors in this step, what
+A cell is a row of ``states``: the input of its receptors in this step, the values that
 :func:`~nrp_brain_event.grid.equations.layout.kept` names, the step at which this held, and the place of the
 ``factors`` of cells with its parameters. These are the bound of the
 excess over the threshold, then the elements of the propagators by few and by many steps. A single step is
@@ -84,7 +84,7 @@ def factors_of_kind(model: Model, parameters: Mapping[str, FloatArray], step_s: 
 
 
 def lazy_kernel(model: Model, *, equal: bool) -> int:
-    """Return what is needed to call the kernel of a cell, with the ``ARGUMENTS``.
+    """Return the handle of the kernel of a cell, with the ``ARGUMENTS``.
 
     Args:
         model: equations without an obstacle.
@@ -136,7 +136,7 @@ def _cell(model: Model, *, equal: bool) -> Iterator[str]:
 
 
 def _arrived(model: Model) -> Iterator[str]:
-    """Yield the lines for what has arrived, which is in the row of the cell."""
+    """Yield the lines that read a cell's arrived input from its row."""
     for line in arrived(model):
         for receptor in model.receptors:
             line = line.replace(

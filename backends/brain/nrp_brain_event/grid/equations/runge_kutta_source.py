@@ -75,7 +75,7 @@ def _share() -> Iterator[str]:
 
 
 def _distance(model: Model) -> ast.expr | None:
-    """Return what is negative below the threshold and positive above it."""
+    """Return an expression that is negative below the threshold and positive above it."""
     if model.is_random:
         return None
     match model.threshold:
@@ -96,7 +96,7 @@ _OF_FEW: Final = "slopes_of_few"
 
 
 def slopes(model: Model) -> str:
-    """Return the functions that compute derivatives: of what all cells integrate, and of all variables."""
+    """Return the functions that compute derivatives: of the commonly integrated variables, and of all."""
     of_all = {name: model.variables[name] for name in _integrated(model)}
     parts = {_OF_ALL: (of_all, "inlined"), _OF_FEW: (model.variables, "jit")}
     arguments = ["t", "held", *_arguments(model, STATE)]
@@ -168,14 +168,14 @@ def attempted(model: Model, *, driven: bool) -> Iterator[str]:
 
 
 def changed(model: Model, *, driven: bool) -> list[str]:
-    """Return the names of what an attempt changes."""
+    """Return the names of the variables that an attempt changes."""
     return [name for name in kept(model) if not (driven and name == "wanted")]
 
 
 def tested_again(model: Model) -> bool:
     """Return whether the threshold can be met after a step at whose end it was not.
 
-    It cannot if it depends only on what neither a spike that arrives changes nor a cell that is refractory.
+    It cannot if neither an arriving spike nor a refractory cell changes the variables that it depends on.
     """
     waiting, met = [model.threshold], set[str]()
     while waiting:
@@ -188,7 +188,7 @@ def tested_again(model: Model) -> bool:
 
 
 def regime(model: Model) -> Iterator[str]:
-    """Yield the lines that find what a cell is in at the end of a step: the mark is 1 after a spike.
+    """Yield the lines that find the regime of a cell at the end of a step; the mark is 1 after a spike.
 
     With a condition for the refractory period it is also 2 higher if that held in the last sub-step.
     """

@@ -42,7 +42,7 @@ class Bound(NamedTuple):
         rest: the state at rest without current, and its change by 1 A; shape ``(2, n_variables)``.
         excess: the excess over the threshold at rest, in the same way, shape ``(2,)``.
         highest, lowest: the extremes of the excess that is due to a unit of each variable.
-        size: an excess that is small compared with those of a usual state.
+        size: an excess that is small compared with that of a typical state.
     """
 
     rest: FloatArray
@@ -75,7 +75,7 @@ def excess_of(model: Model) -> Coefficients | None:
 
 
 def obstacle(model: Model) -> str:
-    """Return why the course of a cell between events is not known in advance, or an empty text."""
+    """Return why the state of a cell between events cannot be predicted, or an empty text."""
     if model.on_step:
         return "changes its state in every step"
     if model.method != EXACT:
@@ -92,7 +92,7 @@ def obstacle(model: Model) -> str:
 def excess_at_rest(model: Model, parameters: Mapping[str, FloatArray]) -> FloatArray:
     """Return the excess over the threshold at rest with the constant current, for each cell.
 
-    Without limit for a cell that does not come to rest.
+    Infinite for a cell that does not come to rest.
 
     Args:
         model: equations without an :func:`obstacle`.
@@ -126,7 +126,7 @@ def powers(model: Model, parameters: Mapping[str, FloatArray], step_s: float, *,
 
 
 def bound(model: Model, parameters: Mapping[str, FloatArray], free: FloatArray) -> Bound:
-    """Return the bound of a cell; without limit if it does not come to rest.
+    """Return the bound of a cell; infinite if it does not come to rest.
 
     Args:
         model: equations without an :func:`obstacle`.

@@ -113,7 +113,7 @@ def _searched(model: Model) -> bool:
 
 
 def arrays_of(model: Model, *, equal: bool) -> dict[str, str]:
-    """Return the names of what the parts of a kernel are given for a block, and what each is."""
+    """Return the names of the arrays that a block passes to the parts of a kernel, with the kind of each."""
 
     def cells(whole: str, place: str) -> str:
         return f"{whole}[{place} + first:{place} + first + n]"
@@ -153,7 +153,7 @@ def _moving(model: Model, load: Sequence[str], *, driven: bool) -> Iterator[str]
 
 
 def arrived(model: Model, only: str = "") -> Iterator[str]:
-    """Yield the lines for spikes that arrive at the grid point, and for what the cell does there afterwards.
+    """Yield the lines for spikes that arrive at the grid point, and for the update of the cell after them.
 
     Some spikes onto held variables are lost.
 

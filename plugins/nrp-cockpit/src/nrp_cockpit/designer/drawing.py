@@ -81,7 +81,7 @@ class Drawing(ABC):
         """Change the model by a command.
 
         Raises:
-            ExperimentError: there is no such command, or it is refused; nothing has changed then.
+            ExperimentError: the command does not exist, or it is refused; nothing has changed then.
         """
 
     @abstractmethod

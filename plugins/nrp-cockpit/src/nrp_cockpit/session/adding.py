@@ -49,7 +49,7 @@ class Adding:
             size_m: the size of a shape, m.
 
         Raises:
-            ExperimentError: there is no such model, or the position or the size is impossible.
+            ExperimentError: the model does not exist, or the position or the size is impossible.
             SceneError: the file of the model cannot be read.
             CapabilityError: the engine cannot add bodies.
         """
@@ -75,7 +75,7 @@ class Adding:
 
         Raises:
             ExperimentError: it is a robot.
-            SceneError: there is no such body.
+            SceneError: the body does not exist.
         """
         if body in self._run.experiment.world.robots:
             raise ExperimentError(f"'{body}' is a robot, which the experiment needs")

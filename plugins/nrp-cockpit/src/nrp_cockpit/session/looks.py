@@ -40,7 +40,7 @@ class Looks:
         """Return the positions of the cells of a population, um, as base64 of 32-bit numbers ``x y z x ...``.
 
         Raises:
-            ExperimentError: there is no such population, or its cells have no positions.
+            ExperimentError: the population does not exist, or its cells have no positions.
         """
         positions_um = self._population(population).positions_um
         if positions_um is None:

@@ -52,7 +52,7 @@ class Parameters:
 
         Raises:
             CapabilityError: the brain cannot change it while it runs.
-            NetworkError: there is no such cell or parameter, or the value is impossible.
+            NetworkError: the cell or parameter does not exist, or the value is impossible.
         """
         self._session.run.set_parameters(population, {name: value}, None if index is None else [index])
 
@@ -60,7 +60,7 @@ class Parameters:
         """Change a constant of a file as an unchecked edit does; return what :meth:`.Functions.apply` does.
 
         Raises:
-            ExperimentError: there is no such constant, or the value is not finite.
+            ExperimentError: the constant does not exist, or the value is not finite.
         """
         text = self._session.functions.texts.get(file, "")
         found = {one.number.name: one for one in constants_of(file, text)}

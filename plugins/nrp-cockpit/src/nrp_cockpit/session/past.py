@@ -103,7 +103,7 @@ class Past:
         """Forget a snapshot.
 
         Raises:
-            CapabilityError: there is no snapshot of this name.
+            CapabilityError: no snapshot has this name.
         """
         gone = self.named(name)
         gone.kept = False  # it remains as an automatic one, which helps to go back
@@ -127,7 +127,7 @@ class Past:
         """Return a snapshot by its name.
 
         Raises:
-            CapabilityError: there is no such snapshot.
+            CapabilityError: the snapshot does not exist.
         """
         found = next((each for each in self._moments if each.id == name), None)
         if found is None:

@@ -188,7 +188,7 @@ def _transformed(node: Any, signal: Signal) -> Signal:
     """Return the signal after a node without state.
 
     Raises:
-        ValueError: the shapes do not fit, or there is no such node.
+        ValueError: the shapes do not fit, or the node does not exist.
     """
     kind = type(node).__name__
     if kind not in _MAPS:

@@ -86,7 +86,7 @@ def require_places(items: SonataItems, node_ids: IntArray) -> None:
     """Refuse nodes with one id, and positions that are not finite.
 
     Raises:
-        NetworkError: one of these.
+        NetworkError: one of these conditions holds.
     """
     known, count = np.unique(node_ids, return_counts=True)
     if (count > 1).any():

@@ -92,7 +92,7 @@ class RunGrid:
         world_step_ns: the step of the world in all runs, if time steps are compared; None for its own.
 
     Raises:
-        BackendError: there is no such backend.
+        BackendError: the backend does not exist.
         ExperimentError: a name or a seed is given twice, or there is none; or several of backends, wirings
             and time steps are compared.
     """

@@ -264,7 +264,7 @@ class Margins:
             in_sd: whether there are several runs, so that there are standard deviations.
 
         Raises:
-            ValueError: one is written differently, or there is no such metric.
+            ValueError: one is written differently, or the metric does not exist.
         """
         units = {one.name: one.unit for one in known}
         margins: dict[str, Margin] = {}

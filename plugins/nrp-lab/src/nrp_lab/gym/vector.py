@@ -30,7 +30,7 @@ def mode_of(given: str | AutoresetMode) -> AutoresetMode:
     """Return an autoreset mode by its value.
 
     Raises:
-        ExperimentError: there is no such mode.
+        ExperimentError: the mode does not exist.
     """
     values = [mode.value for mode in AutoresetMode]
     if isinstance(given, AutoresetMode):

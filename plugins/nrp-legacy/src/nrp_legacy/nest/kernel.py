@@ -320,7 +320,7 @@ class Kernel:
         """Return the group of a node.
 
         Raises:
-            NetworkError: there is no such node.
+            NetworkError: the node does not exist.
         """
         place = bisect_right(self.groups, int(node), key=lambda group: group.first) - 1
         if place < 0 or node >= self.groups[place].first + self.groups[place].size:

@@ -148,7 +148,7 @@ class Services:
             fields: the fields by name.
 
         Raises:
-            ServiceException: there is no such service, it is of another type, or the request failed.
+            ServiceException: the service does not exist, it is of another type, or the request failed.
         """
         self._require(name, kind)
         if len(values) == 1 and isinstance(values[0], Request):

@@ -39,7 +39,7 @@ def convert_data(data: Any, name: str, run: int = 0) -> FloatArray:
     """Return a recorded variable of a run.
 
     Raises:
-        NetworkError: there is no such run or variable.
+        NetworkError: the run or variable does not exist.
     """
     if name == "spikes":
         return convert_spikes(data, run)

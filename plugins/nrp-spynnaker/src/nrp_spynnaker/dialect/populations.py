@@ -89,7 +89,7 @@ def hints_of(owner: str, given: Mapping[str, Any]) -> dict[str, float]:
     """Return the hints in ``additional_parameters``.
 
     Raises:
-        NetworkError: there is no such setting, or its value is impossible.
+        NetworkError: the setting does not exist, or its value is impossible.
     """
     hints: dict[str, float] = {}
     for name, value in given.items():

@@ -55,7 +55,7 @@ class Maker:
         """Generate and compile the package.
 
         Raises:
-            OSError: there is no compiler.
+            OSError: no compiler was found.
             CalledProcessError: it failed.
         """
         idl = list(self._translated())

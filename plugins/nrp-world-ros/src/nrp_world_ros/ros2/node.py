@@ -59,7 +59,7 @@ def domain_number(chosen: int | None, environ: Mapping[str, str] = os.environ) -
         environ: the environment variables.
 
     Raises:
-        BackendLoadError: there is no such domain.
+        BackendLoadError: the domain does not exist.
     """
     text = environ.get("ROS_DOMAIN_ID", "") if chosen is None else str(chosen)
     if text and not (text.isdecimal() and int(text) <= LAST_DOMAIN):
