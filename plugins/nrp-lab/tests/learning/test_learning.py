@@ -150,10 +150,10 @@ def test_a_learner_is_installed_or_a_file_or_a_folder(tmp_path: Path, golden: Go
         read_learner(path)
 
 
-def test_a_seed_counts_if_it_beats_all_baselines() -> None:
+def test_a_seed_counts_if_it_beats_all_baselines_by_more_than_their_spread() -> None:
     learned, one, other = (
         Standing("pole", "", scores, (), 0.0, 0.0)
-        for scores in ((0.5, 0.5, 0.5), (0.4, 0.5, 0.1), (0.1, 0.1, 0.6))
+        for scores in ((0.9, 0.52, 0.45), (0.4, 0.5, 0.45), (0.42, 0.44, 0.5))
     )
     assert learned.better_than([one, other]) == 1
 

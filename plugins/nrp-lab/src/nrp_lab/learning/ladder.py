@@ -46,9 +46,14 @@ class Standing:
         return float(low), float(middle), float(high)
 
     def better_than(self, others: Iterable[Standing]) -> int:
-        """Return the number of seeds whose score is higher than that of all others with the same seed."""
-        best = np.max([other.scores for other in others], axis=0)
-        return int((np.array(self.scores) > best).sum())
+        """Return the number of seeds with a score clearly above those of all others with the same seed.
+
+        The margin is the largest standard deviation from seed to seed of one of the others: without it, a
+        score that another test would exceed by chance counts.
+        """
+        scores = np.array([other.scores for other in others])
+        margin = scores.std(axis=1, ddof=1).max() if scores.shape[1] > 1 else 0.0
+        return int((np.array(self.scores) > scores.max(axis=0) + margin).sum())
 
 
 BASELINES = ("shuffled", "unlearned", "random")
