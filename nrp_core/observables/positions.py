@@ -98,7 +98,7 @@ def _to_segment(a: GroundPoint, b: GroundPoint, point: GroundPoint) -> float:
 
 Poses = Mapping[str, Pose]
 """The poses of models by their names."""
-_FAST_M_S = 50.0
+_FAST_M_S = 10.0
 
 
 class GroundPositions:
@@ -132,7 +132,7 @@ class GroundPositions:
     def unchanged_ns(self, gap_m: float, *models: str) -> int:
         """Return for how long a distance between models surely keeps on the same side of a limit, ns.
 
-        Speeds are read only where it matters; they are at most 50 m/s.
+        Speeds are read only where it matters: not if the bound holds even at 10 m/s.
 
         Args:
             gap_m: how far the distance is from the limit, m.

@@ -68,7 +68,8 @@ class Judge(ABC):
 
     def unchanged_ns(self, now_ns: int) -> int | None:
         """Return for how long its condition surely keeps holding or failing, ns."""
-        return self._sentence.unchanged_ns(now_ns) if self._passed is None else None
+        is_open = self._began_ns is not None and self._passed is None
+        return self._sentence.unchanged_ns(now_ns) if is_open else None
 
     @final
     def evaluate(self, now_ns: int, times: Times, *, between: bool = False) -> None:
