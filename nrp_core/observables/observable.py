@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
+import ast
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -129,13 +129,18 @@ class OwnFunction(Observable):
         path = (folder / str(file)).resolve()
         if not path.is_file():
             raise ExperimentError(f"function: there is no file '{file}'")
-        found = vars(Scope((), lambda _name: None).run(path))
-        functions = [key for key, one in found.items() if inspect.isfunction(one)]
+        functions = [
+            one.name for one in ast.parse(path.read_bytes()).body if isinstance(one, ast.FunctionDef)
+        ]
         if name not in functions:
             raise ExperimentError(f"'{file}' has no function '{name}'{did_you_mean(name, functions)}")
-        self.name, self._function, self._around = name, found[name], around
+        self.name = self._called = name
+        self._path, self._around = path, around
+        self._function: Callable[[Surroundings], float] | None = None
 
     def value(self, now_ns: int) -> float:
+        if self._function is None:  # a check of an experiment executes nothing
+            self._function = vars(Scope((), lambda _name: None).run(self._path))[self._called]
         return float(self._function(self._around))
 
 
