@@ -47,6 +47,7 @@ class AllOf:
 
     def __init__(self, when: When, around: Surroundings) -> None:
         self._event, self._after_ns = when.event, when.after
+        self._waits = self._event is not None  # for another event, so that nothing else matters yet
         self._sentences: list[Sentence] = []
         if when.near is not None:
             self._sentences.append(near_sentence(when.near, around))
@@ -56,9 +57,8 @@ class AllOf:
             self._sentences.append(observed_sentence(when, around))
 
     def __call__(self, now_ns: int, times: Times) -> bool:
-        if self._event is not None and not (
-            self._event in times and now_ns >= times[self._event] + self._after_ns
-        ):
+        self._waits = self._event is not None and self._event not in times
+        if self._waits or (self._event is not None and now_ns < times[self._event] + self._after_ns):
             return False
         return all(sentence.holds(now_ns) for sentence in self._sentences)
 
@@ -73,6 +73,8 @@ class AllOf:
 
     def unchanged_ns(self, now_ns: int) -> int | None:
         """Return for how long its conditions surely keep holding or failing, ns."""
+        if self._waits:
+            return None
         known = [sentence.unchanged_ns(now_ns) for sentence in self._sentences]
         return min((one for one in known if one is not None), default=None)
 
