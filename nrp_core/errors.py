@@ -80,7 +80,7 @@ class IncompatibleBackendError(BackendError, ImportError):
 
 
 class Instead(NamedTuple):
-    """A name that nothing has, and the one that was probably meant."""
+    """An unknown name, and the name that was probably meant."""
 
     written: str
     meant: str
@@ -90,7 +90,7 @@ class Hint(str):
     """The end of a message about a misspelt name.
 
     Attributes:
-        instead: the name to put in the place of the misspelt one, if one is close.
+        instead: the valid name that is closest to the misspelt one, if any is close.
     """
 
     __slots__ = ("instead",)
@@ -113,7 +113,7 @@ class ExperimentError(NrpError, ValueError):
         path: the file, if known.
         line: the 1-based line, if known.
         column: the 1-based column, if known.
-        subject: the thing concerned, such as a population, if it has a name.
+        subject: the name of the object concerned, such as a population, if it has one.
         instead: a name in the line, and what to replace it with, if that would mend it.
     """
 
@@ -176,7 +176,7 @@ class TriggerError(TransferFunctionError):
 
 
 class OutsideFolderError(TransferFunctionError):
-    """A recorder's file would be outside the folder of its run."""
+    """A recorder tried to write a file outside the folder of its run."""
 
 
 class NetworkError(ExperimentError):

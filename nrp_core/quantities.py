@@ -38,7 +38,7 @@ def parse(value: object, units: dict[str, float], what: str, *, bare: str | None
         bare: the unit of a bare number; None: a unit is required.
 
     Raises:
-        ValueError: the value cannot be read; the message says what is valid.
+        ValueError: the value cannot be read; the message lists valid values.
     """
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise ValueError(f"{what} is a number with a unit ({', '.join(units)}), not {value!r}")

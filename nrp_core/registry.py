@@ -1,7 +1,7 @@
-"""Find plugins by entry points; ours and those of third parties come in the same way.
+"""Find plugins by entry points, ours and those of third parties alike.
 
 A group is read as metadata (nothing is imported), a plugin is imported when it is asked for by name.
-One broken plugin hides no other. Whoever uses a group says what its plugins are::
+A broken plugin does not hide others. The user of a group defines the type of its plugins::
 
     READERS: Registry[Reader] = Registry("nrp_core.networks", "reader of networks")
 """
@@ -113,7 +113,7 @@ class Registry(Generic[T]):
         """Import a plugin and, where it is a class, make one.
 
         Raises:
-            UnknownBackendError: nobody provides the name.
+            UnknownBackendError: no package provides the name.
             DuplicateBackendError: two distributions do.
             BackendLoadError: it does not import, or is not what its group holds.
             IncompatibleBackendError: it was written for another interface version.
@@ -141,7 +141,7 @@ class Registry(Generic[T]):
         """Return who provides a name.
 
         Raises:
-            UnknownBackendError: nobody does.
+            UnknownBackendError: no package does.
             DuplicateBackendError: two distributions do.
         """
         found = [provider for provider in self.providers() if provider.name == name]

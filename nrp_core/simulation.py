@@ -22,7 +22,7 @@ The public methods are final and check the contract once, for every backend; a b
 ==========  =========================  ============================================================
 
 Devices, ports, publications and subscriptions stay open. With ``seed`` the random streams begin as those of
-the new seed, else as those of the seed in force. Where time goes on, devices keep their values, their random
+the new seed, else as those of the seed in force. If time continues, devices keep their values, their random
 streams and what they recorded. A snapshot returns to any other time: see :meth:`Simulation.restore`.
 """
 
@@ -147,12 +147,12 @@ class Simulation(Closing):
         """Return to the state right after opening; devices and ports stay.
 
         Args:
-            what: ``all``, the time included, or ``state``, while time goes on.
+            what: ``all``, including the time, or ``state``, while time continues.
             seed: a new seed; by default the one in force is used again.
 
         Raises:
             LifecycleError: the simulation is closed; or it failed, and ``what`` is not ``all``.
-            CapabilityError: the engine cannot reset the state while time goes on.
+            CapabilityError: the engine cannot reset the state while time continues.
         """
         self.require_ready(or_failed=what == "all")
         if seed is not None:
@@ -218,7 +218,7 @@ class Simulation(Closing):
     # -- for backends
 
     def _do_close(self) -> None:
-        """Release the engine; by default there is nothing to release."""
+        """Release the engine; by default do nothing."""
 
     # -- checks
 

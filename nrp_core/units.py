@@ -80,7 +80,7 @@ FARAD: Final = dimension(-1, -2, 4, 2)
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit as it was written.
+    """A unit as written.
 
     Args:
         text: how it was written.

@@ -1,4 +1,4 @@
-"""XML as a tree that knows the file and line of every element, for messages that name them.
+"""XML as a tree with the file and line of every element, for messages that name them.
 
 lxml parses. Lines are counted here: libxml2 keeps only 16 bits of a line number, and for an element it keeps
 the line on which the start tag ends, while messages need the lines on which an element begins and ends.
@@ -150,7 +150,7 @@ class Element:
         return [child for child in self.children if child.tag in tags]
 
     def require(self, tag: str) -> Element:
-        """Return the first child with a tag; it is an error if there is none."""
+        """Return the first child with a tag; raise an error if it is missing."""
         found = self.find(tag)
         if found is None:
             raise self.error(f"<{self.tag}> needs a <{tag}>")
@@ -332,7 +332,7 @@ def _tags(text: str) -> Iterator[re.Match[str]]:
 
 
 def _elements(nodes: Iterator[Any], text: str, document: Element) -> Element:
-    """Return the parsed document as our tree, with the lines of its tags, which come in document order."""
+    """Return the parsed document as our tree, with the lines of its tags in document order."""
     above = [document]
     line, counted = 1, 0
     for tag in _tags(text):

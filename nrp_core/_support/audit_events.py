@@ -1,4 +1,4 @@
-"""Audit events by which the core announces what it reads, for whoever notes what a run depends on."""
+"""Audit events with which the core announces the files that it reads, so that a run can record them."""
 
 from typing import Final
 

@@ -115,7 +115,7 @@ def _filled(folder: Path, fill: Fill, is_whole: Check) -> Path:
 
 
 def mark_used(entry: Path) -> None:
-    """Note that an entry is used now, if it is there."""
+    """Mark an entry as used now, if it exists."""
     with suppress(OSError):
         os.utime(entry)
 
@@ -124,7 +124,7 @@ def mark_used(entry: Path) -> None:
 def writable_folder(folder: Path) -> Path:
     """Return a folder of a cache; if it cannot be written, one that exists until the process ends.
 
-    Says once that what is compiled or converted is not kept.
+    Warns once that compiled and converted files are not kept.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Functions of the public interface that check what they are given against their type hints.
+"""Functions of the public interface that check their arguments against their type hints.
 
 mypy finds a wrong argument before a program runs, but notebooks are rarely checked by it. This is the one
 place where kinds are checked. Ranges, and relations between arguments, are checked by the function.
@@ -53,7 +53,7 @@ def admits(hint: Any, value: object) -> bool:
     """Return whether a value is of the kind that a hint means.
 
     Numbers of NumPy are numbers, a truth value is not one, a text is not a list, and lists, tuples and arrays
-    may stand for each other. What this knows nothing of, it admits.
+    may stand for each other. Unknown hints admit every value.
     """
     if type(value) is hint and hint in _SIMPLE:
         return True  # most values
@@ -143,7 +143,7 @@ def _are_numbers(value: object) -> bool:
 
 
 def in_words(hint: Any) -> str:
-    """Return what a hint asks for, such as ``a number or None``."""
+    """Return a description of a type hint, such as ``a number or None``."""
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return in_words(parts[0])
@@ -194,7 +194,7 @@ def _join_words(words: list[str]) -> str:
 
 
 def takes(function: Callable[..., object], number: int) -> bool:
-    """Return whether a function can be called with a number of arguments; functions in C may not say."""
+    """Return whether a function accepts a number of arguments; some functions in C do not tell."""
     try:
         signature(function).bind(*[None] * number)
     except ValueError:
@@ -237,7 +237,7 @@ def require_kind(owner: str, name: str, hint: Any, value: object) -> None:
 
     Args:
         owner: the function that is given it, for the message.
-        name: what it is called there.
+        name: its name there.
         hint: the type hint that it meets.
         value: the value.
 
@@ -253,7 +253,7 @@ def require_fields(record: object, owner: str, *names: str) -> None:
 
     Args:
         record: an instance of it.
-        owner: what it is, for the message.
+        owner: the kind of the owner, for the message.
         names: the fields; all by default.
 
     Raises:
@@ -299,14 +299,14 @@ def _bind_arguments(
 
 
 def _named_values(name: str, value: Any, kind: Any) -> Iterable[tuple[str, Any]]:
-    """Return the names and values of an argument, which may stand for several."""
+    """Return the names and values of an argument, which may be a collection of several."""
     if kind is Parameter.VAR_KEYWORD:
         return [*value.items()]
     return [(name, one) for one in (value if kind is Parameter.VAR_POSITIONAL else (value,))]
 
 
 def _reason(failure: TypeError, declared: Signature, named: dict[str, Any]) -> str:
-    """Return why arguments do not fit; Python does not say which name was meant."""
+    """Return why arguments do not fit; suggest a name, which Python does not."""
     if _UNEXPECTED not in str(failure):
         return str(failure)
     unknown = next(name for name in named if name not in declared.parameters)

@@ -108,7 +108,7 @@ def is_trusted() -> bool:
 
 @contextmanager
 def trusting(is_trusted: bool) -> Iterator[None]:
-    """Tell :func:`confine` in child processes that are started in this block what the user has said."""
+    """Pass the user's decision to :func:`confine` in child processes that this block starts."""
     before = os.environ.get(TRUST)
     os.environ[TRUST] = str(is_trusted).lower()
     try:
@@ -131,7 +131,7 @@ def confine(*, cpu_s: float, writable: Iterable[Path], file_bytes: int = FILE_BY
         file_bytes: the largest size of a file that it may write.
 
     Returns:
-        What the system cannot do, so that nothing of others may be executed: ``Landlock``, ``seccomp``.
+        Measures that the system lacks, without which code of others must not run: ``Landlock``, ``seccomp``.
     """
     folders = list(writable)
     os.environ["TMPDIR"] = tempfile.tempdir = str(folders[0])
@@ -328,7 +328,7 @@ def _opened(paths: Iterable[Path]) -> Iterator[tuple[int, int]]:
 
 
 def _report(folder: Path) -> int:
-    """Confine this process, and print how; return the number of things that the system cannot do."""
+    """Confine this process, print how, and return the number of measures that the system lacks."""
     os.environ.pop(TRUST, None)
     lacking = confine(cpu_s=60.0, writable=[folder])
     if lacking:

@@ -119,7 +119,7 @@ def _path_of_environment() -> list[str]:
 
 
 def _code(value: object) -> int:
-    """Return the exit code that an interpreter ends with for what a program leaves with."""
+    """Return the exit code of an interpreter for the value with which a program exits."""
     if value is None:
         return 0
     if isinstance(value, int):
@@ -149,7 +149,7 @@ def ends_within(limit_s: float, pid: int, wait: Callable[[float], bool]) -> bool
 
 
 def _queued_s(pid: int) -> float:
-    """Return how long a process was ready to run and had no processor; 0 where the system does not say."""
+    """Return how long a process waited for a processor; 0 if the system does not report it."""
     try:
         _, queued_ns, _ = Path(f"/proc/{pid}/schedstat").read_text("ascii").split()
     except (OSError, ValueError):

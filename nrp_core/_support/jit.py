@@ -3,7 +3,7 @@
 Compiled code is kept in the user's cache directory, in a folder for each state of the sources. Numba itself
 checks only the file of a function, so it would reuse code after a change in another file. The sources of a
 function are its package, the modules of the compiled functions that its module imports, and so on
-recursively. Where they stand does not matter, so a new environment with the same sources compiles nothing.
+recursively. Their path does not matter, so a new environment with the same sources compiles nothing.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class _Forwarding:
 
     @staticmethod
     def create_module(spec: ModuleSpec) -> None:
-        """Leave it to the import system, which replaces the module by what stands in its place."""
+        """Leave creation to the import system, which replaces the module by its successor."""
 
     @classmethod
     def exec_module(cls, module: ModuleType) -> None:

@@ -1,4 +1,4 @@
-"""Values by name that say which names there are."""
+"""Values by name, whose errors list the valid names."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Named(dict[str, V]):
 
     Args:
         values: the values by name.
-        kind: what the names are of, for the message.
-        owner: what they belong to, for the message.
+        kind: the kind of the named objects, for the message.
+        owner: the object that they belong to, for the message.
     """
 
     def __init__(

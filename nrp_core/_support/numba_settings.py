@@ -1,7 +1,7 @@
 """Import Numba without the settings that it looks for in the working directory.
 
 ``.numba_config.yaml`` there would win over the environment. It can name a cache, whose files are pickles, so
-that a folder of somebody else would execute code in every command that imports Numba.
+that another user's folder would execute code in every command that imports Numba.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ def run_probe(
 
 
 def _command(module: str, arguments: Iterable[str]) -> list[str]:
-    """Return a command for which modules in the working directory do not stand in for those of Python."""
+    """Return a command in which modules of the working directory do not replace those of Python."""
     return [sys.executable, "-P", "-m", module, *arguments]
 
 

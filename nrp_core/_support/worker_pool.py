@@ -41,7 +41,7 @@ class TaskOutcome(Generic[T, R]):
     Args:
         task: the task.
         value: what its function returned.
-        error: what it raised, or a :class:`WorkerDiedError`.
+        error: its exception, or a :class:`WorkerDiedError`.
     """
 
     task: T
@@ -93,7 +93,7 @@ class WorkerPool:
         self._start(function, task)
 
     def _start(self, function: Any, task: Any) -> None:
-        """Start a process; its first answer, before that to the task, says that it imported the function."""
+        """Start a process; before it answers the task, it reports that it has imported the function."""
         worker = Worker()
         with suppress(OSError):  # it died at once, which is noticed when it does not answer
             worker.connection.send((callable, function))

@@ -40,7 +40,7 @@ class BrainBackend(ABC):
     options: ClassVar[type[BrainOptions]] = BrainOptions
 
     def __init_subclass__(cls, **named: Any) -> None:
-        """Let the ``open`` of each backend check what it is given."""
+        """Let the ``open`` of each backend check its arguments."""
         super().__init_subclass__(**named)
         if "open" in vars(cls):
             setattr(cls, "open", checks_arguments(options=cls.options)(vars(cls)["open"]))  # noqa: B010

@@ -99,7 +99,7 @@ class Report:
         title: heading in text.
         facts: values about the whole network.
         tables: values about its parts.
-        warnings: what would be lost or would not work.
+        warnings: features that would be lost or would not work.
         advice: possible improvements, one sentence each.
         notes: how accurate the numbers are.
     """
@@ -142,14 +142,14 @@ class BrainCapabilities:
         resolution_ns: the time grid of its events; None if event times are exact.
         determinism: how closely two runs agree.
         state_variables: the state variables that can be read while it runs.
-        changes: what can change while it runs: ``parameters`` of cells, ``weights`` of synapses,
+        changes: properties that can change while it runs: ``parameters`` of cells, ``weights`` of synapses,
             ``plasticity``, i.e. whether plastic synapses learn, ``equations``, i.e. parameters of synapses in
             equations.
             Parameters of source cells whose spikes the core draws can always change.
         initial_synapses: whether the state of synapses at time 0 can be given.
         rewiring: whether synapses can form and vanish while it runs.
         neuromodulation: whether rewards and punishments can decide on STDP.
-        rewards: whether rewards can also come from outside of the network, such as a transfer function.
+        rewards: whether rewards can also come from outside the network, for example from a transfer function.
         synapse_state: the state variables of synapses that learn from rewards, which can be read while it
             runs: ``eligibility``, ``dopamine``; with these also those of synapses in equations.
         snapshot: whether its state can be saved and restored.

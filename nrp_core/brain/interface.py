@@ -361,7 +361,7 @@ class Brain(Overview, Simulation):
         """Add to the dopamine that a projection learns from, as a spike of that weight would at this time.
 
         Args:
-            projection: the label of the projection whose weights change. All cells onto which it goes get
+            projection: the label of the projection whose weights change. All its target cells get
                 the dopamine, so other synapses of these cells learn from it, too.
             amount: the change of dopamine; negative as a punishment.
 
@@ -382,7 +382,7 @@ class Brain(Overview, Simulation):
         baseline, weights follow the product of eligibility and this value.
 
         Args:
-            projection: as for :meth:`reward`; all cells onto which it goes have the value.
+            projection: as for :meth:`reward`; the value applies to all its target cells.
             value: 0 at the beginning; negative as a punishment.
 
         Raises:

@@ -56,19 +56,19 @@ Answer: TypeAlias = tuple[list[Finding], FunctionTopics]
 
 
 class _NoAnswerError(Exception):
-    """Functions were not executed; the message says why."""
+    """Functions were not executed; the message gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What a child has to know about an experiment; :class:`PlanParts` without what it need not or cannot.
+    """The data that a child needs of an experiment; :class:`PlanParts` without the rest.
 
     Args:
         experiment: the experiment.
         brain, world: the capabilities of the backends.
         network, scene, parameters, is_accepted: as in :class:`PlanParts`.
         summary: facts about the network.
-        topics: the topics of the world itself; None: there is no world.
+        topics: the topics of the world itself; None without a world.
         image_scale: factor of the width and height of images.
     """
 
@@ -135,12 +135,12 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class FileQuestion:
-    """What a child has to know about a file of transfer functions alone."""
+    """The data that a child needs to check only a file of transfer functions."""
 
     path: Path
 
     def answer(self) -> Answer:
-        """Return what is wrong with the declarations in the file; called in the child."""
+        """Return the mistakes in the file's declarations; called in the child."""
         try:
             functions = load_function_file(self.path)
             for function in functions:
@@ -166,7 +166,7 @@ def check_functions(
     topics: FunctionTopics,
     functions: Sequence[TransferFunction],
 ) -> list[Finding]:
-    """Return what is probably not as meant in functions; they are not run.
+    """Return probable mistakes in functions, without running them.
 
     Args:
         parts: the other parts of their experiment.
@@ -201,7 +201,7 @@ def check_confined(parts: PlanParts, summary: NetworkSummary) -> Answer:
 
 
 def ask(question: Question | FileQuestion) -> Answer:
-    """Return the answer of a child; a finding says why there is none."""
+    """Return the answer of a child, or a finding with the reason why it did not answer."""
     try:
         asked = pickle.dumps(question)
     except (pickle.PicklingError, AttributeError, TypeError):

@@ -80,7 +80,7 @@ class ConfinedBuild:
         return network
 
     def review(self, brain: Side[BrainBackend], network: Network) -> Findings:
-        """Return what the backend would change in the last network.
+        """Return the changes that the backend would make to the last network.
 
         Raises:
             NrpError: it refuses the network.

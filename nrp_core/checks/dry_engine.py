@@ -44,7 +44,7 @@ class DryEngine(MockEngine):
         image_scale: factor of the width and height of images.
 
     Attributes:
-        unknown: the topics whose messages are empty, because the scene does not say what is in them.
+        unknown: the topics whose messages are empty, because the scene does not define their content.
     """
 
     renderers = ("dry",)

@@ -39,7 +39,7 @@ CONFINED: Final = "a check runs functions without network access, and they can o
 def dry_run(
     experiment: Experiment, brain: MockBrain, world: MockWorld, functions: Sequence[TransferFunction]
 ) -> list[Finding]:
-    """Run functions for :data:`STEPS` steps, and return what they raise and what could not be tried.
+    """Run functions for :data:`STEPS` steps; return their exceptions and the parts that were not tried.
 
     Every sink reads a spike in each step, so that functions that wait for spikes run.
 

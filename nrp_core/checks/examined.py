@@ -36,7 +36,7 @@ class ExaminedFunction:
 
     Args:
         function: the function.
-        adapters: the adapter of each parameter; empty if there is no brain or no world to bind it to.
+        adapters: the adapter of each parameter; empty without a brain or world to bind it to.
         experiment: the experiment.
     """
 
@@ -60,7 +60,7 @@ class ExaminedFunction:
             code: its kind.
             message: the mistake.
             level: how bad it is.
-            parameter: the parameter concerned, at whose mapping the finding stands; empty: none.
+            parameter: the parameter whose mapping the finding concerns; empty: none.
             line: the line, if it is not the function's first.
         """
         mapping = self.function.mappings.get(parameter)

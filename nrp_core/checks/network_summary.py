@@ -1,4 +1,4 @@
-"""What checks need to know about a network, and the network without its synapses and most parameters.
+"""Summaries of a network for checks: the network without its synapses and most parameters.
 
 A network may have been built in another process, which describes it in JSON.
 """
@@ -133,7 +133,7 @@ def _stand_in(
 def _least_leak(population: Population) -> dict[str, float]:
     """Return the capacitance and time constant of the cell with the smallest leak, if cells have them.
 
-    The values by which weights are judged come with them if all cells have the same.
+    They include the values by which weights are judged, if these are equal in all cells.
     """
     cells = population.parameters
     if not {"cm", "tau_m"} <= cells.keys() or population.equations is not None or not population.size:

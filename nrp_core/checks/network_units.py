@@ -77,7 +77,7 @@ def unlikely_units(network: Network) -> list[str]:
     """Return a sentence for each value that is probably in another unit.
 
     Args:
-        network: the network; without parameters, as in a description, there is nothing to check.
+        network: the network; without parameters, as in a description, it passes.
     """
     found: list[str] = []
     if network.timestep_ms is not None:
@@ -173,5 +173,5 @@ def _in_volts(owner: str, values: FloatArray) -> Iterator[str]:
 
 
 def _extremes(projection: Projection, name: str) -> FloatArray:
-    """Return values of a projection; one if all share it, two if those between would be drawn again."""
+    """Return values of a projection: one if all are equal, two (the extremes) if they are random."""
     return distinct(extremes(stored_form(projection, name)))

@@ -32,7 +32,7 @@ from nrp_core.findings.problems import without
 
 
 def check(plan: Plan) -> list[Finding]:
-    """Return what is probably not as meant in an experiment that can run; no function is executed."""
+    """Return probable mistakes in an experiment that can run; no function is executed."""
     summary, topics = summary_of(plan.network), FunctionTopics.of(plan.functions)
     found = check_experiment(plan, summary, topics) + check_functions(plan, summary, topics, plan.functions)
     return list(dict.fromkeys(found))
@@ -41,7 +41,7 @@ def check(plan: Plan) -> list[Finding]:
 def check_experiment(
     parts: Checkable, summary: NetworkSummary, function_topics: FunctionTopics
 ) -> list[Finding]:
-    """Return what is probably not as meant in an experiment without its functions.
+    """Return probable mistakes in an experiment, except those in its functions.
 
     Args:
         parts: its parts as far as they could be made.

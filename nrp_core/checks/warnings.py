@@ -43,7 +43,7 @@ def experiment_warnings(read: Callable[[], Experiment], until_s: float | None = 
 
 
 def announcement(name: str, problems: Iterable[Finding]) -> str:
-    """Return a text about what is missing from an experiment or probably wrong; empty if all was announced.
+    """Return a text on missing parts and probable mistakes of an experiment; empty if all were announced.
 
     Args:
         name: the name of the experiment.
@@ -58,7 +58,7 @@ def announcement(name: str, problems: Iterable[Finding]) -> str:
 
 
 def new_warnings(found: Iterable[Finding], known: Iterable[Finding]) -> Iterator[Finding]:
-    """Yield the warnings that are not known; the run itself shows what is missing from it."""
+    """Yield the new warnings; the run itself shows its missing parts."""
     messages = [finding.message for finding in known]
     for finding in found:
         warning = at_most(finding, Level.WARNING)
@@ -68,7 +68,7 @@ def new_warnings(found: Iterable[Finding], known: Iterable[Finding]) -> Iterator
 
 
 def _lasting(experiment: Experiment, until_s: float | None) -> Experiment:
-    """Return an experiment that lasts as long as a run that goes beyond its end."""
+    """Return the experiment with the duration of a run that continues beyond its end."""
     lasts = experiment.duration if until_s is None else max(experiment.duration, from_seconds(until_s))
     return experiment.model_copy(update={"duration": lasts})
 

@@ -128,7 +128,7 @@ class Requests:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """Mark this thread as the one that makes the calls; those that wait are made at the end."""
+        """Make this thread execute the calls; it executes the waiting calls at the end."""
         with self._changed:
             before, self._runner = self._runner, threading.get_ident()
         try:
@@ -139,7 +139,7 @@ class Requests:
                 self._runner = before
 
     def wait(self, longest_s: float) -> None:
-        """Make the pending calls; wait for one if there is none."""
+        """Execute the pending calls; if there are none, wait for one."""
         with self._changed:
             self._changed.wait_for(lambda: self._waiting, longest_s)
         self.serve()
@@ -504,7 +504,7 @@ class ClosedLoop(Closing):
         return self._requests.running()
 
     def attend(self, longest_s: float) -> None:
-        """Make the calls of other threads; wait for one if there is none.
+        """Execute the calls of other threads; if there are none, wait for one.
 
         Args:
             longest_s: wall time after which it returns without a call, s.
@@ -514,7 +514,8 @@ class ClosedLoop(Closing):
     def change(self, add: Iterable[TransferFunction] = (), remove: Iterable[str] = ()) -> None:
         """Add, replace and remove functions between two steps; if anything is wrong, change nothing.
 
-        A function replaces the one of the same name: variables keep their values, devices keep their state
+        A function replaces the function of the same name: variables keep their values, devices keep their
+            state
         and their random streams. A function in quarantine runs again once it is replaced. Any thread may
         call this.
 
@@ -581,7 +582,7 @@ class ClosedLoop(Closing):
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`; brain and world must have been restored before.
 
-        Functions that are not in the saved state stay as they are.
+        Functions that the saved state lacks do not change.
         """
         self.steps, functions = saved
         for function in self.functions:

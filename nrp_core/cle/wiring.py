@@ -32,7 +32,7 @@ class Wiring:
     def change(self, add: Iterable[TransferFunction], remove: Iterable[str] = ()) -> None:
         """Add and remove functions; if anything is wrong, change nothing.
 
-        A new function replaces the one of the same name and continues its state: variables keep their
+        A new function replaces the function of the same name and continues its state: variables keep their
         values, and devices on the same neurons keep their state and random streams.
 
         Args:

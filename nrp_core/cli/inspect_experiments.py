@@ -106,11 +106,11 @@ def _as_data(function: TransferFunction) -> dict[str, Any]:
 
 
 def explain_parameters(subject: str, wanted: str | None, overrides: Sequence[str], *, as_json: bool) -> None:
-    """Print what is known of a parameter, or of all.
+    """Print the description of a parameter, or of all.
 
     Args:
         subject: an experiment, a recording, a brain script or a file of functions.
-        wanted: a name, or a key as for ``--set``; None: all parameters.
+        wanted: a name or a key as for ``--set``; None: all parameters.
         overrides: of the experiment.
         as_json: whether as one JSON document.
 

@@ -142,7 +142,7 @@ def _errata(recording: Recording, counts: Mapping[str, int], steps: int) -> Iter
 
 
 def _contradictions(recording: Recording, data: dict[str, Any]) -> Iterator[str]:
-    """Yield what the files of a recording contradict in each other; ``--check`` compares every byte."""
+    """Yield the contradictions between the files of a recording; ``--check`` compares every byte."""
     run = recording.run
     if not run and recording.file.name == MCAP_NAME:
         yield f"{RUN_NAME} is missing: the experiment, its seed and its verdict are unknown"

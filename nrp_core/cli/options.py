@@ -255,7 +255,7 @@ def folder_to_show(
         context: of the command.
         target: the first argument.
         folder: the second.
-        used: names of the parameters that have an effect on what is shown.
+        used: names of the parameters that affect the output.
 
     Raises:
         typer.BadParameter: 'show' without a folder or with an option of runs, or a folder without 'show'.

@@ -26,7 +26,7 @@ _STYLE_OR_CONTROL = re.compile(rf"(\x1b\[[0-9;]*m)|{_CONTROL.pattern}")
 
 
 def visible(text: str) -> str:
-    """Return a text with escapes in the place of its control characters, except line ends and tabs."""
+    """Return a text with its control characters escaped, except line ends and tabs."""
     return _CONTROL.sub(lambda found: _escape(found[0]), text)
 
 
@@ -74,7 +74,7 @@ def plain_streams() -> Iterator[None]:
 def reserve_stdout() -> None:
     """Reserve standard output for :func:`document`.
 
-    All other output, also of engines written in C, goes to standard error from here on.
+    From here on all other output, including that of engines in C, is written to standard error.
     """
     global _document_stream
     sys.stdout.flush()

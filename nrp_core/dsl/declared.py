@@ -40,7 +40,7 @@ _OPERATORS: Final[dict[type[ast.operator], Callable[[Any, Any], Any]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """A transfer function as it is written.
+    """A transfer function as its file declares it.
 
     Args:
         function: the function with an empty body.
@@ -105,14 +105,14 @@ class _Reader:
 
     @staticmethod
     def _try(call: Callable[[], Any]) -> Any:
-        """Return what a call returns; None if that is not known."""
+        """Return the result of a call; None if it is unknown."""
         try:
             return call()
         except (NrpError, TypeError, ValueError, LookupError, AttributeError, ArithmeticError):
             return None
 
     def _import(self, node: ast.Import | ast.ImportFrom) -> None:
-        """Note what a statement imports from our modules."""
+        """Record the names that a statement imports from our modules."""
         for alias in node.names:
             if isinstance(node, ast.Import):
                 module = self._imports.substitute(alias.name)
@@ -215,7 +215,7 @@ def _combined(work: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
 
 
 def _stub_of(node: ast.FunctionDef, path: Path) -> Any:
-    """Return a function with the same parameters and an empty body; ``...`` stands for default values."""
+    """Return a function with the same parameters and an empty body; ``...`` replaces default values."""
     parts = node.args
     parameters = ast.arguments(
         posonlyargs=[ast.arg(one.arg) for one in parts.posonlyargs],

@@ -329,7 +329,7 @@ class TransferFunction:
         return result
 
     def _refresh_for(self, call: Call, now_ns: int) -> None:
-        """Show the messages until one of them, and the devices as they are now."""
+        """Show the messages up to a given one, and the present state of the devices."""
         assert call.t_ns is not None
         counts = dict(zip(map(id, self._called_by), call.messages, strict=True))
         for adapter in self._refreshed:
@@ -507,7 +507,7 @@ class Robot2Neuron(_FunctionDecorator):
         priority: functions with a higher priority run first within a step.
         calls: ``once``: the function runs once in a step in which messages came, and has all of them in
             ``.messages``. ``each``: it runs once for each message of a triggering topic, in the order of
-            their times; ``t`` is the time of the message, and every topic shows what had come by then. A
+            their times; ``t`` is the time of the message, and every topic shows its last message by then. A
             spike recorder makes it run once in a step.
 
     Raises:

@@ -163,7 +163,7 @@ class PythonSource:
     """A piece of Python.
 
     Args:
-        path: the file that it comes from.
+        path: its file.
         tree: its syntax tree, with the lines of that file.
         has_columns: whether its columns are those of the file too.
     """
@@ -178,7 +178,7 @@ class PythonSource:
 
         Args:
             text: the code.
-            path: the file that it comes from.
+            path: its file.
             lines: the line in the file of each line of the code; None: they are the same.
 
         Raises:
@@ -217,7 +217,7 @@ class Listing:
     """Pieces of Python that share one set of names.
 
     Args:
-        sources: the pieces, in the order in which they would be executed.
+        sources: the pieces, in their order of execution.
         names: their initial names.
         scope: the modules that they can import.
         folders: further folders whose modules they can import.

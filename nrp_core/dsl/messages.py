@@ -80,7 +80,7 @@ class _OnDemand(ModuleType):
         raise NotImplementedError
 
     def _other(self, name: str) -> Any:
-        """Return what a name of no class of ours stands for, or raise an AttributeError."""
+        """Return the object for a name that is not one of our classes, or raise an AttributeError."""
         raise AttributeError(f"unknown type '{self.__name__}.{name}'")
 
 

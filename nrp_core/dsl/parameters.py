@@ -39,7 +39,7 @@ class Adapter:
         """Update it just before the function runs."""
 
     def commit(self) -> None:
-        """Take over what the function has changed in it; called when the function has returned."""
+        """Apply the changes that the function made; called when the function has returned."""
 
     def deliver(self) -> None:
         """Apply changes that another function could read; called when all functions of the step have run."""
@@ -163,7 +163,7 @@ class Topic:
 
     Args:
         name: absolute, ``/husky/camera``.
-        topic_type: the message class or its ROS name; None if the world knows it.
+        topic_type: the message class or its ROS name; None: the world's.
 
     Raises:
         TopicError: the message type does not exist.
@@ -329,7 +329,7 @@ class SubscribedTopic(Adapter):
         self._receive(subscription.take())
 
     def refresh_until(self, t_ns: int, most: int | None = None) -> None:
-        """Show the messages until a time, or as many as ``most``, as those since the function last ran."""
+        """Show the messages until a time, at most ``most``, as new since the function last ran."""
         self._dropped = self._subscription.dropped
         until = sum(one.t_ns <= t_ns for one in self.untaken) if most is None else most
         self._receive(self._subscription.take(until))

@@ -108,7 +108,7 @@ def _rates(
     memory: Any,
     t: float,
 ) -> tuple[list[float], Any]:
-    """Return the rates of muscles, and what they remember: lengths at rest, or the state of filters."""
+    """Return the rates of muscles, and their memory: lengths at rest, or the state of filters."""
     if isinstance(model, TendonOrgan):
         state, before = memory or (None, t - 0.001)
         rates, state = model.filtered(message.force[rows], state, max(t - before, 1e-6))

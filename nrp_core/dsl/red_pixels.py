@@ -1,7 +1,7 @@
 """Count the red pixels of an image without an image of its hues.
 
-Red is what has, in OpenCV's 8-bit HSV (``cv2.COLOR_RGB2HSV``), hue 0, and saturation and value of at least
-30. In whole numbers that is the condition of :func:`_is_red`, for each of the 2**24 colours.
+A pixel is red if, in OpenCV's 8-bit HSV (``cv2.COLOR_RGB2HSV``), it has hue 0, and saturation and value of at
+least 30. In whole numbers that is the condition of :func:`_is_red`, for each of the 2**24 colours.
 """
 
 from __future__ import annotations

@@ -401,7 +401,7 @@ def map_neurons(source: Any, selector: Callable[[Any], Any]) -> Selector:
 
 
 def chain_neurons(*selectors: Any) -> Selector:
-    """Return all selections one after another; a device on them becomes a device group."""
+    """Return all selections in sequence; a device on them becomes a device group."""
     return Selector(
         lambda root: _flatten(_evaluate(selector, root) for selector in selectors),
         f"chain_neurons({', '.join(map(repr, selectors))})",

@@ -175,7 +175,7 @@ class MockEngine(Engine):
     Args:
         scene: the models.
         step_ns: its physics step.
-        topics: its own topics, besides those of the scene; their messages are empty.
+        topics: further topics that the scene does not have; their messages are empty.
 
     Attributes:
         renderers: the declared capability; a subclass with renderers has cameras.

@@ -234,7 +234,7 @@ def find_centroid_hsv(
 
 
 def wrong_bounds(lower: Sequence[float], upper: Sequence[float]) -> str:
-    """Return why no pixel is within HSV bounds, or what is wrong with them; empty if nothing is."""
+    """Return why no pixel is within HSV bounds, or the mistake in the bounds; empty if they are valid."""
     if (len(lower), len(upper)) != (3, 3):
         return f"bounds are hue, saturation and value, not {len(lower)} and {len(upper)} numbers"
     for name, low, high, largest in zip(_HSV, lower, upper, (179, 255, 255), strict=True):

@@ -113,7 +113,7 @@ class Weights(Adapter):
 
     @property
     def is_stand_in(self) -> bool:
-        """Whether the law of the synapses is given by equations that are not there, as in a dry run."""
+        """Whether the synapses' law is given by equations that are absent, as in a dry run."""
         return self._projection.synapse_type == SYNAPSE_TYPE and self._projection.equations is None
 
     def refresh(self, now_ns: int) -> None:

@@ -96,7 +96,7 @@ def code_of(brain: str, world: str) -> dict[str, str]:
     """Return the fingerprints of the core and of two backends, by the names of their packages.
 
     Raises:
-        UnknownBackendError, DuplicateBackendError: there is no such backend, or there are two.
+        UnknownBackendError, DuplicateBackendError: no package, or several, provide the backend.
     """
     packages = brains().provider(brain).package, worlds().provider(world).package
     return {package: fingerprint(package) for package in ("nrp_core", *packages)}

@@ -1,7 +1,7 @@
 """The kinds of findings, with the explanations that ``nrp explain`` prints.
 
 A code never changes its meaning, so that people can look it up and scripts can rely on it; numbers of
-``removed_codes.py`` are not used again. The message of one finding names the thing, so it stands where the
+``removed_codes.py`` are not used again. The message of a finding names its object, so the code that makes the
 finding is made; :mod:`nrp_core.findings.refusals` has the words that several share.
 ``docs/reference/findings.md`` is generated from this table.
 """
@@ -34,7 +34,7 @@ class Explanation:
         summary: the mistake, in one sentence.
         why: the consequence.
         suggestion: how to fix it.
-        counted: the headline of several findings; ``{n}`` stands for their number.
+        counted: the headline of several findings; ``{n}`` is their number.
         weight: the effect of a warning on a run; an error keeps the run from starting.
     """
 

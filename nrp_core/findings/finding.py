@@ -1,4 +1,4 @@
-"""A finding: one thing that is wrong or worth knowing, its place, and the remedy."""
+"""A finding: a mistake or a remark, its place, and the remedy."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Finding:
         code: its kind.
         message: the mistake, and the valid alternatives.
         level: how bad it is.
-        path, line, column: where it stands (1-based), as far as known.
-        subject: the thing concerned, such as a link, topic, mesh file or function, if it has a name.
+        path, line, column: its place (1-based), as far as known.
+        subject: the name of the object concerned, such as a link, topic, mesh file or function, if any.
         count: the number of places; ``path`` and ``line`` are the first of them.
         instead: a name in the line, and what to replace it with, if that would mend it.
 
@@ -113,7 +113,7 @@ def headline(findings: Sequence[Finding]) -> str:
 
 
 class InvalidExperimentError(ExperimentError):
-    """An experiment in which several things may be wrong; reads as the first of them.
+    """An experiment with one or more mistakes; its text is that of the first.
 
     Args:
         findings: all that was found, in the order of the file; at least one error.

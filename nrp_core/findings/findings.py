@@ -39,8 +39,8 @@ class Findings(Sequence[Finding]):
         Args:
             code: its kind.
             message: the mistake, and the valid alternatives.
-            subject: the thing concerned, such as a topic or a population.
-            path: the file where it stands, if any.
+            subject: the object concerned, such as a topic or a population.
+            path: its file, if any.
             line: the line there (1-based).
             level: how bad it is.
 

@@ -1,4 +1,4 @@
-"""The words for capabilities that a backend lacks: each refusal that several places share stands here.
+"""The messages for capabilities that a backend lacks, if several modules refuse them.
 
 Errors become findings of ``NRP216`` at the place in the experiment that needs the capability.
 """
@@ -67,7 +67,7 @@ def no_rewiring(backend: str, projection: str) -> CapabilityError:
 
 
 def no_neuromodulation(backend: str, projection: str) -> CapabilityError:
-    """Return the error for a brain backend whose STDP knows no rewards."""
+    """Return the error for a brain backend whose STDP does not support rewards."""
     return CapabilityError(
         f"{backend} has no rewards and punishments (projection '{projection}'): STDP changes weights there "
         "without them; 'event', 'nest' and 'spinnaker' have them"

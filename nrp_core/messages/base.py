@@ -272,7 +272,7 @@ class NumberLayout:
         self._read = attrgetter(*paths)
 
     def message(self, numbers: Iterable[float]) -> Any:
-        """Return the message with these numbers, as many as there are :attr:`paths`."""
+        """Return the message with these numbers, one for each of :attr:`paths`."""
         return self.build(iter(numbers))
 
     def numbers(self, message: Any) -> list[float]:

@@ -68,7 +68,7 @@ class LaserScan:
 
 @message("sensor_msgs/msg/Range")
 class Range:
-    """The distance (m) to the nearest thing in a cone; ``inf`` if there is none."""
+    """The distance (m) to the nearest object in a cone; ``inf`` if the cone is empty."""
 
     ULTRASOUND: ClassVar[int] = 0
     INFRARED: ClassVar[int] = 1

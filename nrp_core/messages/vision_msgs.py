@@ -35,7 +35,7 @@ class BoundingBox3D:
 
 @message("vision_msgs/msg/Detection3D")
 class Detection3D:
-    """An object: what it may be, where, and its name if it is tracked."""
+    """An object: its possible classes, its pose, and its name if it is tracked."""
 
     header: Header = field(default_factory=Header)
     results: list[ObjectHypothesisWithPose] = field(default_factory=list)

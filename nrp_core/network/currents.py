@@ -19,7 +19,7 @@ class InjectedCurrent:
     """A current into cells, constant between given times and 0 before the first.
 
     Args:
-        neurons: the cells, by their global ids; a cell that is there twice receives it twice.
+        neurons: the cells, by their global ids; a repeated cell receives it repeatedly.
         times_ms: ascending times from 0 at which it changes, shape ``(n,)``.
         amplitudes_na: the current into each cell from these times on, nA, shape ``(n,)``.
 

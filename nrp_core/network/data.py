@@ -5,7 +5,7 @@ when it was built. Names and units are PyNN's: ms, mV, nF, nA, uS; weights in uS
 conductance-based and nA for current-based targets (mV for IF_curr_delta, IF_curr_exp_frozen and
 Izhikevich), negative on the inhibitory receptor of current-based targets.
 
-Neurons are addressed by *global ids*: the populations are numbered one after another in definition order.
+Neurons are addressed by *global ids*: they number all cells, population by population, in definition order.
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ class Population:
         positions_um: shape ``(size, 3)``, or None where the model has no positions.
         hints: how a machine is to hold the population, e.g. ``neurons_per_core``, by the names of
             :data:`HINTS`; other backends ignore them.
-        equations: what the cells obey, if their type is ``EquationCell``; parameters and initial values are
-            then in the units of the equations.
+        equations: the equations of the cells, if their type is ``EquationCell``; parameters and initial
+            values are then in the units of the equations.
 
     Raises:
         NetworkError: a shape does not fit or a value is not finite.
@@ -369,7 +369,7 @@ class Network(Overview):
         """Return the global ids of a named view or population.
 
         Raises:
-            NeuronSelectionError: there is no view or population of that name.
+            NeuronSelectionError: no view or population has that name.
         """
         if label in self.views:
             return self.views[label]
@@ -546,7 +546,7 @@ def _chosen(values: FloatArray, synapses: BoolArray | IntArray) -> FloatArray:
 
 
 def _changes_of(projection: Projection) -> list[dict[str, Any]]:
-    """Return what changes the synapses of a projection besides their law, as data."""
+    """Return, as data, the mechanisms other than their law that change the synapses of a projection."""
     both = (projection.rewiring, projection.neuromodulation)
     return [one.data() for one in both if one is not None]
 

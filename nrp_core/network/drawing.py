@@ -164,7 +164,7 @@ def fill_clipped(drawn: Array, low: float, high: float, counts: Array, out: Arra
         low: the lowest that is in range.
         high: the highest.
         counts: the length of each column.
-        out: the columns, one after the other.
+        out: the columns, concatenated.
         at: the next column, its first element, and the next number: advanced by whole columns only.
     """
     column, first, taken = at[0], at[1], at[2]

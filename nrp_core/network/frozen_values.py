@@ -1,4 +1,4 @@
-"""Checked values of a network, which stay as they were when they were checked, and their digest."""
+"""Checked values of a network, which cannot change after the check, and their digest."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def copy_mappings(record: object, owner: str, *names: str) -> None:
 
     Args:
         record: an instance of a frozen dataclass.
-        owner: what it is, for the message.
+        owner: the kind of the owner, for the message.
         names: the fields.
 
     Raises:
@@ -175,10 +175,10 @@ def require_own_labels(labels: Iterable[object]) -> None:
 
 
 def require_numbers(what: str, values: Any, size: int) -> None:
-    """Check that there is a number for each cell.
+    """Check that the values are one number for each cell.
 
     Raises:
-        NetworkError: there is not.
+        NetworkError: the values do not fit.
     """
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
         raise NetworkError(f"{what} is {values!r:.60}, not an array of {size} numbers")

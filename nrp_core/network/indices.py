@@ -104,7 +104,7 @@ class Indices:
         return int(self.values[-1]) if self.ascending else len(self.values)
 
     def bounds(self) -> tuple[int, int]:
-        """Return the lowest and the highest index, or (0, -1) if there is none."""
+        """Return the lowest and the highest index, or (0, -1) without indices."""
         if self.ascending:
             used = np.flatnonzero(np.diff(self.values))
             return int(used[0]), int(used[-1])

@@ -20,10 +20,10 @@ def follows_dopamine(projection: Projection) -> bool:
 
 
 def modulations_of(network: Network) -> dict[str, Neuromodulation]:
-    """Return what the rewards of each population have in common, by its label.
+    """Return the parameters that the rewards of each population share, by its label.
 
     Raises:
-        CapabilityError: they have not, or nothing learns from them.
+        CapabilityError: their parameters differ, or no synapse learns from them.
     """
     found: dict[str, Neuromodulation] = {}
     for one in network.projections:

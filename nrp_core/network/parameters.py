@@ -46,7 +46,7 @@ class Parameter:
 
     Args:
         default: PyNN's default, or the initial value of a state variable.
-        unit: PyNN's unit; empty if there is none.
+        unit: PyNN's unit; empty if it has none.
         limit: its valid values.
     """
 

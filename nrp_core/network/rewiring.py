@@ -2,8 +2,8 @@
 
 Synapses of a projection form and vanish while the network runs, in the model of Bamford, Murray & Willshaw
 (2010, Neurocomputing 74:517) as sPyNNaker has it. A target cell has a number of places for synapses. Attempts
-come at a fixed rate: each takes a target cell and one of its places at random. A synapse at the place may
-vanish; if there is none, one from a chosen source cell may form.
+occur at a fixed rate: each takes a target cell and one of its places at random. A synapse at the place may
+vanish; at an empty place, one from a chosen source cell may form.
 
 Rewards and punishments decide how much STDP changes the weights onto a population, in the model of Izhikevich
 (2007, Cereb Cortex 17:2443) as sPyNNaker has it. STDP changes the eligibility of a synapse instead of its
@@ -74,11 +74,11 @@ class Neuromodulation(Settings):
 
     @property
     def is_of_machine(self) -> bool:
-        """Whether SpiNNaker has it: what its software does not know has the value that it implies."""
+        """Whether SpiNNaker supports it: parameters that its software lacks have its implied values."""
         return not (self.baseline or self.shared) and self.eligibility_limits
 
     def data(self) -> dict[str, Any]:
-        """Return it as plain data; what SpiNNaker does not know only if it is given."""
+        """Return it as plain data; parameters that SpiNNaker lacks only if they are given."""
         found = Settings.data(self)  # super() does not know a class with slots
         implied = {"baseline": 0.0, "shared": False, "eligibility_limits": True}
         return {name: value for name, value in found.items() if implied.get(name, ...) != value}

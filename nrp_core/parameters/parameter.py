@@ -34,7 +34,7 @@ class Parameter:
             of numbers.
         unit: of its numbers, such as ``mV`` or ``Hz/mV``.
         low, high: the range of its numbers, both included.
-        doc: one sentence on what it does.
+        doc: one sentence on its effect.
         path, line: the declaration.
 
     Raises:
@@ -202,7 +202,7 @@ class GivenParameters:
             unit: of its numbers, such as ``mV``; values in other units are converted.
             low: the smallest valid number.
             high: the largest valid number.
-            doc: one sentence on what it does.
+            doc: one sentence on its effect.
 
         Raises:
             ExperimentError: the declaration contradicts itself or another of the same name, or the value
@@ -224,7 +224,7 @@ def fitting(
     """Compare values with declarations.
 
     Returns:
-        the value of each declared parameter, and by name what is wrong with a given one, which is then left
+        the value of each declared parameter, and by name the mistake in a given one, which then stays
         at its default.
     """
     values: dict[str, Value] = {name: one.value(one.default) for name, one in declared.items()}

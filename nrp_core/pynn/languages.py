@@ -1,4 +1,4 @@
-"""The languages of scripts besides Python 3."""
+"""The languages of scripts other than Python 3."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ LANGUAGES: Registry[type[Language]] = Registry("nrp_core.script_languages", "lan
 
 @dataclass(frozen=True)
 class ScriptReading:
-    """How one script is read.
+    """The way to read one script.
 
     Args:
         language: its language; None for Python 3.

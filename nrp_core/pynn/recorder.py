@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 class SpikeTrains(SpikeTrainList):
     """The same list, with the same trains, which are divided in one pass.
 
-    Neo stores the spikes of a population as two arrays and makes trains when somebody asks for one. It then
+    Neo stores the spikes of a population as two arrays and makes trains on request. It then
     compares the cell of every spike with every cell, which takes minutes for 100 000 cells.
 
     Args:
@@ -155,7 +155,7 @@ class Recorder(recording.Recorder):
         """Return the recorded data as a block of Neo.
 
         Raises:
-            NetworkError: there are no data before a run.
+            NetworkError: the network has not run, so it has no data.
         """
         if not self._simulator.state.running and not list(self.cache):
             raise NetworkError(f"population '{self.population.label}' has no data yet; run first")

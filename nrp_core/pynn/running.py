@@ -359,7 +359,7 @@ class RunningState(State):
 
 
 def _unknown_option(found: Mapping[str, Any], known: Iterable[str]) -> str:
-    """Return what is wrong with an option, and the option that may be meant."""
+    """Return the mistake in an option, and the option that may be meant."""
     name = ".".join(map(str, found["loc"]))
     unknown = f"'{name}' is not an option{did_you_mean(name, known)}"
     return unknown if found["type"] == "extra_forbidden" else f"{name}: {found['msg']}"

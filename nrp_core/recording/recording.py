@@ -23,7 +23,7 @@ class Recording(RecordingReader):
     """A recording on disk.
 
     Args:
-        path: the folder of a recording, or an MCAP file by itself. A folder that lost its messages can be
+        path: the folder of a recording, or a single MCAP file. A folder that lost its messages can be
             checked, not read.
 
     Raises:

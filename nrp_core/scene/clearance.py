@@ -111,7 +111,7 @@ def _cleared(link: Link, pose: Pose, solids: Sequence[_Solid]) -> Link:
 
 
 def _clear(collision: Collision, pose: Pose, solids: Sequence[_Solid]) -> Collision | None:
-    """Return what is left of a box at a pose in the world; None for nothing."""
+    """Return the rest of a box at a pose in the world; None if nothing remains."""
     if not isinstance(collision.geometry, Box):
         return collision
     left = _outside(collision.geometry, pose, solids)
@@ -119,7 +119,7 @@ def _clear(collision: Collision, pose: Pose, solids: Sequence[_Solid]) -> Collis
 
 
 def part_above(height: float, box: Box, pose: Pose) -> tuple[Box, Pose] | None:
-    """Return the part of a box at a pose that is above a height (m), with its pose; None for nothing."""
+    """Return the part of a box at a pose that is above a height (m), with its pose, or None."""
     below = _Solid(np.array([[0.0, 0.0, height]]), _AXES[2:3], is_bounded=False)
     left = _outside(box, pose, [below])
     return left and (left[0], pose @ Pose(left[1]))
@@ -140,7 +140,7 @@ def _outside(box: Box, pose: Pose, solids: Sequence[_Solid]) -> tuple[Box, Vecto
 
 
 def _cut(corners: _Corners, solid: _Solid) -> _Corners | None:
-    """Return the largest part of a box that one of its own planes separates from a solid; None for nothing.
+    """Return the largest part of a box that one of its own planes separates from a solid, or None.
 
     The whole box is left if a face of either separates the two; two edges that pass each other do not count.
     """
@@ -173,7 +173,7 @@ def _solids(model: Model, reach: _Corners, *, with_estimates: bool) -> Iterator[
 
     Args:
         model: the model, with its links where its joints start.
-        reach: the box outside of which shapes are left out.
+        reach: the box outside of which shapes are ignored.
         with_estimates: whether shapes of estimated sizes count.
     """
     for link in model.links:

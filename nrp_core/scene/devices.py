@@ -119,7 +119,7 @@ class MountedSensor:
         needs: the capabilities that it needs, fields of
             :class:`~nrp_core.world.capabilities.WorldCapabilities`.
         tag: name of the kind of sensor in digests of scenes.
-        frame_suffix: what a frame of its own has after the name of the sensor.
+        frame_suffix: the suffix that follows the sensor's name in the name of its own frame.
         noises: fields with the noise of some of the numbers in place of ``noise``; None is none of their own.
     """
 
@@ -278,7 +278,7 @@ class JointController:
         initial: the target before the first command; None: see ``holds``.
         holds: whether the joint holds its start position before the first command, as in ros2_control; else
             it is free, as with most plugins of Gazebo.
-        range: the minimum and maximum of commands, besides the limits of the joint.
+        range: the minimum and maximum of commands, in addition to the limits of the joint.
     """
 
     joint: str

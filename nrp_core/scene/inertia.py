@@ -179,7 +179,7 @@ def repair_inertia(inertial: Inertial) -> tuple[Inertial, str]:
     """Make an inertia physically possible: positive, and each moment at most the sum of the other two.
 
     Returns:
-        The inertia, unchanged if it is valid; and the error, empty if there is none.
+        The inertia, unchanged if it is valid; and the error, empty if it is valid.
     """
     principal = _principal(inertial)
     moments = principal.inertia[:3]

@@ -59,7 +59,7 @@ class Body:
 
     @property
     def pulled(self) -> Inertial | None:
-        """The part of its mass that gravity pulls, in its frame; None if there is none."""
+        """The part of its mass that gravity pulls, in its frame, or None."""
         return sum_inertials(_masses([link for link in self.links if link.gravity]))
 
     @property

@@ -128,7 +128,7 @@ class ConcaveMesh(Mesh):
     """A part of a surface, which need not be convex; only for static models.
 
     Args:
-        depth: thickness of what is behind its triangles, m, for engines without such surfaces.
+        depth: thickness of the solid behind its triangles, m, for engines without such surfaces.
     """
 
     depth: float = 0.01
@@ -200,7 +200,7 @@ class Collision:
 
     Args:
         estimated: whether it is a box that replaces a missing mesh, so that its size is only an estimate.
-        category, touched: bits of what it is, and of the categories that it touches.
+        category, touched: bits of its own category, and of the categories that it touches.
     """
 
     name: str
@@ -215,7 +215,7 @@ class Collision:
 
     @property
     def is_selective(self) -> bool:
-        """Whether its file limits what it touches."""
+        """Whether its file limits the shapes that it touches."""
         return (self.category, self.touched) != (ALL_BITS, ALL_BITS)
 
     def touches(self, other: Collision) -> bool:
@@ -472,13 +472,14 @@ class Scene(Overview):
         models: robots and everything around them.
         lights: the lights.
         gravity: m/s^2.
-        warnings: what its files say and a world does not do.
+        warnings: features of its files that a world does not support.
         step_s: the time step that its file asks for, s. No engine uses it: steps belong to the experiment.
         surroundings: the Earth around it, for sensors.
         ties: joints between two models.
         command_delays: topics whose commands act late, with the delay, s.
         imperfections: topics without a sensor that are noisy, late or get lost.
-        randomize: what is drawn for each seed; a world opens the scene with the values drawn for its own.
+        randomize: the ranges from which each seed draws; a world opens the scene with the values drawn for
+            its own.
 
     Raises:
         SceneError: two models have the same name, or one of them or a tie is inconsistent.
@@ -575,7 +576,7 @@ def _find_named(parts: Iterable[Named], name: str, lacking: str) -> Named:
     """Return a part by name.
 
     Raises:
-        SceneError: there is none; it begins with ``lacking``.
+        SceneError: the scene has none; the message begins with ``lacking``.
     """
     for part in parts:
         if part.name == name:

@@ -10,7 +10,7 @@ from nrp_core.errors import SceneError
 
 @dataclass(frozen=True, slots=True)
 class Native:
-    """An element with a namespace, such as ``<mujoco:option cone="pyramidal"/>``, as it stands in a file.
+    """An element with a namespace, such as ``<mujoco:option cone="pyramidal"/>``, as in a file.
 
     In SDF, elements with a namespace are for the program that knows it; the core passes them to the engine.
 
@@ -37,7 +37,7 @@ class Native:
         return f"{self.namespace}:{self.tag}" if self.namespace else self.tag
 
     def attribute(self, name: str) -> str | None:
-        """Return an attribute; None if it is not there."""
+        """Return an attribute, or None."""
         return dict(self.attributes).get(name)
 
     def error(self, message: str) -> SceneError:
@@ -53,7 +53,7 @@ class Source:
         file: the file, unpacked if it was in an archive.
         element: the name of its ``<model>`` or ``<robot>``.
         line: line of that element.
-        without: lines of invalid elements that were left out because the experiment is lenient.
+        without: lines of invalid elements that a lenient experiment omits.
     """
 
     file: Path

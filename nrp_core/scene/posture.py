@@ -47,7 +47,7 @@ class Posture:
         return joint.pose @ _motion(joint, position) @ joint.pose.inverse() if position else Pose()
 
     def gaps(self, loops: Sequence[Loop]) -> FloatArray:
-        """Return how far the points are apart that links of loops have in common, m, shape ``(m, 3)``."""
+        """Return the offsets between the points that links of loops share, m, shape ``(m, 3)``."""
         ends = [
             (self._place(loop.parent, p), self._place(loop.child, p)) for loop in loops for p in loop.points
         ]

@@ -227,7 +227,7 @@ def _part_names(model: Model) -> Iterator[str]:
 
 
 def _is_ground(model: Model) -> bool:
-    """Whether a model is ground: static, and wide enough for objects to stand on."""
+    """Whether a model is ground: static, and wide enough to carry objects."""
     return model.static and any(_is_wide(each.geometry) for link in model.links for each in link.collisions)
 
 

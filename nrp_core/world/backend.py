@@ -98,7 +98,7 @@ class WorldBackend(ABC):
             threads: the number of threads that step them; 0: chosen automatically.
 
         Raises:
-            ValueError: there are no seeds.
+            ValueError: ``seeds`` is empty.
         """
         if not seeds:
             raise ValueError("a batch needs at least one seed")

@@ -48,7 +48,7 @@ class WorldBatch(Closing):
 
     @classmethod
     def open(cls, worlds: Iterable[World], threads: int = 0) -> WorldBatch:
-        """Collect worlds as they are opened; if one fails to open, close all."""
+        """Collect opened worlds; if one fails to open, close all."""
         with ExitStack() as opened:
             batch = cls([opened.enter_context(world) for world in worlds], threads)
             opened.pop_all()

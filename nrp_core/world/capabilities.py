@@ -37,7 +37,7 @@ class WorldCapabilities:
         muscles: it has muscles along straight lines. Otherwise a scene with one is refused, as is a scene
             with one that wraps around shapes in an engine without ``own_actuators``.
         changes: models can be moved, added and deleted while it runs.
-        real_time: time passes by itself, as on a robot, so the loop must keep up.
+        real_time: time advances on its own, as on a robot, so the loop must keep up.
         poses: it reports the poses of models.
         slip: the largest share of a commanded velocity that a drive loses to tyres; 0 where drives move their
             robots exactly.
@@ -104,7 +104,7 @@ def check_scene(scene: Scene, capabilities: WorldCapabilities, engine: object, w
 
 
 def needs_of(model: Model, joint: Joint) -> Iterator[str]:
-    """Yield the capabilities that a joint of a model needs besides dynamics."""
+    """Yield the capabilities that a joint of a model needs in addition to dynamics."""
     if joint.kind == "ball":
         yield "ball_joints"
         if any(controller.joint == joint.name for controller in model.controllers):

@@ -1,7 +1,7 @@
 """Domain randomisation: the scene of a seed, whose properties are drawn, for any engine.
 
-An engine is opened with the drawn scene, so that it needs to know nothing of this. A number depends on the
-seed, the quantity and the name of the part alone: further ranges and other parts do not change it.
+An engine opens the drawn scene, so it is independent of this. A number depends on the
+seed, the quantity and the name of the part only: further ranges and other parts do not change it.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ SensorChange: TypeAlias = Callable[[Any, Callable[[Numbers], Numbers]], Any]
 
 
 def draw_scene(scene: Scene, seed: int) -> tuple[Scene, tuple[Draw, ...]]:
-    """Return the scene of a seed, without ranges, and what was drawn for it.
+    """Return the scene of a seed, without ranges, and the drawn values.
 
-    A scene without ranges is returned as it is.
+    A scene without ranges is returned unchanged.
     """
     if not scene.randomize:
         return scene, ()

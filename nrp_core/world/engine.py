@@ -114,7 +114,7 @@ class JointCommands(ABC):
 
     @final
     def sensor_values(self, model: str, sensor: str) -> FloatArray:
-        """Return what a sensor of the engine's own measures at the present time, its numbers in its order.
+        """Return the present values of one of the engine's own sensors, in its order.
 
         Raises:
             CapabilityError: the engine does not have ``own_actuators``.
@@ -140,7 +140,7 @@ class JointCommands(ABC):
         raise self.lacks("does not report the states of actuators")
 
     def _do_sensor_values(self, model: str, sensor: str) -> FloatArray:
-        """Return what a sensor among the elements for the engine measures, a new array."""
+        """Return the values of a sensor among the engine's own elements, as a new array."""
         raise self.lacks("has no sensors of its own")
 
 
@@ -182,7 +182,7 @@ MOST_RATE: Final = 9.9e5
 
 
 class Engine(JointCommands):
-    """A physics engine with a scene in it; it knows nothing of topics.
+    """A physics engine with a scene; it does not handle topics.
 
     The world and its parts step it, query it and change its scene. A backend implements the ``_do_*``
     methods, four of which are abstract. Units are m, rad and ns; axes are those of the world.
@@ -195,13 +195,13 @@ class Engine(JointCommands):
         identity: text with engine, version and options; snapshots with another identity are refused.
 
     Attributes:
-        scene: the scene as it is now.
+        scene: the present scene.
         capabilities: the capabilities of the backend.
         seed: the seed of the world; set by the world, as is ``now_ns``.
         now_ns: the time at the start of the current step, else the time reached, ns.
         image_scale: factor of the width and height that the robot's file gives for images.
         warnings: warnings for the user; the world reports them.
-        copies: how things are done to copies of a scene at once.
+        copies: operations on all copies of a scene at once.
 
     Raises:
         CapabilityError: the scene needs a capability that the engine does not have.
@@ -627,4 +627,4 @@ class Engine(JointCommands):
         raise self.lacks(SNAPSHOTS)
 
     def _do_close(self) -> None:
-        """Release the engine; by default there is nothing to release."""
+        """Release the engine; by default do nothing."""

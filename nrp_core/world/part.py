@@ -14,8 +14,8 @@ class Part(ABC):
 
     Attributes:
         topics: its topics.
-        pushed_topics: its topics whose messages come from outside at any time; all other outgoing topics are
-            read.
+        pushed_topics: its topics that receive messages from outside at any time; all other outgoing topics
+            are read.
         number_topics: its incoming topics, all without limits, that :meth:`write` takes as numbers.
         deadline_ns: the time of its next scheduled call, None for never.
         needs_previous_step: whether :meth:`prepare_sample` is called one physics step before each sample.

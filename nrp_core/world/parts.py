@@ -153,7 +153,7 @@ class Parts:
     Attributes:
         all: all parts, in the order in which they are reset and saved.
         timed: the parts with deadlines.
-        pollers: the parts whose messages come from outside.
+        pollers: the parts that receive messages from outside.
     """
 
     def __init__(self, engine: Engine, board: Switchboard) -> None:

@@ -223,7 +223,7 @@ def without_commands(model: Model) -> list[Joint]:
 
 
 def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
-    """Return a robot with what an experiment adds to it.
+    """Return a robot with the parts that an experiment adds.
 
     Raises:
         SceneError: a joint does not exist, cannot be commanded or cannot start at its given position, or a
@@ -445,7 +445,7 @@ def _mode(joint: Joint) -> str:
 
 
 def _quote(text: str) -> str:
-    """Return a text as YAML has it: as it is where YAML takes it for a text, else quoted."""
+    """Return a text in YAML: unchanged if YAML reads it as a text, else quoted."""
     plain = _PLAIN.fullmatch(text) and text.lower() not in _WORDS
     return text if plain else json.dumps(text, ensure_ascii=False)
 

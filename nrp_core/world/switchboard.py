@@ -60,7 +60,7 @@ class Sampling:
 
     @property
     def is_read(self) -> bool:
-        """Whether anybody reads it; transfer functions in quarantine do not."""
+        """Whether a reader exists; transfer functions in quarantine do not count."""
         return any(subscription.is_read for subscription in self.subscriptions)
 
     def is_dropped(self, now_ns: int, seed: int) -> bool:
@@ -279,7 +279,7 @@ class Switchboard:
     # -- messages
 
     def drop_old(self) -> None:
-        """Drop the messages that nobody has taken for long; called once a second, before a step."""
+        """Drop old messages that no reader has taken; called once a second, before a step."""
         now_ns = self._engine.now_ns
         for subscription in self._subscriptions:
             if subscription.depth is None:

@@ -71,7 +71,7 @@ class Subscription:
     """The messages received on a topic since the subscription.
 
     :attr:`latest` is the last message, and :meth:`take` returns each message once. Without a ``depth``, no
-    message of the present step is dropped, whatever the rate of the topic; of older messages that nobody
+    message of the present step is dropped, whatever the rate of the topic; of older messages that no reader
     has taken, those of the last :attr:`keep_ns` before the step stay.
 
     Args:
@@ -80,8 +80,8 @@ class Subscription:
         current: returns the current value, for topics without a rate; it is the only message then.
 
     Attributes:
-        is_read: whether anybody reads the messages; samples that nobody reads are not taken.
-        keep_ns: how long messages that nobody takes are stored, without a depth.
+        is_read: whether the messages have a reader; samples without a reader are not taken.
+        keep_ns: how long messages are stored that no reader takes, without a depth.
         dropped: number of messages that were dropped since the last :meth:`take`, without a depth.
     """
 
@@ -205,7 +205,7 @@ class Publication:
         self.board.deliver(self.name, message)
 
     def publish_numbers(self, numbers: Sequence[float]) -> None:
-        """Publish a message of numbers, which is built only if something besides its part receives it.
+        """Publish a message of numbers, which is built only if it has a receiver other than its part.
 
         Args:
             numbers: the numbers in the message, in the order of its fields.

@@ -61,7 +61,7 @@ class World(Overview, Simulation):
 
     Args:
         engine: the engine with its first scene.
-        nominal: the scene with what is drawn for each seed, if that is not the engine's.
+        nominal: the scene with its ranges for each seed, if it differs from the engine's.
 
     Attributes:
         engine: the engine that simulates it. Reading it changes nothing.
@@ -110,7 +110,7 @@ class World(Overview, Simulation):
 
     @property
     def randomized(self) -> tuple[Draw, ...]:
-        """What was drawn for the seed in force."""
+        """The values that were drawn for the seed in force."""
         return draw_scene(self.nominal, self._seed)[1]
 
     def _set_now_ns(self, now_ns: int) -> None:
@@ -265,7 +265,7 @@ class World(Overview, Simulation):
     @checks_arguments()
     @change
     def delete(self, model: str) -> None:
-        """Remove a model; subscribers of its topics get nothing more.
+        """Remove a model; subscribers of its topics receive no further messages.
 
         Raises:
             SceneError: the model does not exist.
@@ -416,7 +416,7 @@ class World(Overview, Simulation):
         """Return to the state right after opening; see :mod:`nrp_core.simulation`.
 
         Args:
-            what: ``all``; ``state``, while time goes on; or ``poses`` or ``colors`` of models, while time and
+            what: ``all``; ``state``, while time goes on; or ``poses`` or ``colors`` of models; time and
                 commands go on.
             models: the names of the models whose poses or colours are reset; by default all.
             seed: a new seed for ``all`` and ``state``; by default the one in force is used again.
@@ -424,7 +424,7 @@ class World(Overview, Simulation):
         Raises:
             LifecycleError: the world is closed; or it failed, and ``what`` is not ``all``.
             SceneError: the model does not exist.
-            CapabilityError: the engine cannot do that while time goes on.
+            CapabilityError: the engine cannot do that while time continues.
         """
         if what == "all":
             super().reset(seed=seed)

@@ -362,7 +362,7 @@ class Trace:
 
 
 def split_samples(samples: FloatArray, traces: Sequence[Trace]) -> list[FloatArray]:
-    """Return the samples of each trace, which lie one after another, as views of shape ``(n, m)``."""
+    """Return the samples of each trace, which are contiguous, as views of shape ``(n, m)``."""
     ends = np.cumsum([prod(trace.shape) for trace in traces])
     return [part.reshape(trace.shape) for part, trace in zip(np.split(samples, ends), traces, strict=False)]
 

@@ -141,7 +141,7 @@ class CurrentPort(SourcePort):
         return value if on else np.zeros(len(self.neurons))
 
     def next_change_ns(self, now_ns: int) -> int:
-        """Return the next time after ``now_ns`` at which the current changes by itself."""
+        """Return the next scheduled change of the current after ``now_ns``."""
         return min((end for end in (self._start_ns, self._stop_ns) if end > now_ns), default=FOREVER_NS)
 
     def reset(self, seeds: Seeds) -> None:

@@ -48,7 +48,7 @@ class SharedColumns:
         return self._file.fileno()
 
     def write(self, columns: Sequence[npt.NDArray[Any]]) -> int:
-        """Write columns one after another; return the number of values."""
+        """Write columns in sequence; return the number of values."""
         total = sum(map(len, columns))
         self._reach(total)
         at = 0

@@ -300,7 +300,7 @@ def borrow(python: str, module: str, time_limit_s: float) -> BrainProcess:
 
 
 def _take(kind: ProcessSettings) -> BrainProcess | None:
-    """Remove an idle process of a kind, if there is one; runs in several threads may ask at once."""
+    """Take an idle process of a kind from the pool, or None; several threads may call it at once."""
     with _taking:
         found = next((process for process in _idle if process.kind == kind), None)
         if found is not None:

@@ -83,7 +83,7 @@ def read_sensors(examined: ExaminedExperiment) -> Iterator[tuple[Model, MountedS
 def own_robot_views(scene: Scene, model: Model) -> Iterator[OwnRobotView]:
     """Yield how much each scanner and camera of a model sees of the model itself at the start.
 
-    A ray ends on its own robot if it is as long as in a scene with nothing else.
+    A ray ends on its own robot if it has the same length in a scene with this robot alone.
 
     Raises:
         SceneError: a mesh cannot be read.

@@ -40,7 +40,7 @@ def earliest_ns(name: str, events: Mapping[str, Event]) -> int:
 
 
 def _delay_ns(event: Event) -> int:
-    """Return the earliest time of an event after the one that it waits for, or after the start."""
+    """Return the earliest time of an event, after the event that it waits for or after the start."""
     if event.at is not None:
         return event.at
     return 0 if event.when is None else event.when.after

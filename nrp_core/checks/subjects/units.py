@@ -29,7 +29,7 @@ def check_views(examined: ExaminedExperiment) -> Iterator[Finding]:
 
 @checks_experiment
 def report_network(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Report values in another unit, and what the script or file has that the network lacks."""
+    """Report values in another unit, and parts of the script or file that the network lacks."""
     collector = Collector(examined.experiment.source)
     collector.place(examined.summary.findings, "brain", "model")
     yield from collector.findings

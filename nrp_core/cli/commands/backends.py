@@ -1,4 +1,4 @@
-"""``nrp backends`` and ``nrp doctor``: the installed backends, and what this machine lacks."""
+"""``nrp backends`` and ``nrp doctor``: the installed backends, and missing features of this machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def doctor(json: Json = False) -> None:
-    """List what this machine lacks, and what does not work without it.
+    """List programs and features that this machine lacks, and what they are needed for.
 
     Fail if no brain backend or no world backend can run here.
     """

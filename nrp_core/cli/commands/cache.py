@@ -1,4 +1,4 @@
-"""``nrp cache``: what is kept for later runs, and its size."""
+"""``nrp cache``: the files that are kept for later runs, and their size."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool, deta
 
 
 def _verdict(findings: list[Finding]) -> str:
-    """Return what is said of an experiment without errors."""
+    """Return the verdict on an experiment without errors."""
     from nrp_core.findings import Code
 
     is_partial = any(one.code is Code.NRP239 for one in findings)

@@ -39,7 +39,7 @@ def topic_sentence(wanted: TopicIs, around: Surroundings) -> Sentence:
     """Return the sentence of a condition on the last message of a topic.
 
     Raises:
-        TopicError: there is no such topic, its message does not have the field, or the values cannot be
+        TopicError: the topic does not exist, its message lacks the field, or the values cannot be
             compared.
     """
     field = Field({"name": wanted.name, "field": wanted.field}, around)

@@ -167,7 +167,7 @@ def _apply(change: Intervention, brain: Brain) -> None:
 
 
 def _are_equal(network: Network, other: Network) -> bool:
-    """Return whether a control left all synapses as they were."""
+    """Return whether a control changed no synapse."""
     if len(network.projections) != len(other.projections):
         return False
     return all(

@@ -51,7 +51,7 @@ def network_from(
         parameters: values of the parameters that a script declares; only such a reader gets them.
 
     Raises:
-        NetworkError: there is no reader for such files, or it cannot be read.
+        NetworkError: no reader supports the file, or it cannot be read.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
         CapabilityError: it contains elements that networks do not support.
     """
@@ -82,7 +82,7 @@ class Maker(PartMaker):
     """Makes each part from the file that the experiment names; subclasses replace methods for others.
 
     Attributes:
-        find_elsewhere: finds the meshes and images that are not where the files say; None: nothing does.
+        find_elsewhere: finds meshes and images that are missing at their path; None: do not search.
     """
 
     find_elsewhere: FindElsewhere | None = None
@@ -125,7 +125,7 @@ class Maker(PartMaker):
         return self._fit(experiment, name, replace(model, warnings=(*model.warnings, *left_out)))
 
     def _fit(self, experiment: Experiment, name: str, model: Model) -> Model:
-        """Return a robot with what the experiment adds to it; findings about that stand in the experiment."""
+        """Return a robot with the experiment's additions; findings about these refer to the experiment."""
         result = set_up_robot(model, experiment.world.robots[name].fitting)
         place = experiment.place("world", "robots", name)
         warnings = [

@@ -236,7 +236,7 @@ def _is_accepted(
     experiment: Experiment, brain: Side[BrainBackend] | None, network: Network | None, review: Review,
     collector: Collector,
 ) -> bool:  # fmt: skip
-    """Return whether the brain backend accepts the network; what it would change becomes findings."""
+    """Return whether the brain backend accepts the network; report the changes that it would make."""
     if brain is None or network is None:
         return False
     name, before = experiment.brain.backend, len(collector.findings)
@@ -294,7 +294,7 @@ def _with_imperfections(experiment: Experiment, scene: Scene, collector: Collect
 
 
 def _with_ranges(experiment: Experiment, scene: Scene, collector: Collector) -> Scene:
-    """Return the scene with what is drawn for each seed."""
+    """Return the scene with the ranges from which each seed draws."""
     for quantity, pattern, section in experiment.world.randomize.entries():
         with collector.during(Code.NRP202, "world", "randomize", quantity, pattern):
             drawn = section.of(quantity, pattern)
@@ -392,7 +392,7 @@ def load_functions(parts: PlanParts) -> tuple[TransferFunction, ...]:
 
 
 def mock_brain(parts: PlanParts) -> MockBrain:
-    """Return a brain without a simulator that refuses what the backend refuses.
+    """Return a brain without a simulator that refuses the same calls as the backend.
 
     Raises:
         CapabilityError: it refuses the network.

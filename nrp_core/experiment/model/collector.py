@@ -118,7 +118,7 @@ def _join_keys(keys: Sequence[Key]) -> str:
 
 
 def keys_at(schema: dict[str, Any], keys: Sequence[Key]) -> set[str]:
-    """Return the keys that a JSON Schema knows at a place."""
+    """Return the keys that a JSON Schema defines at a place."""
     nodes = [schema]
     for key in keys:
         nodes = [child for node in nodes for plain in _plain(schema, node) for child in _below(plain, key)]
@@ -150,7 +150,7 @@ _MILD = {Code.NRP239: Level.WARNING}
 
 @dataclass(frozen=True, slots=True)
 class Omission:
-    """A part that is left out if the experiment is not strict.
+    """A part that a lenient experiment omits.
 
     Args:
         code: the code of the finding about it.
@@ -163,7 +163,7 @@ class Omission:
     name: str | None = None
 
     def finding(self, cause: Finding) -> Finding:
-        """Return the finding about the part that is left out for a cause."""
+        """Return the finding about the part that is omitted for a cause."""
         part = f"a {self.kind}" if self.name is None else f"the {self.kind} '{self.name}'"
         message = f"{part} is left out: {cause.message}"
         return replace(cause, code=self.code, message=message, level=Level.WARNING, subject=self.name)
@@ -173,7 +173,7 @@ class Collector:
     """Turns errors into findings.
 
     Args:
-        source: the experiment as it was written, with the places.
+        source: the experiment as written, with the places.
 
     Attributes:
         source: the same.
@@ -200,7 +200,7 @@ class Collector:
             code: the code of the finding, unless the class of the error has its own.
             keys: its place in the experiment; an error with a place keeps its own.
             level: its level.
-            omission: the part that is left out on an error; None: an error is only reported.
+            omission: the part to omit after an error; None: an error is only reported.
             always: whether errors of every class get the code.
         """
         try:

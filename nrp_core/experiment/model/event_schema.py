@@ -1,4 +1,4 @@
-"""Events and criteria as they are written in the experiment file."""
+"""Events and criteria in the form of the experiment file."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The experiment file as typed data; its keys, units and defaults are documented here.
 
-:func:`nrp_core.experiment.reading.find.load_experiment` reads one; made in Python it is the same thing.
+:func:`nrp_core.experiment.reading.find.load_experiment` reads one; one made in Python is equivalent.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Domain randomisation as it is written in the experiment file."""
+"""Domain randomisation in the form of the experiment file."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class RandomizeSection(Section):
     """Means of that noise."""
 
     def entries(self) -> Iterator[tuple[str, str, DrawnSection]]:
-        """Yield quantity, pattern and what is drawn."""
+        """Yield quantity, pattern and range."""
         for quantity in OPERATIONS:
             for pattern, section in getattr(self, quantity).items():
                 yield quantity, pattern, section

@@ -122,7 +122,7 @@ class Tree:
         return None
 
     def at(self, *keys: str) -> Tree | None:
-        """Return the tree under these keys, None if it is not there."""
+        """Return the tree under these keys, or None."""
         tree: Tree | None = self
         for key in keys:
             tree = tree.value.get(key) if tree is not None and isinstance(tree.value, dict) else None
@@ -202,7 +202,7 @@ class Range:
 
     @classmethod
     def parse(cls, value: object) -> Range:
-        """Read ``4..8 s``; a range is returned as it is.
+        """Read ``4..8 s``; return a range unchanged.
 
         Raises:
             ValueError: it has another form, or its end is not above its beginning.

@@ -1,4 +1,4 @@
-"""Interventions in a brain and controls of its wiring, as they are written in the experiment file."""
+"""Interventions in a brain and controls of its wiring, in the form of the experiment file."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class WiringControl(Section):
 
     @property
     def name(self) -> str:
-        """The kind of the control, as it is written."""
+        """The kind of the control, as in the file."""
         return ", ".join(
             f"{kind}: {getattr(self, kind)}" for kind in _KINDS if getattr(self, kind) is not None
         )

@@ -109,7 +109,7 @@ def with_platform(experiment: Experiment) -> Experiment:
 
 
 def described_by(path: Path, overrides: Sequence[str] = ()) -> Experiment | None:
-    """Return the experiment described by a file that names a brain or a body besides its functions.
+    """Return the experiment that a file describes, which names a brain or a body in addition to functions.
 
     Raises:
         InvalidExperimentError: it belongs to a platform, and cannot be read.
@@ -181,7 +181,7 @@ def _require_experiment(tree: Tree) -> None:
 
 
 def _laid_over(tree: Tree, over: Tree) -> Tree:
-    """Return a file merged over those that it extends; what it says must change something."""
+    """Return a file merged over the files that it extends; each of its values must change something."""
     _require_effect(tree, over)
     return tree.merged(over)
 
@@ -325,7 +325,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 def experiment_schema() -> dict[str, Any]:
     """Return the JSON Schema, with the options of every installed backend that loads.
 
-    A file that extends another may omit what the other has, so keys below the top level are not required,
+    A file that extends another may omit the other's keys, so keys below the top level are not required,
     and ``null`` is allowed, which removes a key.
     """
     schema = {"$schema": DIALECT, **Experiment.model_json_schema()}

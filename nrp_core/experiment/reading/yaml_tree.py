@@ -37,7 +37,7 @@ _OPENED = (
 
 
 def explain_error(error: MarkedYAMLError, text: str) -> tuple[str, Any]:
-    """Return what is wrong with a text, and the mark of its place; None: it has no place."""
+    """Return the mistake in a text, and the mark of its place or None."""
     mark = error.problem_mark or error.context_mark
     problem = f"{error.context or ''} {error.problem}"
     for pattern, words in _OPENED:
@@ -50,7 +50,7 @@ def explain_error(error: MarkedYAMLError, text: str) -> tuple[str, Any]:
 
 
 def unreadable(error: ReaderError, text: str) -> tuple[str, int]:
-    """Return what is wrong with a text that has a character which YAML does not allow, and its line."""
+    """Return the mistake in a text with a character that YAML does not allow, and its line."""
     return f"the character {_name(error.character)} is not allowed", text.count("\n", 0, error.position) + 1
 
 
@@ -59,7 +59,7 @@ def _name(character: Any) -> str:
 
 
 def _by_place(error: MarkedYAMLError, problem: str, text: str) -> str:
-    """Return what is wrong with the structure of a text; empty: nothing that is known here."""
+    """Return the mistake in the structure of a text; empty if none is recognized."""
     mark, begin = error.problem_mark, error.context_mark
     if mark is None:
         return ""

@@ -46,7 +46,7 @@ def commands_of(run: Run) -> Commands:
         ]
 
     def reset(part: str) -> None:
-        """Reset one part while time goes on.
+        """Reset one part without changing the time.
 
         Raises:
             ExperimentError: it cannot be reset alone.

@@ -115,7 +115,7 @@ class SpikeCounterPort(SinkPort):
     def of(self, network: Network) -> dict[str, int]:
         """Return the spikes of every view and population by its name.
 
-        A population with an automatic name is left out if a view has the same neurons.
+        A population with an automatic name is omitted if a view has the same neurons.
         """
         named = {label: network.neurons(label) for label in network.views}
         viewed = {neurons.tobytes() for neurons in named.values()}
@@ -218,7 +218,7 @@ class Observation:
             self.falls.check(now_ns, self.poses())
 
     def poses(self) -> dict[str, Pose]:
-        """Return the poses of the present robots: some may have been left out or deleted."""
+        """Return the poses of the present robots; a robot may be missing after an error or a deletion."""
         where = self.watch.where
         return {name: where.pose(name) for name in self._robots if name in where}
 

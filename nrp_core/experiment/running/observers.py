@@ -32,7 +32,7 @@ class RunObserver(Generic[RunType]):
         """Observe that a transfer function was activated or deactivated."""
 
     def part_reset(self, run: RunType, part: str) -> None:
-        """Observe that one part was reset while time goes on: ``brain``, ``robot`` or ``world``."""
+        """Observe the reset of one part, without a change of the time: ``brain``, ``robot`` or ``world``."""
 
     def parameters_changed(
         self, run: RunType, population: str, values: Mapping[str, float], cells: Sequence[int] | None

@@ -1,4 +1,4 @@
-"""A picture of a run as it is now: the scene from outside, and the rates of the populations."""
+"""A picture of a run's present state: the scene from outside, and the rates of the populations."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Picture:
 
 
 def image_of(world: World, width: int, height: int, of: Collection[str]) -> npt.NDArray[np.uint8]:
-    """Return an image of a world as it is now; see :func:`.portrait`.
+    """Return an image of a world's present state; see :func:`.portrait`.
 
     Raises:
         SceneError: the scene cannot be drawn, or the model does not exist.

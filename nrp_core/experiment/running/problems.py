@@ -134,7 +134,7 @@ def _find_nan(functions: Iterable[TransferFunction], now_ns: int) -> Iterator[Fi
 def too_fast(
     experiment: Experiment, network: Network, spikes: Mapping[str, int], now_s: float
 ) -> Iterator[Finding]:
-    """Yield a finding for each population that fires too often; sources may stand for many neurons.
+    """Yield a finding for each population that fires too often; a source may represent many neurons.
 
     Args:
         experiment: the experiment that runs.

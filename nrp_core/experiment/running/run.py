@@ -391,7 +391,7 @@ class Run(Overview, Closing):
             ExperimentError: the part does not exist, or it takes no seed.
             CapabilityError: the engine cannot move bodies, the seed changes the network, or bodies that the
                 engine cannot exchange, or a participant such as a state machine cannot start over: a new run
-                is needed, and this one is as it was.
+                is needed, and this one does not change.
         """
         if what != "all":
             self._reset_part(what, seed)
@@ -514,7 +514,7 @@ class Run(Overview, Closing):
 
     @checks_arguments()
     def show(self, of: Iterable[str] | str | None = None, *, width: int = 640, height: int = 480) -> Picture:
-        """Return a picture of the run as it is now, which notebooks show; it changes nothing.
+        """Return a picture of the run's present state, for notebooks; it does not change the run.
 
         Args:
             of: names of models in the middle of the picture, or one; by default the robots. With an empty

@@ -1,1 +1,1 @@
-"""Cells that users write as equations: their units, what they mean, and whether they are linear."""
+"""Cells that users define by equations: units, meaning, and whether the equations are linear."""

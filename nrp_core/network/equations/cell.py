@@ -108,7 +108,7 @@ def _require_current(parameters: Mapping[str, Unit]) -> None:
 
 
 def _threshold(text: str, names: Names) -> ast.expr:
-    """Return the condition for a spike, which may have a random number; then it knows the step too."""
+    """Return the condition for a spike; with a random number it may also use the step."""
     drawn = {RANDOM: NONE, STEP: SECOND} if re.search(rf"\b{RANDOM}\b", text) else {}
     known = Names({**names.dimensions, **drawn}, names.constant)
     return expression(text, TextOrigin("threshold", text), known, TRUTH, "a threshold", random=True)

@@ -77,7 +77,7 @@ def lines_of(text: str, kind: str, flags: tuple[str, ...]) -> list[Line]:
 
     Args:
         text: the text.
-        kind: what it describes, by its name in scripts.
+        kind: the kind of object that it describes, by its name in scripts.
         flags: the valid flags of state variables.
 
     Raises:
@@ -159,9 +159,9 @@ def parameters_of(given: Mapping[str, str], lines: list[Line], kind: str) -> dic
     """Return the units of all parameters, those of `parameters` and those declared among the equations.
 
     Args:
-        given: the units as they were written, by name.
+        given: the units as written, by name.
         lines: the equations.
-        kind: what they describe, by its name in scripts.
+        kind: the kind of object that they describe, by its name in scripts.
 
     Raises:
         NetworkError: a unit is wrong, or a parameter has no value.
@@ -194,8 +194,8 @@ def names_of(lines: list[Line], parameters: Mapping[str, Unit], given: Mapping[s
     Args:
         lines: the equations.
         parameters: the units of parameters.
-        given: these as they were written.
-        kind: what the equations describe, by its name in scripts.
+        given: these as written.
+        kind: the kind of object that the equations describe, by its name in scripts.
 
     Raises:
         NetworkError: a name is reserved or defined twice.
@@ -253,7 +253,7 @@ def expression(
         place: where it was written.
         names: the known names.
         dimension: its dimension.
-        what: what it is, for the message.
+        what: its kind, for the message.
         random: whether it may have a random number.
 
     Raises:
@@ -300,7 +300,7 @@ def assignments_of(
     Args:
         text: the text.
         where: the argument that has it.
-        kind: what it belongs to, by its name in scripts.
+        kind: the kind of its owner, by its name in scripts.
         targets: the names that may change, and their dimensions.
         names: all names.
 

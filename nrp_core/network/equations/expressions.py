@@ -1,4 +1,4 @@
-"""Expressions in equations: what may stand in them, and the place of a mistake."""
+"""Expressions in equations: their permitted syntax, and the place of a mistake."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class TextOrigin:
     """Where a text was written.
 
     Args:
-        where: what it belongs to, e.g. ``equations``.
+        where: the argument that contains it, e.g. ``equations``.
         text: the text.
         line: its first line, from 1; 0 if it has only one.
-        kind: what is given as equations, by its name in scripts.
+        kind: the kind of object that equations define, by its name in scripts.
     """
 
     where: str
@@ -79,7 +79,7 @@ def parsed(text: str, place: TextOrigin, *, random: bool = False) -> ast.expr:
     Args:
         text: the text.
         place: where it was written.
-        random: whether ``rand()`` may stand in it, once; it becomes a name.
+        random: whether it may contain ``rand()``, once; it becomes a name.
 
     Raises:
         NetworkError: it is not an expression of equations.
@@ -103,7 +103,7 @@ def parsed(text: str, place: TextOrigin, *, random: bool = False) -> ast.expr:
 
 
 class _Drawn(ast.NodeTransformer):
-    """Puts a name in the place of a call that draws a number, and counts such calls."""
+    """Replaces calls that draw a number by a name, and counts them."""
 
     n = 0
 
@@ -155,7 +155,7 @@ def require_known(node: ast.expr, known: Mapping[str, object], place: TextOrigin
 
 
 class _Resolved(ast.NodeTransformer):
-    """Puts the values of constants and units, in SI units, in the place of their names."""
+    """Replaces the names of constants and units by their values in SI units."""
 
     def __init__(self, own: Container[str]) -> None:
         self._own = own
@@ -260,7 +260,7 @@ def require_dimension(
         names: the dimensions of the names in it.
         place: where it was written.
         expected: the dimension; ``TRUTH`` for a condition.
-        what: what has that dimension, for the message.
+        what: the quantity with that dimension, for the message.
 
     Raises:
         NetworkError: it has another one.

@@ -65,7 +65,7 @@ def coefficients_of(
     Args:
         node: the expression.
         names: the names.
-        definitions: expressions that other names stand for.
+        definitions: expressions by the names that represent them.
     """
     match node:
         case ast.Name(id=name):

@@ -1,4 +1,4 @@
-"""Cells given as equations: the texts, which are data of a network, and what they mean."""
+"""Cells given by equations: the texts, which are data of a network, and their meaning."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def value_of(node: ast.expr, known: Mapping[str, Any], definitions: Mapping[str,
     Args:
         node: the expression.
         known: the values of names, numbers or arrays of one shape.
-        definitions: expressions that other names stand for.
+        definitions: expressions by the names that represent them.
 
     Raises:
         KeyError: the expression needs a name without a value.
@@ -158,7 +158,7 @@ class Model:
         return RANDOM in names_in(self.threshold)
 
     def unit_of(self, name: str) -> Unit | None:
-        """Return the unit of what can be recorded, a variable or a definition; None if it cannot."""
+        """Return the unit of a variable or definition that can be recorded, else None."""
         found = self.variables.get(name)
         return found.unit if found else self.recorded.get(name)
 

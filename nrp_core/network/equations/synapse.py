@@ -102,8 +102,8 @@ class SynapseTexts:
 
     Args:
         equations: one equation a line.
-        on_pre: what a spike of the source does: assignments.
-        on_post: what a spike of the target does.
+        on_pre: assignments that a spike of the source makes.
+        on_post: assignments that a spike of the target makes.
         units: unit of each parameter.
         initial: value and unit of state variables at time 0; others begin at 0.
         weight_unit: the unit of ``weight``; ``1`` for its number in the units of scripts.
@@ -126,8 +126,8 @@ class SynapseModel:
         courses: what each does between spikes.
         definitions: expressions with a name, each after those that it needs.
         parameters: units of parameters by name.
-        on_pre: what a spike of the source changes, in this order.
-        on_post: what a spike of the target changes.
+        on_pre: the variables that a spike of the source changes, in this order.
+        on_post: the variables that a spike of the target changes.
         initial: values of state variables at time 0, in SI units.
         weight_unit: the unit of ``weight``.
         eligibility: the variable whose product with dopamine the weight follows between spikes; empty if
@@ -332,7 +332,7 @@ class SynapseEquations(Plain, SynapseTexts):
                     raise NetworkError(f"{owner}: d{name}/dt of {item(int(wrong))} is not finite ({used})")
 
     def require_weight_unit(self, owner: str, unit: Unit) -> None:
-        """Check that the weights of a projection have the unit that the equations say.
+        """Check that the weights of a projection have the unit that the equations require.
 
         Raises:
             NetworkError: they are of another kind.

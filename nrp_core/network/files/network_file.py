@@ -190,7 +190,7 @@ def _write(file: Any, network: Network) -> None:
 
 
 def _write_population(part: Any, population: Population) -> int:
-    """Write a population; return the first version that knows what it has."""
+    """Write a population; return the first format version that supports its features."""
     _describe(part, label=population.label, size=population.size, cell_type=population.cell_type)
     if population.hints:
         _describe(part, hints=json.dumps(dict(population.hints)))
@@ -205,7 +205,7 @@ def _write_population(part: Any, population: Population) -> int:
 
 
 def _write_trains(part: Any, trains: Sequence[FloatArray]) -> bool:
-    """Write spike trains, equal ones once; return whether that left out spikes."""
+    """Write spike trains, equal trains once; return whether that omitted any."""
     contents = [blake2b(train.tobytes()).digest() for train in trains]
     distinct_trains = dict(zip(contents, trains, strict=True))
     if are_shared := sum(map(len, distinct_trains.values())) < sum(map(len, trains)):
@@ -248,7 +248,7 @@ def _share_trains(trains: tuple[FloatArray, ...], places: IntArray) -> tuple[Flo
 
 
 def _write_projection(part: Any, projection: Projection) -> int:
-    """Write a projection; return the first version that knows what it has."""
+    """Write a projection; return the first format version that supports its features."""
     _describe(
         part,
         **{name: getattr(projection, name) for name in _TEXTS},

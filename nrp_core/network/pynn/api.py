@@ -47,7 +47,7 @@ class Callback:
 
     Args:
         function: returns the time (ms) at which it is to be called next.
-        until_ms: the end of the run, from which on nobody reads the answers.
+        until_ms: the end of the run, after which the answers are not read.
     """
 
     def __init__(self, function: Callable[[float], Any], until_ms: float) -> None:
@@ -209,7 +209,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         return state.mpi_rank
 
     def end(compatible_output: bool = True) -> None:
-        """Do nothing: there are no data before the network runs."""
+        """Do nothing: the network has no data before it runs."""
 
     advance = common.build_run(simulator)[1]
 

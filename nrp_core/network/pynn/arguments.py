@@ -134,8 +134,8 @@ def refuse_misspelt(
     """Refuse a name that is nearly a known one, where others are ignored.
 
     Args:
-        owner: what it is given to.
-        what: what it names.
+        owner: the object to which it is passed.
+        what: the kind of object that it names.
         given: the names.
         known: the names that have a meaning.
         alike: how alike two names are, from 0 to 1, if one is a misspelling of the other.

@@ -30,7 +30,7 @@ class _Membrane:
         pynn: PyNN's component.
         equations: its equations.
         threshold: the condition for a spike.
-        reset: what a spike changes.
+        reset: the changes that a spike makes.
     """
 
     pynn: Any
@@ -47,7 +47,7 @@ class _Response:
         pynn: PyNN's component.
         equations: its equations.
         current: the current that it lets in, nA.
-        effect: what a spike does.
+        effect: the effect of a spike.
     """
 
     pynn: Any

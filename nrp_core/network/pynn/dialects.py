@@ -21,10 +21,10 @@ class Modules(Protocol):
         """The names that replace those of PyNN's library, such as ``pyNN.random.RandomDistribution``."""
 
     def module(self, name: str) -> ModuleType | None:
-        """Return the module of a dotted name, or None for the one that is installed.
+        """Return the module of a dotted name, or None for the installed one.
 
         Raises:
-            NrpError: there is no equivalent of this module.
+            NrpError: this module has no equivalent.
         """
 
     def missing(self, name: str, importer: Mapping[str, Any]) -> ModuleType | None:

@@ -35,9 +35,9 @@ def value_with_unit(where: str, name: str, value: Any, kind: str) -> tuple[float
 
     Args:
         where: the argument that has it.
-        name: what has the value.
+        name: the owner of the value.
         value: the value.
-        kind: what is given as equations, by its name in scripts.
+        kind: the kind of object that equations define, by its name in scripts.
 
     Raises:
         NetworkError: it is not a quantity.
@@ -56,10 +56,10 @@ def value_with_unit(where: str, name: str, value: Any, kind: str) -> tuple[float
 def require_texts(
     kind: str, texts: Mapping[str, Any], examples: Mapping[str, str], unknown: Mapping[str, Any]
 ) -> None:
-    """Refuse arguments that are not texts, and those that there are not.
+    """Refuse arguments that are not texts, and unknown arguments.
 
     Args:
-        kind: what is given as equations, by its name in scripts.
+        kind: the kind of object that equations define, by its name in scripts.
         texts: the arguments that are texts.
         examples: an example of each.
         unknown: other arguments.
@@ -82,7 +82,7 @@ def require_dictionaries(kind: str, arguments: Mapping[str, object]) -> None:
     """Refuse arguments that are not dictionaries.
 
     Args:
-        kind: what is given as equations, by its name in scripts.
+        kind: the kind of object that equations define, by its name in scripts.
         arguments: the arguments by name.
 
     Raises:
@@ -130,7 +130,7 @@ def equation_cell(
         parameters: default value and unit of each parameter, e.g. ``{"tau": "20 ms"}``. Currents are
             injected into a parameter of the name ``i_offset``.
         initial: values of state variables at time 0, e.g. ``{"v": "-65 mV"}``; by default 0.
-        receptors: what a spike does, by receptor, e.g. ``{"excitatory": "ge += weight"}``, or ``ge`` for
+        receptors: the effect of a spike, by receptor, e.g. ``{"excitatory": "ge += weight"}``, or ``ge`` for
             short.
         method: ``exact`` (linear equations), or ``runge_kutta``; by default the first where it is possible.
         name: the name of the cell type in messages.
@@ -230,10 +230,10 @@ def nestml_cell(path: Path | str) -> type:
 
 
 def _translated(file: Path) -> dict[str, Any]:
-    """Return what the program prints.
+    """Return the program's output.
 
     Raises:
-        ValueError: it is not installed, or says that it cannot translate the file.
+        ValueError: the program is not installed, or reports that it cannot translate the file.
     """
     program = shutil.which(PROGRAM, path=str(Path(sys.executable).parent)) or shutil.which(PROGRAM)
     if program is None:
@@ -279,9 +279,9 @@ def equation_synapse(
     Args:
         equations: one a line: ``dx/dt = ... : 1 (event-driven)`` for a state variable of each synapse,
             ``y = ... : 1`` for an expression with a name, ``tau : ms`` for a parameter.
-        on_pre: what a spike of the source does: assignments to state variables, one a line or divided by
-            ``;``. The spike arrives with ``share = ...`` of the weight, or changes it: ``weight += ...``.
-        on_post: what a spike of the target does, in laws that change the weight.
+        on_pre: the effect of a spike of the source: assignments to state variables, one per line or separated
+            by ``;``. The spike arrives with ``share = ...`` of the weight, or changes it: ``weight += ...``.
+        on_post: the effect of a spike of the target, in laws that change the weight.
         parameters: default value and unit of each parameter, e.g. ``{"tau": "20 ms"}``.
         initial: values of state variables at time 0, e.g. ``{"x": 1}``; by default 0.
         weight_unit: the unit of ``weight``, e.g. ``nA``; ``1`` for its number in the units of scripts.

@@ -62,7 +62,7 @@ def views_of(
         state: the objects built by the script.
 
     Raises:
-        NetworkError: there is no circuit to select from, or it no longer exists.
+        NetworkError: the script has no circuit to select from, or it no longer exists.
         NeuronSelectionError: the circuit has no such cells.
     """
     circuit = variables.get(CIRCUIT)
@@ -212,7 +212,7 @@ def _beginnings(population: Population, label: str, parameters: Mapping[str, Any
 
 
 def cell_type_of(population: Population) -> str:
-    """Return the name of a population's cell type in a network; a script may know it by another name."""
+    """Return the name of a population's cell type in a network; a script may use another name."""
     return str(getattr(population.celltype, "cell_type", type(population.celltype).__name__))
 
 

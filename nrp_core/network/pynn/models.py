@@ -57,7 +57,7 @@ def columns_of(owner: str, kind: Any, parameters: Mapping[str, Any]) -> Iterator
 
 
 def values_of(name: str, kind: Any, arrays: Mapping[str, Any]) -> Any:
-    """Return a parameter of each cell as the script knows it, from the arrays by names in networks."""
+    """Return a parameter of each cell in the script's form, from the arrays by names in networks."""
     n = _length(kind, name)
     if not n:
         return arrays[own_name(name)]

@@ -135,7 +135,7 @@ class _Cells(common.BasePopulation):
         super().write_data(io, *arguments, **options)
 
     def sample(self, n: int, rng: Any = None) -> PopulationView:
-        """Return a view of ``n`` cells drawn at random; all where there are fewer."""
+        """Return a view of ``n`` cells drawn at random; of all cells if the population has fewer."""
         if n > self.size:
             self._owner()._simulator.state.remark(
                 f"a sample of {n} cells of '{self.label}' has {self.size}: there are no more"

@@ -292,7 +292,7 @@ class Projection(common.Projection):
         return [self._matrix(self.column(name), multiple_synapses) for name in names]
 
     def _matrix(self, column: FloatArray, multiple_synapses: str) -> FloatArray:
-        """Return a column as a matrix with NaN where there is no synapse."""
+        """Return a column as a matrix, with NaN for pairs without a synapse."""
         matrix = np.full(self.shape, np.nan)
         pre, post = self.column("presynaptic_index"), self.column("postsynaptic_index")
         if multiple_synapses in _OPERATIONS:

@@ -167,7 +167,7 @@ def _are_weights(values: tuple[Any, ...]) -> bool:
 
 
 def _are_generators(values: tuple[Any, ...]) -> bool:
-    """Return whether there is a generator, which PyNN 0.8 to 0.10 had in the place of the weights."""
+    """Return whether a generator is given in the place of the weights, as in PyNN 0.8 to 0.10."""
     return any(isinstance(value, AbstractRNG) for value in values)
 
 
@@ -222,7 +222,7 @@ def _synapse(types: Mapping[str, Any], given: Mapping[str, Any], dynamics: Synap
 
 
 def by_name(today: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method that takes a name and a value, or a dictionary, besides keywords."""
+    """Return a method that takes keywords, a name and a value, or a dictionary."""
 
     def method(self: Any, *old: Any, **values: Any) -> Any:
         match old:

@@ -23,7 +23,7 @@ from nrp_core.seeds import Seeds
 
 
 class Recorder(recording.Recorder):
-    """Stores the variables to record; there are no data before the network runs."""
+    """Stores the variables to record; the network has no data before it runs."""
 
     _simulator: Simulator
 
@@ -31,10 +31,10 @@ class Recorder(recording.Recorder):
         """Do nothing."""
 
     def _reset(self) -> None:
-        """Do nothing: there are no data."""
+        """Do nothing: the network has no data."""
 
     def _clear_simulator(self) -> None:
-        """Do nothing: there are no data."""
+        """Do nothing: the network has no data."""
 
     def get(self, *_: Any, **__: Any) -> NoReturn:
         """Raise an error: the network has not run."""
@@ -68,7 +68,7 @@ class State(BaseState):
         seeds: the family of all random streams that the script does not seed itself.
 
     Attributes:
-        hints_by_cell: what a script said about the place of all populations of a cell class on a machine.
+        hints_by_cell: a script's hints on how a machine places the populations of each cell class.
         dt: the script's time step, ms.
         default_delay: the delay of synapses for which the script gives none, ms.
         t: current time, ms; it does not advance while building.

@@ -91,7 +91,7 @@ class SynapseType(StandardSynapseType):
         return self._simulator.state.default_delay
 
     def get_native_names(self, *names: str) -> list[str]:
-        """Return the names themselves; a projection also reads state variables, which PyNN does not know."""
+        """Return the names themselves; a projection also reads state variables, which PyNN lacks."""
         return [*names] or [*self.translations]
 
 

@@ -94,7 +94,7 @@ def _replace(file: Path, draft: Path, target: Path) -> Path:
 
 @contextmanager
 def _nothing_left(target: Path) -> Iterator[None]:
-    """Run a block that writes a file or folder; remove what is left if the disk fails or it is a draft."""
+    """Run a block that writes a file or folder; remove it if the disk fails or it is a draft."""
     try:
         yield
     except OSError:

@@ -197,7 +197,7 @@ _WIDE_ASPECT = 1.9
 
 
 def draw_page(story: Story, images: Sequence[CameraFrame], options: PlotOptions) -> Figure:
-    """Return the figure; parts without data are left out, and the others use their space."""
+    """Return the figure; parts without data are omitted, and the others use their space."""
     coloured, view = story.coloured(), RoomView.of(story)
     rows = _rows(story, coloured, options.panels)
     is_mapped = Panel.MAP in options.panels and (view.moves or bool(view.fixed and not rows))

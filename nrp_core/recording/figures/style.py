@@ -181,7 +181,7 @@ def style(width_inches: float | None = None) -> Iterator[None]:
 
 
 def time_colours() -> Colormap:
-    """Return the colours of time, from start to end; the palest part is left out."""
+    """Return the colours of time, from start to end; the palest part is omitted."""
     viridis = mpl.colormaps["viridis"]
     return LinearSegmentedColormap.from_list("time", [viridis(0.94 * i / 15) for i in range(16)])
 

@@ -125,11 +125,11 @@ def draw_raster(axes: Axes, story: Story) -> None:
 
 
 def separate(places: Sequence[float], apart: float, last: float) -> list[float]:
-    """Return ascending places moved apart, as little as a pass from each end needs.
+    """Return ascending places with a minimum distance, moved as little as a pass from each end needs.
 
     Args:
         places: where labels should be, from 0 to ``last``.
-        apart: the least distance between two.
+        apart: the minimum distance between two.
         last: the last place, which only labels that do not all fit move beyond.
     """
     moved: list[float] = []

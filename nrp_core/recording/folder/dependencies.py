@@ -36,7 +36,7 @@ _UNKNOWN = "everything, as far as is known,"
 
 @dataclass(frozen=True, slots=True)
 class Dependencies:
-    """What a run read, apart from its settings.
+    """The files and packages that a run read, without its settings.
 
     Args:
         files: digests of the files, by path.
@@ -72,7 +72,7 @@ class Dependencies:
         return data
 
     def changes(self, root: Path | None = None) -> list[str]:
-        """Return what is different now, a phrase for each; empty: the run would be the same.
+        """Return the changes since then, a phrase for each; empty: the run would be the same.
 
         Args:
             root: the folder that relative paths start from.
@@ -114,7 +114,7 @@ class Dependencies:
 def dependencies(
     files: FilesRead, experiment: Experiment | None, scene: Scene | None = None, own: Path | None = None
 ) -> Dependencies:
-    """Return what a run has read so far.
+    """Return the dependencies of a run up to now.
 
     Args:
         files: was active while the experiment was loaded, opened and run.
@@ -143,7 +143,7 @@ def dependencies(
 
 
 def changes_since(run: Mapping[str, Any], file: Path | None) -> list[str]:
-    """Return what a recorded run depended on and is different now, a phrase for each; empty: nothing is.
+    """Return the changed dependencies of a recorded run, a phrase for each; empty if none changed.
 
     Args:
         run: the contents of its ``run.json``.
@@ -271,7 +271,7 @@ def _digest(path: Path) -> str:
 
 @cache
 def _digest_of_version(path: Path, _version: tuple[int, int]) -> str:
-    """Return the digest of a file as it is since its last change; the runs of a sweep share files."""
+    """Return the digest of a file, cached until the file changes; the runs of a sweep share files."""
     return file_digest(path)
 
 

@@ -1,4 +1,4 @@
-"""Note what a run reads: files, listed folders, environment variables, and the packages that it loads."""
+"""Records what a run reads: files, listed folders, environment variables and loaded packages."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class FilesRead:
             os.environ.__class__ = os._Environ
 
     def note(self, path: str, flags: int = 0) -> None:
-        """Add an opened file; a compiled module counts as its source, and the run's own output not at all."""
+        """Add an opened file; a compiled module counts as its source; the run's own output is ignored."""
         path = os.path.abspath(path)  # noqa: PTH100  called for every file, and a Path is slow
         if flags & _WRITING:
             self._written.add(path)

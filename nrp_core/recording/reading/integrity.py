@@ -1,4 +1,4 @@
-"""Check whether every byte of a recording is as it was written; nothing is run."""
+"""Check that every byte of a recording is unchanged; nothing is run."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ChainCheck:
     Args:
         steps: the number of steps that match their hashes, without the initial state.
         until_ns: end of the last of them, ns; None if not even the initial state matches.
-        problem: a description of the first mismatch; None if there is none.
+        problem: a description of the first mismatch, or None.
     """
 
     steps: int = 0
@@ -162,7 +162,7 @@ class IntegrityCheck:
 
     @property
     def notes(self) -> list[str]:
-        """Remarks about it besides its flaws, as texts."""
+        """Remarks about it that are not flaws, as texts."""
         notes = []
         if not self.finished and self.chain is not None:
             end = "" if self.chain.until_ns is None else self._end(self.chain.until_ns)
@@ -179,7 +179,7 @@ class IntegrityCheck:
 
 
 def check_messages(file: Path) -> IntegrityCheck:
-    """Check a file of messages by itself."""
+    """Check a file of messages without its folder."""
     grows = _is_growing(file)
     chain, problems = _check_chain(file, None, finished=False, grows=grows)
     return IntegrityCheck(

@@ -179,7 +179,7 @@ class _BrokenRecordError(Exception):
 
 
 def _unpack(opcode: int, content: bytes) -> tuple[McapRecord | None, list[McapRecord]]:
-    """Return a record of a kind that is needed here, and those in it if it is a chunk."""
+    """Return a record of a relevant kind, and the records in it if it is a chunk."""
     try:
         record = _parse(opcode, content)
         if not isinstance(record, Chunk):

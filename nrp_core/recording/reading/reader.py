@@ -46,7 +46,7 @@ class RecordingReader(Overview):
     """A recording on disk.
 
     Args:
-        path: the folder of a recording, or an MCAP file by itself. A folder that lost its messages can be
+        path: the folder of a recording, or a single MCAP file. A folder that lost its messages can be
             checked, not read.
 
     Raises:
@@ -278,7 +278,7 @@ class RecordingReader(Overview):
 
 
 def _names(topics: object, file: Path) -> set[str]:
-    """Return names of topics, which may come from an iterator.
+    """Return the names of topics, given as any iterable.
 
     Raises:
         ExperimentError: they are something else.

@@ -25,7 +25,7 @@ class Recovered:
         messages: number of its messages.
         until_s: simulated time of the last one, s.
         kept: the new path of the damaged file; None if it was intact.
-        lost: number of messages that the damaged file had and this one lacks; None if it does not say.
+        lost: number of messages that the damaged file had and this one lacks; None if unknown.
     """
 
     file: Path

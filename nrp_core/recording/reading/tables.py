@@ -149,7 +149,7 @@ _BLOCK = 1 << 20
 
 
 def unread_chunk(messages: McapMessages) -> int | None:
-    """Return the position of a complete chunk that was skipped in reading a file; None if there is none.
+    """Return the position of a complete chunk that was skipped in reading a file, or None.
 
     The content of each chunk is one frame, which contains its length.
     """

@@ -120,7 +120,7 @@ class RecordedBrain(Brain):
         self._playback.until(0)
 
     def _reset_state(self) -> None:
-        """Do nothing: what it fires from then on is recorded, too."""
+        """Do nothing: its later spikes are recorded, too."""
 
     def _do_close(self) -> None: ...
 

@@ -1,1 +1,1 @@
-"""Recordings as they are written: signals, messages, hashes."""
+"""Writing recordings: signals, messages, hashes."""

@@ -201,7 +201,7 @@ class McapFile:
         self._flushed_at = clock()
 
     def announce(self, topic: str, type_name: str, about: Mapping[str, str]) -> None:
-        """Open a channel for a topic of a type that the codec knows.
+        """Open a channel for a topic of a type that the codec supports.
 
         Args:
             topic: its name.

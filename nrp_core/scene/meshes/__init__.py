@@ -46,8 +46,8 @@ class Piece:
         path: a binary STL file.
         rgba: its colour; None if it has none.
         image: the image on it; None for none.
-        left_out: number of triangles of the whole mesh that were left out, because a corner is not a number.
-        depth: thickness of what is behind a concave surface, m; None for others.
+        left_out: number of triangles of the whole mesh that were omitted, because a corner is not a number.
+        depth: thickness of the solid behind a concave surface, m; None for others.
         excess: the volume of the convex pieces of the whole mesh beyond its own, as a share of it.
     """
 
@@ -148,7 +148,7 @@ def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], int, d
 
 
 def _contents(path: Path) -> tuple[bytes, os.stat_result]:
-    """Return the contents of a file, and what the file system said of it before it was read."""
+    """Return the contents of a file, and its status in the file system before it was read."""
     if path.suffix.lower() not in KINDS:
         raise SceneError(f"is not of a supported type; supported: {', '.join(KINDS)}", path=path)
     try:
@@ -189,7 +189,7 @@ def _hashed(path: Path, data: bytes, facts: os.stat_result) -> Any:
 
 @lru_cache(maxsize=1024)
 def _known_hash(_path: Path, _inode: int, _size: int, _changed_ns: int) -> list[Any]:
-    """Return the hash of a file as it is since its last change, in a list that is empty at first."""
+    """Return the cached hash of an unchanged file, in a list that is empty at first."""
     return []
 
 

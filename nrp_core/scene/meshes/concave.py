@@ -1,6 +1,6 @@
 """Surfaces of static meshes that are not convex, such as the walls of a house or a terrain.
 
-Their triangles stay as they are. Engines that only have convex shapes need the thickness of the solid behind
+Their triangles do not change. Engines that only have convex shapes need the thickness of the solid behind
 them, so that they can fill it with convex cells.
 """
 

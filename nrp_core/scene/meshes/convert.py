@@ -43,9 +43,9 @@ class Wanted:
 
 
 def parse(data: bytes, suffix: str, beside: ReadBeside) -> tuple[list[Surface], int]:
-    """Return the surfaces of a mesh file, and the number of triangles that were left out.
+    """Return the surfaces of a mesh file, and the number of omitted triangles.
 
-    A triangle is left out if a corner is not a number or too far away.
+    A triangle is omitted if a corner is not a number or too far away.
 
     Args:
         data: its contents.

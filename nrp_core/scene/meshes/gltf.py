@@ -1,6 +1,6 @@
 """glTF 2.0, as one binary file or with files beside it (https://registry.khronos.org/glTF/specs/2.0/).
 
-As in Gazebo, coordinates are used as they are: the file's convention that y is up is not applied.
+As in Gazebo, coordinates are used unchanged: the file's convention that y is up is not applied.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def contents_of(data: bytes) -> tuple[Mapped, bytes, Vector]:
 
 @lru_cache(maxsize=16)
 def _ready_image(path: Path, _changed_ns: int) -> tuple[bytes, str] | None:
-    """Return an image as PNG or JPEG, reduced to what is shown, and its media type."""
+    """Return an image as PNG or JPEG, reduced to the displayed size, and its media type."""
     from nrp_core._support.opencv import cv2, decode
 
     data = path.read_bytes()

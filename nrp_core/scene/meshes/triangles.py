@@ -38,7 +38,7 @@ class Surface:
         coordinates: texture coordinates, None if the file has none.
         image: the name in the file of the image on them, None for none.
         held: the contents of an image that is inside of the file.
-        depth: thickness of what is behind a concave surface, m; None for others.
+        depth: thickness of the solid behind a concave surface, m; None for others.
     """
 
     names: frozenset[str]

@@ -1,4 +1,4 @@
-"""The context of reading a file: its XML, the files that it refers to, its warnings, and parts left out."""
+"""The context of reading a file: its XML, the files that it refers to, its warnings, and omitted parts."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ parse_xml = partial(xml_tree.parse_xml, kind=SceneError)
 def without_lines(element: Element) -> Element:
     """Return a generated element, with all lines 1 because it is not in a file of the user.
 
-    No line can be left out of it; see :func:`read_without`.
+    No line of it can be omitted; see :func:`read_without`.
     """
     element.line, element.end_line = 1, 0
     for child in element.children:
@@ -57,13 +57,13 @@ _MOST = 300
 
 
 def read_without(read: Callable[[Places], Read]) -> tuple[Read, list[Finding]]:
-    """Return the contents of a file, and the findings for which elements are left out, each once.
+    """Return the contents of a file, and the findings for which elements are omitted, each once.
 
     Args:
         read: reads the file without the elements at some places.
 
     Raises:
-        SceneError: the error is not in an element that can be left out.
+        SceneError: the error is not in an element that can be omitted.
     """
     without: Counter[tuple[Path, int]] = Counter()
     reasons: list[Finding] = []
@@ -96,7 +96,7 @@ def leave_out(root: Element, without: Places) -> None:
 
 
 def _innermost(holder: Element, line: int) -> tuple[Element | None, Element | None]:
-    """Return the innermost element around a line that can be left out, with its parent."""
+    """Return the innermost omissible element around a line, with its parent."""
     around = [child for child in reversed(holder.children) if child.line <= line <= child.end_line]
     for within in sorted(around, key=lambda child: child.line != line):
         found = _innermost(within, line)
@@ -362,7 +362,7 @@ class Reading:
         scope: the prefix of the names of parts of a nested model, ``arm::``.
         without: the elements to leave out of files.
         args: arguments of a xacro file.
-        lenient: whether a missing included file is left out with a warning instead of an error.
+        lenient: whether to omit a missing included file, with a warning instead of an error.
     """
 
     resources: Resources

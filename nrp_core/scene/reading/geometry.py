@@ -51,10 +51,10 @@ _ADDED: Final = re.compile(r"(_collision)?(_\d+)?$")
 
 
 def with_contact_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
-    """Return links whose contact sensors name collisions as they are here.
+    """Return links whose contact sensors use the collision names of this scene.
 
     A sensor has them in a field ``collisions``. One of another link is ``link::collision``, and the name of
-    one that does not exist stays as it is.
+    an unknown name does not change.
     """
     fixed = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
     groups = rigid_groups({each for ends in fixed for each in ends} | {link.name for link in links}, fixed)
@@ -73,7 +73,7 @@ def with_contact_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> t
 
 
 def _found(name: str, link: str, fixed: set[str], owned: Mapping[str, Sequence[str]]) -> str:
-    """Return the name of a collision from the link of its sensor; empty if there is none."""
+    """Return the name of a collision from the link of its sensor; empty if it does not exist."""
     if name in owned[link]:
         return name
     for candidate in _candidates(name):
@@ -84,7 +84,7 @@ def _found(name: str, link: str, fixed: set[str], owned: Mapping[str, Sequence[s
 
 
 def _candidates(name: str) -> Iterator[str]:
-    """Yield the names in a file that may stand behind one of Gazebo Classic."""
+    """Yield the names in a file that a name of Gazebo Classic may refer to."""
     inner = name.rpartition(_LUMP)[2]
     yield inner
     yield re.sub(r"_\d+$", "", inner)
@@ -134,7 +134,7 @@ def read_geometry(
         form: the form of meshes.
         reading: the context of the reading.
         static: whether it belongs to a static model.
-        alone: whether its link is the only one of its model; other things may be in or under it then.
+        alone: whether its link is the only one of its model; other objects may then be in or under it.
 
     Returns:
         The shapes in the element's frame (a plane's normal need not be z): several if a mesh has several
@@ -177,7 +177,7 @@ def is_empty(element: Element) -> bool:
 def is_point(element: Element) -> bool:
     """Return whether all sizes of the shape in a ``<geometry>`` are 0, or a factor of a mesh is.
 
-    Some files have such for frames; Gazebo saves a mesh of scale 0 as it is.
+    Some files have such for frames; Gazebo saves a mesh of scale 0 unchanged.
     """
     shape = _shape(element)
     if shape.tag == "mesh":
@@ -266,7 +266,7 @@ def _mesh(shape: Element, form: Form, reading: Reading, max_excess: float) -> li
 
 
 def _missing_package(uri: Element, reading: Reading) -> str:
-    """Return the package that a mesh is in if it is not there, else nothing."""
+    """Return the package of a mesh if it is missing, else nothing."""
     scheme, _, rest = uri.text.partition("://")
     package, _, inner = rest.partition("/")
     if scheme not in ("package", "model") or not package or not inner:

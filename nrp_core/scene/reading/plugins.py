@@ -107,7 +107,7 @@ def ros_topic(plugin: Element, name: str, reading: Reading) -> str:
 
 
 def remapped_topic(plugin: Element, name: str) -> str:
-    """Return a name after the ``<remapping>`` rules of ROS 2, which give it as it is or in full."""
+    """Return a name after the ``<remapping>`` rules of ROS 2, which have it as written or in full."""
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
     named = (name, join("/", ros_namespace(plugin), name))
@@ -281,7 +281,7 @@ class ModelParts:
 
 
 def find_registered(registry: Registry[Plugin], name: str, element: Element) -> Plugin | None:
-    """Return the plugin with a name, imported at its first use; None if there is none.
+    """Return the plugin with a name, imported at its first use, or None.
 
     Raises:
         SceneError: it does not import, or two distributions provide it.

@@ -54,14 +54,14 @@ def usable_inertial(
     """Return physically possible mass properties.
 
     Args:
-        given: those in the file, None if there are none.
+        given: those in the file, or None.
         of_shapes: those of its collision shapes, None if none is solid.
         link: its name.
         element: the element for warnings.
         notes: receives the warning.
 
     Returns:
-        The mass properties in the axes of the link; None if there is no source for them.
+        The mass properties in the axes of the link; None without a source for them.
 
     Raises:
         SceneError: the mass is negative.

@@ -113,7 +113,7 @@ def plugin_topic(plugin: Element, tag: str, default: str) -> str:
 
 
 def output_of(plugin: Element) -> str:
-    """Return the target of a ROS 2 plugin's remapping of what it publishes; empty for none."""
+    """Return the name to which a ROS 2 plugin's output is remapped; empty if it is not."""
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
     return next((to for name, _, to in rules if name in _OUTPUTS), "")
@@ -300,7 +300,7 @@ def sensor_types() -> list[str]:
 
 
 def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:
-    """Read the sensors of a link; those that cannot be simulated are left out with a warning."""
+    """Read the sensors of a link; omit those that cannot be simulated, with a warning."""
     seen: set[str] = set()
     for sensor in chain.from_iterable(map(_apart, sensors)):
         sensor = _with_free_name(sensor, seen, mount, reading)

@@ -57,7 +57,7 @@ def read_model(
         pose: its pose in the world; by default the pose in the file.
         search_path: folders in which ``model://`` and relative paths are searched.
         without: the elements to leave out; see :mod:`nrp_core.scene.reading.context`.
-        lenient: whether missing included files are left out with a warning instead of an error.
+        lenient: whether to omit missing included files, with a warning instead of an error.
         args: arguments of a xacro file; others have their defaults.
         find_elsewhere: called with the name of a mesh or an image that is not found, returns it or None.
 
@@ -109,7 +109,7 @@ def read_scene(
         path: the file.
         search_path: folders in which ``model://`` and relative paths are searched.
         without: the elements to leave out; see :mod:`nrp_core.scene.reading.context`.
-        lenient: whether missing included files are left out with a warning instead of an error.
+        lenient: whether to omit missing included files, with a warning instead of an error.
         args: arguments of a xacro file; others have their defaults.
         find_elsewhere: called with the name of a mesh or an image that is not found, returns it or None.
 

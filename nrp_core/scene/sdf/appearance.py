@@ -54,7 +54,7 @@ class Map:
 
 
 def read_map(workflow: Element, tag: str, reading: Reading) -> Map | None:
-    """Return a map; None if there is none, with a warning if it cannot be read."""
+    """Return a map, or None; warn if it cannot be read."""
     uri = workflow.find(tag)
     if uri is None or not uri.text:
         return None

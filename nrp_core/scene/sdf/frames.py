@@ -253,7 +253,7 @@ def read_placed(parent: Element, source: SdfFile, reading: Reading, *tags: str) 
         parent: a world, a model or a whole file.
         source: the file that contains it.
         reading: the context of the reading.
-        tags: the kinds, ``model`` and ``light``; other contents of included files are left out.
+        tags: the kinds, ``model`` and ``light``; other contents of included files are ignored.
     """
     placed: list[Placed] = []
     for child in parent.all("include", *tags):

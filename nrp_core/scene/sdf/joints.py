@@ -43,7 +43,7 @@ def tree_and_loops(
     """Return joints without those whose links are already connected by others, and these as loops.
 
     Joints are taken in the order of the file, except that those that move and whose child is held already
-    come last: others may connect their links, too. Where a joint that slides would close a loop, the joint
+    come last: others may connect their links, too. If a sliding joint would close a loop, the joint
     that holds its child does, if that one turns.
 
     Raises:
@@ -80,7 +80,7 @@ def tree_and_loops(
 
 
 def _freed_by(row: Row, kept: Sequence[Row]) -> Row | None:
-    """Return the joint that can close a loop in the place of one that cannot; None if there is none."""
+    """Return a joint that can close a loop instead of one that cannot, or None."""
     holding = {other[0].child: other for other in kept}
     above = row[0].parent
     while above in holding and above != row[0].child:
@@ -93,7 +93,7 @@ def _freed_by(row: Row, kept: Sequence[Row]) -> Row | None:
 
 
 def _closing(row: Row, element: Element, reading: Reading) -> Iterator[Loop]:
-    """Yield the loop that a joint closes, with a warning of what it cannot do."""
+    """Yield the loop that a joint closes, with a warning of lost features."""
     joint = row[0]
     closes = f"the joint '{joint.name}' closes a loop of joints"
     if len(row) > 1 or joint.kind not in LOOP_KINDS:
@@ -430,7 +430,7 @@ def _turning(
 ) -> tuple[Joint | None, float]:
     """Return the single joint by which a link turns against a body about an axis, and its sense (1, -1).
 
-    The joint is None if there is no such joint.
+    The joint is None if it does not exist.
     """
     above, below = list(_holding(held, reference)), list(_holding(held, link))
     parting = [(1.0, row) for row in below if row not in above]

@@ -256,7 +256,7 @@ def _odometry_once(links: Iterable[Link], drives: Iterable[MountedDrive]) -> Ite
 def _plugin_or_warning(
     plugin: Element, links: list[Link], joints: list[Joint], reading: Reading
 ) -> tuple[Actuators, list[Link]]:
-    """Return the same as :func:`_read_plugin`; a faulty plugin of an expanded file is left out.
+    """Return the same as :func:`_read_plugin`; omit a faulty plugin of an expanded file.
 
     Its line is unknown, so a lenient reading cannot leave it out alone.
     """

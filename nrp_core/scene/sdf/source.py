@@ -28,7 +28,7 @@ _ID, _ACTION = "element_id", "action"
 
 
 def change_included(included: Element, include: Element) -> None:
-    """Change the first model in a file as the ``<include>`` of it says.
+    """Apply the changes in an ``<include>`` to the first model in a file.
 
     Args:
         included: the root of the file, or its world.
@@ -115,7 +115,7 @@ def _remove(change: Element, found: Element, holder: Element) -> None:
 
 
 def _replace(change: Element, found: Element, holder: Element) -> None:
-    """Put another element in the place of one; it keeps the name if it has none of its own."""
+    """Replace an element by another, which takes over its name if it has none."""
     new = _copy(change)
     if "name" in found.attributes:
         new.attributes.setdefault("name", found.attributes["name"])
@@ -141,7 +141,7 @@ def _child(wanted: Element, holder: Element) -> Element | None:
 
 
 def _by_id(named: str, change: Element, model: Element, *, any_tag: bool = False) -> tuple[Element, Element]:
-    """Return an element below the model and the one that holds it, by the names on the way."""
+    """Return an element below the model and its parent, by the names on the path."""
     ways = [(model, named)]
     while ways:
         holder, rest = ways.pop()
@@ -268,7 +268,7 @@ class SdfFile:
         """Open the file that an ``<include>`` refers to; None if it is missing and the reading is lenient.
 
         Raises:
-            SceneError: it is missing, cannot be changed as the include says, or includes form a cycle.
+            SceneError: it is missing, cannot take the include's changes, or includes form a cycle.
         """
         uri = include.require("uri")
         if reading.lenient and uri.text and reading.resources.locate(uri) is None:

@@ -90,7 +90,7 @@ class StateChanges:
         links: the poses of links in the world, by model and link.
         joints: the positions of joints (rad, m), by model and joint.
         inserted: elements whose children are added.
-        deleted: the names of what is removed.
+        deleted: the names of the removed objects.
         named: the models and lights that have a state.
         scales: the factors of the shapes of models.
     """
@@ -128,7 +128,7 @@ class StateChanges:
         return result
 
     def warn_of_misspelt(self, names: Iterable[str], notes: Notes) -> None:
-        """Report each state of nothing in the world whose name is nearly that of a thing without a state."""
+        """Report each state of an unknown model whose name is close to that of a model without a state."""
         others = [name for name in names if name not in self.named]
         for name in self.named.keys() - set(names) - self.deleted:
             hint = did_you_mean(name, others)
@@ -137,7 +137,7 @@ class StateChanges:
                 notes.warn(self.named[name], Code.NRP383, message, subject=name)
 
     def of(self, model: Model) -> Model:
-        """Return a model where and as large as it was last, with its joints where they were."""
+        """Return a model with its last pose, scale and joint positions."""
         scale = self.scales.get(model.name, _UNIT)
         model = model if scale == _UNIT else _scaled(model, scale)
         placed = replace(model, pose=self.poses.get(("model", model.name), model.pose))
@@ -185,7 +185,7 @@ def _scaled(model: Model, scale: Vector) -> Model:
 
 
 def _larger(geometry: Geometry, x: float, y: float, z: float) -> Geometry:
-    """Return a scaled shape, round as it was; a plane has no end."""
+    """Return a scaled shape; round shapes stay round and planes infinite."""
     match geometry:
         case Box((a, b, c)):
             return Box((a * x, b * y, c * z))
@@ -318,7 +318,7 @@ def _models(
 
 
 def _missing(model: Element, reading: Reading) -> str:
-    """Return what a model of nothing but missing includes includes first; empty for others."""
+    """Return the first include of a model that consists only of missing includes; empty for others."""
     uris = [include.section("uri") for include in model.all("include")]
     if model.all("link", "model") or any(reading.resources.locate(uri) for uri in uris):
         return ""

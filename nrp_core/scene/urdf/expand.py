@@ -63,7 +63,7 @@ def expand_xacro(
         package: returns the folder of a package, for ``$(find ...)``.
         args: values of its arguments; others have their defaults.
         leave_out: receives messages about included files of missing packages, and their macros, which are
-            left out; None: they are errors.
+            omitted; None: they are errors.
 
     Raises:
         SceneError: xacro is not installed, or cannot expand the file, or the file declares no such argument.
@@ -177,7 +177,7 @@ def _early(path: Path) -> dict[str, str]:
 
 
 def _once(reason: str, path: Path) -> str:
-    """Return what xacro says of an error in a substitution, which it says twice."""
+    """Return xacro's message on an error in a substitution, which it repeats."""
     twice = re.fullmatch(rf"(.+) (?:{re.escape(str(path))}: )?\1", reason)
     return reason if twice is None else twice[1]
 
@@ -219,7 +219,7 @@ def _checked_parse(own: Callable[..., Any], declared: set[str], budget: Budget) 
 
 
 def _evaluator(xacro: Any, budget: Budget, others: Mapping[str, Any]) -> Evaluator:
-    """Return the evaluator of a file, which knows the functions of xacro and some others."""
+    """Return the evaluator of a file, with the functions of xacro and some others."""
     spaces = [space for space in xacro._global_symbols.values() if isinstance(space, xacro.NameSpace)]
     functions = [pair for names in (xacro._global_symbols, *spaces, others) for pair in names.items()]
     own = [(name, value) for name, value in functions if callable(value) and not name.startswith("_")]
@@ -227,7 +227,7 @@ def _evaluator(xacro: Any, budget: Budget, others: Mapping[str, Any]) -> Evaluat
 
 
 def _names_of_eval(xacro: Any, substitution_args: Any, find: Callable[[str], str]) -> dict[str, Any]:
-    """Return the names in ``$(eval ...)``, besides those of arguments."""
+    """Return the names in ``$(eval ...)`` that are not arguments."""
     context = xacro.substitution_args_context
 
     def arg(name: str) -> Any:

@@ -120,7 +120,7 @@ class Evaluator:
     Args:
         functions: the functions that expressions may call, each with its name.
         budget: of the file.
-        instead: functions that are called in the place of those with the same names.
+        instead: functions that replace those with the same names.
     """
 
     def __init__(
@@ -138,7 +138,7 @@ class Evaluator:
             names: a mapping of names to values; it may compute them.
 
         Raises:
-            SceneError: it does what a file may not do.
+            SceneError: it uses a forbidden operation.
             SyntaxError, NameError, ValueError, ...: it is wrong.
         """
         with warnings.catch_warnings():
@@ -165,7 +165,7 @@ class Evaluator:
         return value
 
     def call(self, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
-        """Return what a function returns."""
+        """Return the result of a function."""
         name = self._names.get(id(function))
         if name in (None, "vars") or (name == "type" and len(arguments) != 1):
             raise SceneError(f"an expression may not call '{name or type(function).__name__}'")
@@ -183,7 +183,7 @@ class Evaluator:
         return [self.call(function, list(given), {}) for given in zip(*items, strict=False)]
 
     def call_method(self, owner: Any, method: str, arguments: list[Any], keywords: dict[str, Any]) -> Any:
-        """Return what a method returns."""
+        """Return the result of a method."""
         for one in (owner, *arguments, *keywords.values()):
             self.bounded(one)
         if isinstance(owner, str):
@@ -216,7 +216,7 @@ def _check_arguments(name: str, given: list[Any]) -> None:
 
 
 def _check_text_method(text: str, method: str, arguments: list[Any]) -> None:
-    """Raise a SceneError for a method of a text whose result would be too long, or that reads attributes."""
+    """Raise a SceneError for a text method that returns too long a result or reads attributes."""
     given = sum(map(size_of, arguments))
     length = 0
     if method == "replace" and len(arguments) > 1:

@@ -77,9 +77,9 @@ def read_ros2_control(system: Element, notes: Notes) -> Iterator[Element]:
 
 
 def give_parameters(robot: Element) -> Mapping[str, Element]:
-    """Give joints what the parameters of a ``<ros2_control>`` say of them; return the joints by their names.
+    """Apply the parameters of a ``<ros2_control>`` to its joints; return the joints by name.
 
-    These are the joint that one follows, unless it has a ``<mimic>``, and where it starts.
+    These are the joint that it mimics, unless it has a ``<mimic>``, and its initial position.
     """
     joints = {joint.attribute("name"): joint for joint in robot.all("joint")}
     for described in (each for system in robot.all("ros2_control") for each in system.all("joint")):

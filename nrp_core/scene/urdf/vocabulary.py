@@ -91,7 +91,7 @@ _LOWEST, _HIGHEST = "soft_lower_limit", "soft_upper_limit"
 
 
 def check_vocabulary(element: Element, notes: Notes, around: str = "") -> None:
-    """Warn of misspelt attributes and elements of a robot, which would be ignored in silence.
+    """Warn of misspelt attributes and elements of a robot, which would silently have no effect.
 
     Args:
         element: the element.

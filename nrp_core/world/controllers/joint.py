@@ -186,7 +186,7 @@ class ControllerPart(Part):
 
         Args:
             leader: the leader.
-            number: what it calls this joint.
+            number: its number for this joint.
         """
         self._leader, self._number = leader, number
 
@@ -213,7 +213,7 @@ class ControllerPart(Part):
         return self._command[1]
 
     def target_now(self, kind: str) -> float:
-        """Return the position or velocity that is commanded now, or else the one that the joint has."""
+        """Return the commanded position or velocity, or else the joint's present one."""
         topic, target = self._command or ("", Target(0.0))
         is_commanded = bool(topic) and self._laws[topic].controller.kind == kind
         return target.value if is_commanded else self._now(kind)
@@ -359,7 +359,7 @@ class JointGroup:
         return self._topic, Target(targets.values[number], rate, targets.smooth)
 
     def release(self) -> None:
-        """Take note that one of the joints got another command."""
+        """Record that one of the joints received another command."""
         self._holds = False
 
     def lead(self, targets: JointTargets, now_ns: int) -> None:

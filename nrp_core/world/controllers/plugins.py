@@ -77,7 +77,7 @@ def _led_joints(joints: Iterable[Joint]) -> tuple[str, ...]:
 
 
 def _gains(plugin: Element, joints: Sequence[str]) -> tuple[tuple[str, Pid], ...]:
-    """Return the gains of gz-sim, whose tags come once for each joint, in the order of the joints.
+    """Return the gains of gz-sim, whose tags are repeated for each joint, in the order of the joints.
 
     It has a controller of the position and one of the velocity. The integral part of the velocity controller
     is the proportional part of the position controller, so both are one controller.

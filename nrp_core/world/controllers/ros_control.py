@@ -156,7 +156,7 @@ class _File:
 
         Args:
             name: its name.
-            kind: what it commands; None: its ``interface_name`` says so.
+            kind: the quantity that it commands; None: that of its ``interface_name``.
         """
         entry = self.entries[name]
         kind = kind or _INTERFACES.get(str(entry.get("interface_name")))

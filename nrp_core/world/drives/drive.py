@@ -73,11 +73,11 @@ class GroundDrive(Protocol):
 
     @property
     def odometry_topic(self) -> str | None:
-        """Absolute; None where there is none."""
+        """Absolute; None without such a topic."""
 
     @property
     def wheel_speeds_topic(self) -> str | None:
-        """Absolute; None where there is none."""
+        """Absolute; None without such a topic."""
 
     @property
     def timeout(self) -> float:

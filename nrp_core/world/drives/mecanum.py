@@ -17,7 +17,7 @@ from nrp_core.world.engine import Engine
 
 @dataclass(frozen=True, slots=True)
 class PlanarMove(Drive):
-    """A base that goes forward, sideways and turns as a Twist commands, without wheels.
+    """A base without wheels that moves forward and sideways and turns at the velocities of a Twist.
 
     Its base slides without friction. Its fields are those of
     :class:`~nrp_core.world.drives.wheels.WheelDrive`.
@@ -60,7 +60,7 @@ _CORNERS = ("back_left_joint", "front_left_joint", "back_right_joint", "front_ri
 
 @dataclass(frozen=True, slots=True)
 class MecanumDrive(Drive):
-    """A base that goes forward, sideways and turns as a Twist commands, on four mecanum wheels.
+    """A base on four mecanum wheels that moves forward and sideways and turns at the velocities of a Twist.
 
     The rollers are not simulated: the wheels roll without friction and spin as they would with rollers at 45
     degrees that form an X seen from above::
@@ -73,7 +73,7 @@ class MecanumDrive(Drive):
     Args:
         left, right: names of the wheel joints, the back and the front one.
         separation: the distance of left and right wheels plus that of front and back wheels, m: the rollers
-            turn the base as if its wheels were so far apart.
+            turn the base as if its wheels had this distance.
     """
 
     tag: ClassVar[str] = "mecanum"

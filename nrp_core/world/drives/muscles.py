@@ -60,7 +60,7 @@ class Muscle(Drive):
     """A muscle; its control, from 0 to 1, is commanded (``std_msgs/Float64``).
 
     Args:
-        path: the points that it goes through in straight lines, from origin to insertion.
+        path: the points that its straight segments connect, from origin to insertion.
         force: the peak force at the optimal length, N.
         optimal_length: of the contractile part, m.
         slack_length: of the tendon, which does not stretch, m.
@@ -253,7 +253,7 @@ def moment_arms(model: Model, muscle: Muscle) -> dict[str, float]:
     """Return the moment arms of a muscle, -d(length)/dq where its model starts, m (of a slider: 1).
 
     They are positive where it pulls a joint in the positive direction, as in biomechanics; those of MuJoCo
-    have the other sign. Joints that do not change its length are left out, as are ball joints.
+    have the other sign. Ball joints, and joints that do not change its length, are omitted.
     """
     starts = dict(start_positions(model))
 

@@ -82,9 +82,9 @@ class _Dialect:
         separation: the parameter; None if the plugin takes it from the places of the joints.
         wheel: of the diameter, or with ``is_radius`` of the radius; None if it is that of a wheel's shape.
         torque: the parameter of a wheel's torque limit; None if the plugin has none.
-        command, odometry, wheel_speeds: topics; ``{robot}`` stands for the name of the robot.
+        command, odometry, wheel_speeds: topics; ``{robot}`` represents the name of the robot.
         timeout: ``commandTimeout`` is read for every plugin, though none of Gazebo's has it.
-        has_legacy_mode: whether ``legacyMode`` says which joints are on the left.
+        has_legacy_mode: whether ``legacyMode`` selects the joints on the left.
     """
 
     left: tuple[str, ...]
@@ -205,7 +205,7 @@ class WheelDrive(Drive):
 
     Args:
         name: the name of the plugin.
-        command_topic, odometry_topic, wheel_speeds_topic: absolute; None where there is none.
+        command_topic, odometry_topic, wheel_speeds_topic: absolute; None without such a topic.
         left, right: names of the wheel joints, back to front.
         separation: effective distance of left and right wheels, m.
         wheel_diameter: diameter of the wheels, m.

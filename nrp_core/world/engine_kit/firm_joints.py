@@ -58,7 +58,7 @@ def firm_joints(
 ) -> Mapping[str, FirmJoint]:
     """Return the joints of a model with a controller without gains, by the names of their coordinates.
 
-    Those without a limit of effort get one, so that they do not crush what is in their way: the effort that
+    Joints without a limit of effort get one, so that they do not crush obstacles: the effort that
     holds :data:`STRENGTH` times the whole model at the distance of its farthest body, and that moves its own
     motor as fast.
 

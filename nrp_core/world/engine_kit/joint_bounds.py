@@ -1,4 +1,4 @@
-"""Where the joints of a scene can be at all: an engine whose joints are elsewhere has diverged.
+"""The possible positions of a scene's joints: an engine that exceeds them has diverged.
 
 Limits are springs in most engines, and a strong muscle stretches them. So a joint may lie outside its limits
 by their whole range and 1 rad (or m) more, which no spring of a body that works allows.

@@ -101,7 +101,7 @@ class Base(Protocol):
 
 
 class Control(Protocol):
-    """Forces on bodies and joints besides drives, and measurements of forces."""
+    """Forces on bodies and joints that drives do not exert, and measurements of forces."""
 
     def set_target(self, model: str, joint: str, aim: ServoTarget) -> None:
         """Set the target of a joint's servo."""

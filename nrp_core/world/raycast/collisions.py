@@ -400,7 +400,7 @@ class CollisionSpace:
         return distances
 
     def _scanner(self, model: str, link: str, beams: Beams) -> _Scanner:
-        """Return what is the same in all scans of a scanner."""
+        """Return the data that all scans of a scanner share."""
         key = model, link, beams
         if key not in self._scanners:
             index = body_of(self._bodies[model], link)
@@ -474,7 +474,7 @@ def _triangles(geometry: Geometry) -> FloatArray:
 
 
 def _middle(triangles: FloatArray) -> Vector:
-    """Return the middle of the bounding box of triangles; the origin if there are none."""
+    """Return the middle of the bounding box of triangles; the origin without triangles."""
     if not len(triangles):
         return 0.0, 0.0, 0.0
     x, y, z = ((triangles.min((0, 1)) + triangles.max((0, 1))) / 2).tolist()

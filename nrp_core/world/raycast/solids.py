@@ -85,7 +85,7 @@ class Solid:
 
     @property
     def is_endless(self) -> bool:
-        """Whether it has no bounds."""
+        """Whether it is unbounded."""
         return isinstance(self.geometry, Plane)
 
     @property

@@ -32,7 +32,7 @@ class ShadedView:
         mesh: the visuals.
         width, height: the size of the images, pixels.
         vertical_fov: vertical field of view, rad.
-        samples: a pixel is the mean of so many by so many.
+        samples: a pixel is the mean of ``samples`` times ``samples`` samples.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class ShadedView:
         Args:
             vertices: those of the mesh, in the world, shape ``(n, 3)``.
             eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
-            near_m: what is nearer is not drawn, m.
+            near_m: the least distance of drawn objects, m.
         """
         import cv2
 
@@ -138,7 +138,7 @@ def portrait(
         width: the width of the image, pixels.
         height: its height, pixels.
         moment: where everything is; by default all joints are where they start.
-        of: names of models in the middle of the image, before which nothing else is drawn; by default all
+        of: names of models in the middle of the image, which no other object hides; by default all
             models are in it, except endless scenery.
 
     Raises:

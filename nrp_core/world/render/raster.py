@@ -141,7 +141,7 @@ class RasterCameras(Cameras):
         return image
 
     def _draw_flat(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
-        """Return a flat image with images on its surfaces, and what is seen.
+        """Return a flat image with images on its surfaces, and the visible triangles.
 
         Returns:
             The image; the face at each pixel; the vertices and the eye in the world.

@@ -342,7 +342,7 @@ def shade(
         maps: reciprocal depths seen from the lamps, shape ``(k, size, size)``.
         map_eyes: rotation and translation of each map's eye to the world, shape ``(k, 3, 4)``.
         map_focals: focal lengths of the maps.
-        image: the colours, RGB, replaced by the result; the background stays as it is.
+        image: the colours, RGB, replaced by the result; the background does not change.
     """
     height, width = seen.shape
     place, normal, light = np.empty(3), np.empty(3), np.empty(3)
@@ -480,7 +480,7 @@ class LitView(RealisticCameras):
         lights: the lights.
         width, height: the size of the images, pixels.
         vertical_fov: vertical field of view, rad.
-        samples: a pixel is the mean of so many by so many.
+        samples: a pixel is the mean of ``samples`` times ``samples`` samples.
     """
 
     def __init__(

@@ -15,7 +15,7 @@ class SceneRenderers:
 
     Args:
         open_renderer: opens a renderer by its name.
-        preferred: the name of the preferred renderer; empty if there are no cameras.
+        preferred: the name of the preferred renderer; empty without cameras.
 
     Attributes:
         opened: the renderers that are open.

@@ -88,7 +88,7 @@ class SceneMesh:
         return placed
 
     def framed(self, points: FloatArray) -> npt.NDArray[np.bool_]:
-        """Return which vertices, given in the world, are not those of scenery; all if there are no others."""
+        """Return which vertices, given in the world, do not belong to scenery; all if every vertex does."""
         framed = np.zeros(len(points), bool)
         for surface in np.unique(self.surfaces):
             mine = np.unique(self.faces[self.surfaces == surface])
@@ -217,7 +217,7 @@ class Textures:
             eye: rotation and translation of the camera to the world, shape ``(3, 4)``.
             points: vertices in the world, shape ``(n, 3)``.
             faces: indices of vertices, shape ``(m, 3)``.
-            image: RGB; pixels without an image stay as they are.
+            image: RGB; pixels without an image do not change.
         """
         numbers = np.where(self.shown, self._numbers, _PLAIN).astype(np.int32)
         of_faces = (self._surfaces, numbers, self._repeats, self._coordinates, self._density)

@@ -33,7 +33,7 @@ POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4")])
 
 
 def cloud_of(header: Header, depth: DepthArray, image: ImageArray, focal: float) -> PointCloud2:
-    """Return a row of points for each row of an image; NaN where there is nothing to see.
+    """Return a row of points for each row of an image; NaN where the camera sees nothing.
 
     Args:
         header: their time and frame.

@@ -83,7 +83,7 @@ class EngineSensor(Sensor):
 
         It has ``<link>``, ``<topic>``, ``<message>``, one of :data:`FORMS`, and an element with the name of
         each sensor of the engine, whose tag is its kind in MJCF. ``<frame>`` is that of the message in its
-        model, by default the world's; ``<update_rate>`` (Hz), ``<unit>`` and ``<max_range>`` may be left out.
+        model, by default the world's; ``<update_rate>`` (Hz), ``<unit>`` and ``<max_range>`` are optional.
 
         Raises:
             SceneError: the link does not exist, or a kind is not in such a message.

@@ -231,7 +231,7 @@ class Pixels:
 
 
 class EventCameraPart(SensorPart):
-    """Publishes the events of one camera; nobody sees its images."""
+    """Publishes the events of one camera, without its images."""
 
     def __init__(self, camera: EventCamera, model: str, link: str, engine: Engine) -> None:
         super().__init__(camera, model, link, engine)

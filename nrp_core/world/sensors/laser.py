@@ -31,7 +31,7 @@ _RADIATIONS: Final = ("ultrasound", "infrared")
 
 
 class RangePlugin(NamedTuple):
-    """What such a plugin says.
+    """The settings of such a plugin.
 
     Args:
         topic: the absolute topic of distances, None for none.
@@ -47,7 +47,7 @@ class RangePlugin(NamedTuple):
 
 
 def range_plugin(sensor: Element, reading: Reading) -> RangePlugin:
-    """Return what the plugins of a ``<sensor>`` with rays say of its distance.
+    """Return the settings for distances in the plugins of a ``<sensor>`` with rays.
 
     Raises:
         SceneError: its kind of radiation is unknown.
@@ -98,7 +98,8 @@ class Laser(Sensor):
         elevation_min, elevation_max: elevations of the first and last layer above the plane, rad.
         points_topic: absolute topic of the points of all layers, None for none.
         range_topic: absolute topic of the shortest distance of all rays, None for none.
-        infrared, cone: what the messages on it say: the radiation, if not ultrasound, and the angle (rad).
+        infrared, cone: fields of its messages: whether the radiation is infrared, else ultrasound; the angle,
+            rad.
     """
 
     tag: ClassVar[str] = "laser"
