@@ -19,9 +19,10 @@ _SWEEPS = 50  # four to six are enough for any matrix that is not a mistake
 
 
 def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Any:
-    """Return ``a @ b`` of two vectors or matrices, or of two stacks of matrices."""
+    """Return ``a @ b`` of vectors, matrices and stacks of matrices."""
     a, b = np.asarray(a), np.asarray(b)
-    return np.einsum(_SUBSCRIPTS.get((a.ndim, b.ndim), "...ij,...jk->...ik"), a, b)
+    stacked = "...ij,j->...i" if b.ndim == 1 else "...ij,...jk->...ik"
+    return np.einsum(_SUBSCRIPTS.get((a.ndim, b.ndim), stacked), a, b)
 
 
 def length(vector: npt.ArrayLike) -> float:

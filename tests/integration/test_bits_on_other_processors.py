@@ -60,7 +60,8 @@ def test_a_system_is_solved_as_numpy_solves_it(matrix: np.ndarray, right: np.nda
 
 
 @pytest.mark.parametrize(
-    ("a", "b"), [((3,), (3,)), ((3,), (3, 4)), ((2, 3), (3,)), ((2, 3), (3, 2)), ((5, 3, 3),) * 2]
+    ("a", "b"),
+    [((3,), (3,)), ((3,), (3, 4)), ((2, 3), (3,)), ((2, 3), (3, 2)), ((5, 3, 3),) * 2, ((4, 5, 3), (3,))],
 )
 def test_products_and_lengths_are_those_of_numpy(a: tuple[int, ...], b: tuple[int, ...]) -> None:
     rng = np.random.default_rng(1)

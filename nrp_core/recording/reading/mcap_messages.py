@@ -25,6 +25,8 @@ _COMPRESSIONS = ("lz4", "zstd")
 _CHUNK_OPCODE = bytes([Opcode.CHUNK])
 _COMPRESSION = _HEAD.size + 3 * 8 + 4
 """Place of the name of its compression in a chunk, after two times, a size and a checksum."""
+_CHUNK_FIELDS = 3 * 8 + 2 * 4 + 8
+"""Size of the other fields of a chunk than the name of its compression and its data, bytes."""
 _COMPRESSION_FIELDS = tuple(struct.pack("<I", len(name)) + name.encode() for name in ("", *_COMPRESSIONS))
 
 
@@ -144,21 +146,25 @@ class McapMessages:
         with self.path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
             is_damaged = file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC
-            if is_damaged and not (self._past_damage and _seek_chunk(file, 0, size)):
-                return
-            while True:
-                self.read_bytes = file.tell()
-                found = _next(file, size)
-                try:
-                    if found is None:
-                        raise _BrokenRecordError
-                    yield from self._within(*found)
-                except _BrokenRecordError:
-                    self.broken = self.broken or found is not None
-                    if not (self._past_damage and _seek_chunk(file, self.read_bytes + 1, size)):
-                        return
-                if found is not None and found[0] == Opcode.FOOTER:
-                    return
+            # the length of a damaged record would lead past others, so it does not lead to the next chunk
+            while self._past_damage and _seek_chunk(file, file.tell(), size):
+                yield from self._next(file, size)[1]
+            is_over = is_damaged and not self._past_damage
+            while not is_over:
+                is_over, records = self._next(file, size)
+                yield from records
+
+    def _next(self, file: BinaryIO, size: int) -> tuple[bool, list[McapRecord]]:
+        """Return whether the file ends with its next record, or before it, and the records in it."""
+        self.read_bytes = file.tell()
+        found = _next_content(file, size)
+        if found is None:
+            return True, []
+        try:
+            return found[0] == Opcode.FOOTER, self._within(*found)
+        except _BrokenRecordError:
+            self.broken = True
+            return True, []
 
     def _within(self, opcode: int, content: bytes) -> list[McapRecord]:
         """Return the records in a record, or the record itself."""
@@ -185,6 +191,8 @@ def _unpack(opcode: int, content: bytes) -> tuple[McapRecord | None, list[McapRe
         if not isinstance(record, Chunk):
             return record, []
         _require_known(record)
+        if len(content) != _CHUNK_FIELDS + len(record.compression) + len(record.data):
+            raise _BrokenRecordError
         return record, breakup_chunk(record, validate_crc=True)
     except Exception as error:
         raise _BrokenRecordError from error  # damage causes a different exception for each kind of record
@@ -213,7 +221,7 @@ def _parse(opcode: int, content: bytes) -> McapRecord | None:
     return None if read is None else read(ReadDataStream(BytesIO(content)), len(content))
 
 
-def _next(file: BinaryIO, size: int) -> tuple[int, bytes] | None:
+def _next_content(file: BinaryIO, size: int) -> tuple[int, bytes] | None:
     """Return opcode and content of the next record; None if the file ends within it."""
     head = file.read(_HEAD.size)
     if len(head) < _HEAD.size:
@@ -223,7 +231,7 @@ def _next(file: BinaryIO, size: int) -> tuple[int, bytes] | None:
 
 
 def _seek_chunk(file: BinaryIO, start: int, size: int) -> bool:
-    """Go to the first intact chunk from a place on; return whether one is found."""
+    """Go to the first intact chunk from a place on, or to the place itself; return whether one is found."""
     if not size:
         return False
     with mmap(file.fileno(), 0, access=ACCESS_READ) as data:
@@ -231,10 +239,11 @@ def _seek_chunk(file: BinaryIO, start: int, size: int) -> bool:
         while place >= 0:
             file.seek(place)
             if data[place + _COMPRESSION : place + _COMPRESSION + 8].startswith(_COMPRESSION_FIELDS):
-                found = _next(file, size)
+                found = _next_content(file, size)
                 with suppress(_BrokenRecordError):
                     if found is not None and _unpack(*found)[1]:
                         file.seek(place)
                         return True
             place = data.find(_CHUNK_OPCODE, place + 1)
+    file.seek(start)
     return False

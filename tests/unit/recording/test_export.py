@@ -61,6 +61,7 @@ def test_a_cut_recording_is_exported_up_to_the_cut(recorded_drive: Recording, tm
 
 def test_nothing_is_overwritten(recorded_drive: Recording, tmp_path: Path, golden: Golden) -> None:
     (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "mine.txt").touch()
     with golden.raises(ExperimentError):
         export(recorded_drive, "csv", tmp_path / "there")
     with golden.raises(ExperimentError):
