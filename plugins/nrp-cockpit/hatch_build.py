@@ -14,7 +14,7 @@ STAMP = ".sources"
 
 
 def digest(page: Path) -> str:
-    """SHA-256 over the names and bytes of the sources of the page, without what is installed or built."""
+    """SHA-256 over the names and bytes of the page's sources, without installed or built files."""
     total = hashlib.sha256()
     for file in sorted(page.rglob("*")):
         inside = file.relative_to(page)

@@ -23,7 +23,7 @@ class Cells:
 
     Attributes:
         nodes: NEST's id of each global id, 0 for source cells, shape ``(network.size,)``.
-        all: all cells as one NEST collection, or None if there are none.
+        all: all cells as one NEST collection, or None without cells.
 
     Raises:
         NetworkError: NEST refuses a parameter.

@@ -120,7 +120,7 @@ class Rewards:
         """Return dopamine from outside in NEST's units.
 
         Raises:
-            CapabilityError: NEST does not know the dopamine of this time.
+            CapabilityError: NEST has no dopamine value for this time.
         """
         if now_ns % self._update_ns:
             raise CapabilityError(

@@ -201,7 +201,7 @@ class Wiring:
         return self._network.offsets[projection.post] + projection.post_index.astype(np.int64)
 
     def _copy_of(self, projection: Projection) -> int:
-        """Return the number of earlier projections of a kind between two populations, to distinguish them."""
+        """Return the number of earlier projections of this kind between two populations, for their names."""
         kind = projection.pre, projection.post, projection.synapse_type
         self._between[kind] += 1
         return self._between[kind] - 1

@@ -43,7 +43,7 @@ class SourceGroup(brian2.NeuronGroup):  # type: ignore[misc]
         super().__init__(size, "due : boolean", threshold="due", reset="due = False", clock=clock)
 
     def initialize(self) -> None:
-        """Do nothing, because there is no state."""
+        """Do nothing, because it has no state."""
 
 
 class SourceType(sim.SpikeSourceArray):  # type: ignore[misc]

@@ -68,7 +68,7 @@ def cockpit(
 ) -> None:
     """Watch and control a run in the browser, and go back in time; or show a recording or a sweep.
 
-    Without a name, the page shows what can be opened: installed experiments, and the experiments,
+    Without a name, the page lists what it can open: installed experiments, and the experiments,
     recordings and sweeps in the current folder.
 
     The first line on standard output is the address of the page. Ctrl-C ends the run.
@@ -159,7 +159,7 @@ def open_recording(path: str, hub: Hub, other: str | None = None) -> Session:
 
 
 def _warn_of(layout: Layout) -> None:
-    """Write what is wrong with a layout to standard error."""
+    """Write the mistakes in a layout to standard error."""
     if problem := layout.load().get("problem"):
         warn(problem)
 

@@ -66,7 +66,7 @@ def wanted(file: str, experiment: str | None) -> tuple[Path | None, str, list[st
     A model that the experiment does not name replaces all its transfer functions.
 
     Raises:
-        ExperimentError: there is no experiment for the file.
+        ExperimentError: no experiment uses the file.
     """
     from nrp_core.experiment import load_experiment
 

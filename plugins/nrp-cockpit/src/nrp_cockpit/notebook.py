@@ -21,7 +21,7 @@ class PlayedRecording:
     Args:
         page: the page, as ``nrp share`` writes it.
         height_px: the height of the frame, pixels.
-        losses: what is missing in it, to limit its size; a sentence for each topic.
+        losses: the data omitted to limit its size; a sentence for each topic.
     """
 
     page: str = field(repr=False)

@@ -109,7 +109,7 @@ def lines(report: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _shared_causes(results: Sequence[KitResult]) -> Iterator[str]:
-    """List the errors that made several tests fail, as a first thing to repair."""
+    """List the errors that made several tests fail, which are to be repaired first."""
     causes = Counter(filter(None, map(_cause, results)))
     for cause, count in causes.most_common():
         if count > 1:

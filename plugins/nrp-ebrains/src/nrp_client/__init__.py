@@ -46,7 +46,7 @@ class NrpCore:
         experiment_folder: the folder of the experiment.
         config_file: its configuration, in this folder or absolute.
         args, log_output, server_timeout, docker_daemon_address, image_name, get_archives, compose_file: not
-            used, because there is no other process.
+            used, because no other process exists.
 
     Raises:
         FileNotFoundError: the configuration does not exist.
@@ -105,7 +105,7 @@ class NrpCore:
             run.close()
 
     def __del__(self) -> None:
-        """Close the engines of an experiment that nobody needs any more."""
+        """Close the engines of an experiment that is no longer used."""
         if getattr(self, "_run", None) is not None:
             self.shutdown()
 
@@ -130,7 +130,7 @@ class NrpCore:
         return reply.done, reply.trajectory
 
     def run_until_timeout(self, run_async: bool = False, response: Any = None) -> Any:
-        """Run until the status function says that the run is done, or until the timeout.
+        """Run until the status function reports that the run is done, or until the timeout.
 
         Returns:
             whether it is done, whether the time is over, and the data of the status function.

@@ -187,7 +187,7 @@ def _tree(path: Path) -> Tree:
 
 
 def _unsupported(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
-    """Yield an error for each thing that has no counterpart here."""
+    """Yield an error for each feature without a counterpart here."""
 
     def no(message: str, *keys: Key, code: Code = Code.NRP216) -> Finding:
         return tree.place_of(*keys).finding(code, message)
@@ -259,7 +259,7 @@ def file_in(folder: Path, name: str | None) -> Path:
 
 
 def _ignored(configuration: Configuration, tree: Tree) -> Iterator[Finding]:
-    """Yield a note for each kind of thing that has no effect here."""
+    """Yield a note for each kind of feature that has no effect here."""
 
     def note(message: str, *keys: Key) -> Finding:
         return tree.place_of(*keys).finding(Code.NRP216, message, Level.WARNING)

@@ -146,7 +146,7 @@ class DataPack:
         """The data.
 
         Raises:
-            ExperimentError: there is none yet.
+            ExperimentError: none exists yet.
         """
         if self.content is _EMPTY:
             raise ExperimentError(
@@ -160,7 +160,7 @@ class DataPack:
         return Identity(self.name, self.engine_name)
 
     def isEmpty(self) -> bool:  # noqa: N802 - name of that program
-        """Return whether there is no data yet."""
+        """Return whether it has no data yet."""
         return self.content is _EMPTY
 
     def isUpdated(self) -> bool:  # noqa: N802 - name of that program

@@ -18,7 +18,7 @@ from nrp_ebrains.modules import registered_by
 
 
 class Kind(Enum):
-    """When a function runs, and what it returns."""
+    """The kind of a function: when it runs, and what it returns."""
 
     PREPROCESSING = "preprocessing"
     """Before the others; its datapacks are for them."""
@@ -218,7 +218,7 @@ def datapacks_of(function: Function, result: Any) -> list[DataPack]:
 
 
 def status_of(function: Function, result: Any) -> tuple[bool, list[Any]]:
-    """Return whether a status function says that the run is done, and its data.
+    """Return whether a status function reports the end of the run, and its data.
 
     Raises:
         TransferFunctionError: it returned something else.

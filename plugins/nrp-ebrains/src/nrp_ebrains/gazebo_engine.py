@@ -71,7 +71,7 @@ def read_nothing(_plugin: Element, _model: ModelParts, _reading: Reading) -> Non
 
 
 class GazeboEngine(Engine):
-    """The world of a run, which advances by itself.
+    """The world of a run, which advances with the run.
 
     Datapacks are ``model::joint``, ``model::link``, ``model`` and ``model::link::camera``.
 
@@ -110,7 +110,7 @@ class GazeboEngine(Engine):
     # -- reading
 
     def _reader(self, name: str) -> Callable[[], Any]:
-        """Return a function that reads a datapack; None if there is nothing new."""
+        """Return a function that reads a datapack; it returns None without new data."""
         model, part = self._split(name)
         if not part:
             return lambda: self._motion("Model", self._world.model_motion(model.name))

@@ -42,7 +42,7 @@ class Node:
 
     Args:
         name: its name.
-        outputs: the names of what it returns, in order.
+        outputs: the names of its return values, in order.
         call: its function.
         always: whether it runs without new inputs.
         engines: the datapack of an engine for each keyword.

@@ -67,7 +67,7 @@ class Loop:
 
     Attributes:
         iteration: the number of iterations so far.
-        done: whether the status function says that the run is done.
+        done: whether the status function reports that the run is done.
         trajectory: the data of the status function that has not been taken yet.
     """
 
@@ -132,7 +132,7 @@ class Loop:
         self._from_client[pack.identity] = pack
 
     def iterate(self, t_ns: int) -> None:
-        """Do what is due at a time; call it at each multiple of the common time step, in order.
+        """Execute the actions due at a time; call it at each multiple of the common time step, in order.
 
         Raises:
             TransferFunctionRaisedError: a function raised.

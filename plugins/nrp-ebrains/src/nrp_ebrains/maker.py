@@ -62,7 +62,7 @@ class ConfigurationMaker(Maker, Participant[Run]):
 
     Attributes:
         loop: the loop of the run that began last.
-        stops_when_done: whether the run ends when the status function says that it is done.
+        stops_when_done: whether the run ends when the status function reports that it is done.
     """
 
     loop: Loop

@@ -170,7 +170,7 @@ def _leaky_exp(nest: ModuleType, neurons: Any, n: int, conn_spec: Any) -> Any:
 
 
 class NestEngine(Engine):
-    """The nodes of one engine in the brain of a run, which advances by itself.
+    """The nodes of one engine in the brain of a run, which advances with the run.
 
     Args:
         name: its name.

@@ -120,7 +120,7 @@ def import_configuration(path: Path, output: Path, overrides: Sequence[str] = ()
 
 
 def _left_out(folder: str, names: list[str]) -> set[str]:
-    """Return what is not copied of a folder: compiled code, versions, and symbolic links out of it."""
+    """Return the entries of a folder that are not copied: compiled code, versions, links out of it."""
     home = Path(folder).resolve()
     outside = {name for name in names if not (home / name).resolve().is_relative_to(home)}
     return outside | {"__pycache__", ".git"}.intersection(names)

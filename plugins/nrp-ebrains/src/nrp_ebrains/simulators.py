@@ -20,15 +20,15 @@ class Simulator(ABC):
 
     @abstractmethod
     def get_model_properties(self, kind: str) -> Any:
-        """Return the names of the things of a kind."""
+        """Return the names of the objects of a kind."""
 
     @abstractmethod
     def get_model_property(self, name: Any, kind: str) -> Any:
-        """Return a property of one thing."""
+        """Return a property of one object."""
 
     @abstractmethod
     def get_model_all_properties(self, kind: str) -> Any:
-        """Return a property of all things of a kind."""
+        """Return a property of all objects of a kind."""
 
     @abstractmethod
     def get_sim_time(self) -> float:

@@ -102,7 +102,7 @@ class BrainEdits(Functions):
         """Build another brain; the simulation begins again at time 0 with the transfer functions that it has.
 
         Raises:
-            NrpError: the brain cannot be built; the simulation begins again with the one that it had.
+            NrpError: the brain cannot be built; the simulation restarts with its previous brain.
         """
         self._rebuild(self._draft("brain.py", source), self._populations)
 

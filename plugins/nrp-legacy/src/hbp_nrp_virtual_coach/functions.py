@@ -20,7 +20,7 @@ from nrp_core.experiment import Experiment, Run, load_function_file
 
 
 def sources_of(experiment: Experiment) -> dict[str, Source]:
-    """Return the source of each transfer function by its name, as far as it is Python."""
+    """Return the source of each Python transfer function by its name."""
     found: dict[str, Source] = {}
     for source in _sources(experiment):
         with suppress(NrpError):  # one that was left out

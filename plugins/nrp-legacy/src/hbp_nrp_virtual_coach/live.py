@@ -92,7 +92,7 @@ class Live:
             observer(run)
 
     def _finish(self, run: Run) -> None:
-        """Keep what the run has recorded, before it is closed."""
+        """Keep the recording of the run before it is closed."""
         run.write_csv(self._records)
 
     def _draft(self, name: str, source: str) -> Path:

@@ -108,7 +108,7 @@ class Runner:
         self.call(change)
 
     def pause(self) -> None:
-        """Let the run wait; does nothing to one that waits already."""
+        """Pause the run; do nothing if it is paused."""
         self.call(lambda run: self._set(run, PAUSED) if self.state == STARTED else None)
 
     def reset(self, action: Callable[[Run], None]) -> None:
@@ -126,7 +126,7 @@ class Runner:
         self.call(change)
 
     def stop(self, *, silently: bool = False) -> None:
-        """End the run and release it; one that has ended stays as it is.
+        """End the run and release it; do nothing if it has ended.
 
         Args:
             silently: whether its end is not reported, because another run takes its place.
@@ -229,14 +229,14 @@ class Runner:
 
 
 def _log_new(run: Run, known: Collection[str]) -> None:
-    """Log what a run did otherwise than meant, unless it is known or was logged when it happened."""
+    """Log the new problems of a run that were not logged when they happened."""
     for problem in run.problems:
         if problem.weight is Weight.ALTERED and problem.message not in known:
             log.warning("%s", problem)
 
 
 def _log_problems(run: Run) -> None:
-    """Log what is missing from a run at its beginning, and once the warnings of the checks."""
+    """Log the missing parts of a run at its beginning, and once the warnings of the checks."""
     missing = [problem for problem in run.problems if problem.weight is Weight.INCOMPLETE]
     for problem in missing:
         log.warning("the simulation is not complete: %s", problem)

@@ -1,6 +1,6 @@
 """Run a script of the Virtual Coach with the modules that it had on the platform.
 
-Its ``rospy`` is connected to the simulations that it launches, one after another.
+Its ``rospy`` is connected to each simulation that it launches in turn.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class ScriptGraph(Graph, RunObserver[Run]):
 
     @property
     def can_wait(self) -> bool:
-        """Whether this thread can wait for the run, as all can but the one that runs it."""
+        """Whether this thread can wait for the run: any thread except the one that runs it."""
         return self._thread != threading.get_ident()
 
     def wait_until(self, t_ns: int) -> None:
@@ -107,7 +107,7 @@ class ScriptGraph(Graph, RunObserver[Run]):
 
 
 class ScriptServices(Services):
-    """Calls of a script, each made between two steps; the simulation can call what the script serves."""
+    """Calls of a script, each made between two steps; the simulation can call the script's services."""
 
     def __init__(self, graph: ScriptGraph) -> None:
         super().__init__(graph)

@@ -1,4 +1,4 @@
-"""How experiments are run, as the environment says: scripts were not written for these settings."""
+"""Settings of runs from environment variables, because scripts were not written for them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ REAL_TIME = "realtime"
 
 
 def overrides() -> list[str]:
-    """Return what the variables of ``nrp run`` set: models, backends, seed, pace and other values."""
+    """Return the settings in the variables of ``nrp run``: models, backends, seed, pace and other values."""
 
     def value(name: str) -> str | None:
         return os.environ.get(name) or None

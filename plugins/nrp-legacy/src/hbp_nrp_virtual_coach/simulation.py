@@ -107,7 +107,7 @@ class Simulation(BrainEdits, StateMachineEdits, Records):
 
         Args:
             reset_type: ``full``: everything, time too; ``robot_pose``: the robots return to where they began;
-                ``world``: so does all else; ``brain``: the network begins anew, while time goes on.
+                ``world``: so do all other models; ``brain``: the network restarts; the time continues.
 
         Raises:
             ExperimentError: the reset does not exist.
@@ -120,5 +120,5 @@ class Simulation(BrainEdits, StateMachineEdits, Records):
         self._runner.reset(lambda run: run.reset("all" if part == "full" else part))
 
     def save_world(self) -> None:
-        """Do nothing: experiments begin as their files say."""
+        """Do nothing: experiments begin in the state of their files."""
         say_once("save_world: the world of an experiment is its SDF file, which stays as it is")

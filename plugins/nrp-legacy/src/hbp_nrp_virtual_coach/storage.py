@@ -97,7 +97,7 @@ class Storage:
         """Return an experiment that may be changed.
 
         Raises:
-            ExperimentError: there is none, or it is one that is installed.
+            ExperimentError: it does not exist, or is an installed one.
         """
         found = self.find(name)
         if not found.is_own:
@@ -110,7 +110,7 @@ class Storage:
         """Copy the folder or archive of an experiment into the first folder; return its new name.
 
         Raises:
-            ExperimentError: there is no folder for it, or nothing to copy.
+            ExperimentError: no folder is set for it, or it has no files to copy.
         """
         if not self.folders:
             raise ExperimentError(

@@ -66,12 +66,12 @@ class VirtualCoach:
             experiment_id: the name of its folder, or of an installed experiment.
             server: accepted.
             reservation: accepted.
-            cloned: accepted: experiments in the folders come first, then those that are installed.
+            cloned: accepted: experiments in the folders precede installed ones.
             brain_processes: accepted.
             profiler: accepted.
 
         Raises:
-            NrpError: there is none, or it is wrong.
+            NrpError: it does not exist, or is invalid.
         """
         if server or reservation:
             say_once("servers are not needed: experiments run in this process")
@@ -126,7 +126,7 @@ class VirtualCoach:
         """Copy the folder or ZIP archive of an experiment into the first folder and return its name.
 
         Raises:
-            ExperimentError: it is not an experiment, or there is no folder.
+            ExperimentError: it is not an experiment, or no folder is set.
         """
         return self._storage.add(Path(path), Path(path).stem)
 

@@ -152,7 +152,7 @@ def add_spinnaker(sim: ModuleType) -> None:
 
 
 def _set_nothing(*_values: Any, **_options: Any) -> None:
-    """Do nothing, because there is no machine."""
+    """Do nothing, because no machine is used."""
 
 
 _FOREVER_MS = 1e12
@@ -221,7 +221,7 @@ class NotedNetwork(Network):
     """A network with notes for users.
 
     Args:
-        notes: what users should know.
+        notes: remarks for the user.
         injections: currents that its file injects.
         built: the variables of its file.
     """

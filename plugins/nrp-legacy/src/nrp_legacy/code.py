@@ -1,4 +1,4 @@
-"""Turn the code in documents into code for Python 3, and note what is converted or left out."""
+"""Turn the code in documents into code for Python 3, and note converted and omitted parts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Notes(Protocol):
         Args:
             code: its kind.
             message: the note.
-            subject: the thing concerned, if it has a name.
+            subject: the name of the object concerned, if any.
         """
 
 

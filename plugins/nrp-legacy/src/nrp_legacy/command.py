@@ -66,7 +66,7 @@ def _ask(path: Path) -> None:
     """Ask whether the code of an experiment may be executed.
 
     Raises:
-        typer.BadParameter: nobody can be asked.
+        typer.BadParameter: the session is not interactive.
         typer.Abort: it may not.
     """
     question = f"{path.name}: converting it executes its brain script and its functions with your permissions"

@@ -1,4 +1,4 @@
-"""Values of the documents that are passed over, elements that contradict an earlier one, misspelt parts."""
+"""Checks of the documents: ignored values, elements that contradict an earlier one, misspelt parts."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _POSE_ATTRIBUTES: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "u
 
 
 def check_documents(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
-    """Yield a finding for each value that is passed over."""
+    """Yield a finding for each ignored value."""
     yield from _repeated(exc.element, _ONCE_IN_EXC)
     yield from _repeated(bibi.element, _ONCE_IN_BIBI)
     for brain in children(bibi.element, "brainModel"):

@@ -39,7 +39,7 @@ def child(element: Element, *names: str) -> Element | None:
 
 
 def text(element: Element, *names: str) -> str:
-    """Return the text of the first such child, on one line; empty if there is none."""
+    """Return the text of the first such child, on one line, or an empty text."""
     found = child(element, *names)
     return " ".join(found.text.split()) if found is not None else ""
 
@@ -159,7 +159,7 @@ class FileNamed:
     """A file as a document names it.
 
     Args:
-        name: the name in the document, empty if there is none.
+        name: the name in the document, or empty.
         element: the element that names it.
         folders: the folders that it may be in, here or in the library: those of its model and of its robot.
         archive: the archive that it is in, if given.

@@ -137,7 +137,7 @@ class Library:
         return copies[0]
 
     def find_sdf(self, named: FileNamed) -> Path | None:
-        """Return the file of a robot or room; of an archive, the one that it unpacks to."""
+        """Return the file of a robot or room, unpacked if it is in an archive."""
 
         def main(folder: Path, _name: str) -> Path | None:
             wanted = PurePosixPath(_plain(named.name))
@@ -155,7 +155,7 @@ class Library:
         return found or self._by_name_alone(*names)
 
     def find_brain(self, named: FileNamed) -> Path | None:
-        """Return the file of a brain; of an archive, the one that it unpacks to."""
+        """Return the file of a brain, unpacked if it is in an archive."""
         others = (f"{name}{end}" for name in named.names for end in (f"/{Path(name).name}.py", ".py", ".h5"))
         names = [*named.names, *others]
         return self._main(names, named.folders, _main_script) or self._by_name_alone(*names)

@@ -215,7 +215,7 @@ class BrainRoot:
     """The module of the brain file; changes of its cells and synapses change the running brain.
 
     Args:
-        network: the network that the file has built, None if it is not known yet.
+        network: the network that the file has built; None before that.
     """
 
     def __init__(self, network: Network | None) -> None:
@@ -290,7 +290,7 @@ class Unavailable:
 class ForgivingTopic(dsl.Topic):
     """A topic that takes arrays of one number for the number, as the messages of ROS 1 did, and nan for 0.
 
-    If nothing is known of its messages, a value that is sent is the value of their first field.
+    If the type of its messages is unknown, a sent value is the value of their first field.
     """
 
     __slots__ = ()
@@ -378,7 +378,7 @@ def framework(
     """Return the module for one experiment.
 
     Args:
-        notes: receives a note about each argument left out of a mapping.
+        notes: receives a note about each omitted argument of a mapping.
         noted_late: receives notes during the run, about values that no device can have; None: as ``notes``.
         nest_units: whether settings and attributes of devices are in pA, nS and pF.
         brain_root: the module of the brain file.

@@ -63,7 +63,7 @@ def sources_of(element: Element, root: Element, library: Library, notes: Notes) 
 
 
 def part_source(element: Element, root: Element, library: Library) -> list[Source]:
-    """Return the code of one element; of building blocks the Python that they stand for.
+    """Return the code of one element; for building blocks the equivalent Python.
 
     Raises:
         ExperimentError: it does not exist, or has no meaning.
@@ -74,7 +74,7 @@ def part_source(element: Element, root: Element, library: Library) -> list[Sourc
 
 
 def code_of(element: Element, library: Library) -> str:
-    """Return the code of one element, in whatever version; of building blocks the Python that they stand for.
+    """Return the code of one element, in any version of Python; for building blocks the equivalent Python.
 
     Raises:
         ExperimentError: it does not exist.
@@ -129,7 +129,7 @@ def _blocks(element: Element, root: Element, names: Namespace) -> Iterator[Trans
 
 
 def _parts(element: Element, root: Element) -> list[CodePart]:
-    """Return the Python that building blocks stand for."""
+    """Return the Python equivalent of building blocks."""
     shared = children(root, "connectors", "synapseDynamics")
     alone = replace(root, children=[*shared, element], text="", raw_text="")
     return transformed(model_of(alone), element.path)[1:]

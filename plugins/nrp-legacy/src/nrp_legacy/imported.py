@@ -1,6 +1,6 @@
 """Experiments in our own format whose files still need the platform, as ``nrp import`` writes them.
 
-Their ``experiment.yaml`` says so: ``compatibility: {platform: hbp_nrp}``.
+Their ``experiment.yaml`` declares it: ``compatibility: {platform: hbp_nrp}``.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ RESOURCES = "resources"
 
 
 class Options(Section):
-    """The platform options of an experiment, besides names and modules."""
+    """The platform options of an experiment, except names and modules."""
 
     nest_units: bool = False
     """Whether transfer functions set devices in pA, nS and pF, as where NEST is used without PyNN."""

@@ -31,7 +31,7 @@ class Spawned:
 
     Args:
         name: its name.
-        file: its file, None if it is not there.
+        file: its file, or None if it is missing.
         pose: where it is spawned.
         element: the node that spawns it.
     """

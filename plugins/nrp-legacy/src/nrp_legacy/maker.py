@@ -1,4 +1,4 @@
-"""Make the parts of an experiment of the platform; parts that cannot be made are left out and reported."""
+"""Make the parts of an experiment of the platform; omit and report parts that cannot be made."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
         return self.shared_topics.in_model(with_sliding_base(model, sources, others))
 
     def codes(self, experiment: Experiment) -> Iterator[str]:
-        """Yield the code of all functions and machines, as it stands there."""
+        """Yield the code of all functions and machines, unchanged."""
         yield from self._codes(experiment)
         for path in self.machines:
             yield code.Source.of_file(path).text
@@ -138,7 +138,7 @@ class ShimmedMaker(Maker, Participant[Run], ABC):
         return sorted(functions, key=lambda function: function.flow is Flow.ROBOT_TO_NEURON)
 
     def _all_notes(self) -> Iterator[Finding]:
-        """Yield each note once, then the files that are not where the experiment says."""
+        """Yield each note once, then the files that are missing at their path."""
         yield from dict.fromkeys(self._notes)
         for name, path in self.library.elsewhere.items():
             message = f"there is no '{name}': '{relpath(path, self.library.folder)}' is used"
@@ -206,7 +206,7 @@ def _tree(path: Path) -> ast.Module:
 
 
 def _lacking(finding: Finding) -> Finding:
-    """Return a finding about a room, in which an actor is left out, not altered."""
+    """Return a finding about a room, in which an actor is omitted, not altered."""
     if finding.subject != "actor":
         return finding
     return replace(
@@ -222,7 +222,7 @@ class LegacyMaker(ShimmedMaker):
         library: the search path for files.
         machines: its state machines.
         notes: notes from reading it.
-        launch: the element with a launch file if nothing else names a robot.
+        launch: the element with a launch file if no other element names a robot.
     """
 
     def __init__(

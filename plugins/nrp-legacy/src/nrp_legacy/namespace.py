@@ -58,12 +58,12 @@ class Namespace:
     """One module that all transfer functions of an experiment share.
 
     Args:
-        notes: receives a note about each part left out.
+        notes: receives a note about each omitted part.
         library: the search path for files that code names.
         folders: the folders whose modules can be imported.
         nest_units: whether devices are set in the units of NEST.
         seed: the seed of random numbers in code.
-        network: the brain, None if it is not known yet.
+        network: the brain; None before it is built.
         parameters: the values that ``nrp.parameter`` returns.
 
     Attributes:

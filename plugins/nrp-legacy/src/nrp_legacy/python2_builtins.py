@@ -126,7 +126,7 @@ def _only(value: Any) -> Any:
 
 
 def reload(module: Any) -> Any:
-    """Return a module as it is."""
+    """Return a module unchanged."""
     return module
 
 

@@ -48,7 +48,7 @@ def read_exc(path: Path, overrides: Sequence[str] = ()) -> Experiment:
         overrides: ``dotted.key=value`` of our own format; ``models=[DIR]`` sets the folders of models.
 
     Raises:
-        InvalidExperimentError: the files are not XML, or nothing says how brain and body connect.
+        InvalidExperimentError: the files are not XML, or no file connects brain and body.
     """
     return _read(lambda: _Reading(path.resolve(), overrides).experiment())
 

@@ -1,6 +1,6 @@
 """Robots that fall over, fly away or are thrown at the start: a run in which one does is not complete.
 
-Experiments of the platform have no criteria, so nothing else says that the robot did not do what it should.
+Experiments of the platform have no criteria, so no other check reports that the robot failed.
 """
 
 from __future__ import annotations

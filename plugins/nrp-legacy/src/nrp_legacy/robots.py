@@ -1,4 +1,4 @@
-"""Robots with plugins of their own: the iCub's, and drives for which there is no known plugin.
+"""Robots with special plugins: the iCub's, and drives without a known plugin.
 
 A legged robot had its own walking controller, which was not in its file. Here its body slides as commanded,
 without friction, and its legs keep their initial posture. The iCub has two plugins: one holds its joints in a
@@ -160,7 +160,7 @@ def with_sliding_base(model: Model, sources: Iterable[str], others: Collection[s
 
 
 def _topic_for(name: str, sources: Iterable[str], others: Collection[str]) -> str | None:
-    """Return the first topic of velocities for a robot; None if there is none."""
+    """Return the first topic of velocities for a robot, or None."""
     topics = [found["topic"] for source in sources for found in _COMMANDED.finditer(source)]
     meant = (topic for topic in topics if not others or topic.split("/")[0] == name)
     return next((f"/{topic}" for topic in meant), None)

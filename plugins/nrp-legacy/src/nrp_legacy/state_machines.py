@@ -25,7 +25,7 @@ from nrp_legacy.shims.steps import Task
 
 
 def check_machine(machine: Any) -> Iterator[tuple[Code, str]]:
-    """Yield a code and a sentence for each thing in a machine, and in those within it, that leads nowhere."""
+    """Yield a code and a sentence for each dead end in a machine and in the machines within it."""
     if not isinstance(machine, StateMachine):
         return
     states = machine._states

@@ -3,7 +3,7 @@
 Two robots of one model would have one camera topic. The first robot keeps the name. For further robots the
 robot's name comes before it; commands go to all of them. Functions read commands to a robot, and publish on
 topics that the robot publishes. Topics also have the names of other versions of the platform, and command
-joints for which there is no known plugin.
+joints without a known plugin.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def redirect_topics(functions: Sequence[TransferFunction], world: World, aliases
     Args:
         functions: the transfer functions, not bound.
         world: the world.
-        aliases: the topics that further names stand for.
+        aliases: the topics by their further names.
     """
     redirect = _Redirection(world, aliases)
     for function in functions:
@@ -236,7 +236,7 @@ def _states(name: str, world: World) -> str | None:
 
 
 def _differ_by_prefix(name: str, served: str) -> bool:
-    """Whether two names agree once the first part of one of them, or of both, is left out."""
+    """Whether two names agree once the first part of one of them, or of both, is omitted."""
     name_rest, served_rest = _without_prefix(name), _without_prefix(served)
     if not served_rest:
         return False
@@ -253,7 +253,7 @@ Part = TypeVar("Part")
 
 
 class SharedTopics:
-    """The topics of one scene, as its models come.
+    """The topics of one scene, added with its models.
 
     Attributes:
         names: the topics that several parts would publish.

@@ -138,7 +138,7 @@ class _Cell:
         return receptors
 
     def _effect(self, port: str) -> str:
-        """Return what a spike of a port does, or an empty text."""
+        """Return the effect of a spike at a port, or an empty text."""
         if port in self._dynamics.kernels:
             kernel = self._dynamics.kernels[port]
             if len(kernel.jumps) != 1:
@@ -155,7 +155,7 @@ class _Cell:
         return f"{variable} += ({self._final(factor)})*weight" + (" (also refractory)" if is_added else "")
 
     def _parameters(self, texts: dict[str, Any]) -> dict[str, str]:
-        """Return the defaults; a limit that is infinite and has no effect is left out."""
+        """Return the defaults; a limit that is infinite and has no effect is omitted."""
         written = " ".join(map(str, texts.values()))
         found = {}
         for name in self._given.parameters:

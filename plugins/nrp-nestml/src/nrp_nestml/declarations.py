@@ -41,7 +41,7 @@ class Declarations:
         model: NESTML's syntax tree.
 
     Attributes:
-        units: the units of parameters, internals and variables, as they are written.
+        units: the units of parameters, internals and variables, as written.
         ports: the input ports.
         writer: writes expressions with these names.
         parameters, internals, initial: texts of values.

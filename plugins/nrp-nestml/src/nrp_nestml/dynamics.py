@@ -22,7 +22,7 @@ class Dynamics:
         kernels: the kernel of each port that has one.
         rates: the derivative of each variable, in its unit in a ms.
         inlines: expressions with a name.
-        pulses: the variable, and what a spike adds to it, of each port whose spikes are pulses in a rate.
+        pulses: the variable and its increment per spike, for each port whose spikes are pulses in a rate.
     """
 
     def __init__(self, model: Any, given: Declarations) -> None:

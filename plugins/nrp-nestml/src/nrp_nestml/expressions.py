@@ -110,7 +110,7 @@ class Writer:
         return f"{_FUNCTIONS[name]}({', '.join(texts)})"
 
     def _unit(self, text: str, node: Any) -> str:
-        """Return the number that stands for a unit, such as 1000.0 for ``s``."""
+        """Return the factor of a unit, such as 1000.0 for ``s``."""
 
         def factor(match: re.Match[str]) -> str:
             if not _UNIT.fullmatch(match[0]):
@@ -121,7 +121,7 @@ class Writer:
 
 
 def substituted(text: str, values: dict[str, str]) -> str:
-    """Return a text with expressions in the place of names, as often as they have names in turn."""
+    """Return a text with names replaced by expressions, recursively."""
     if not values:
         return text
     pattern = re.compile(rf"\b({'|'.join(map(re.escape, values))})\b(?!\s*\()")

@@ -1,4 +1,4 @@
-"""The functions that a model defines, as texts to put in the place of their calls."""
+"""The functions that a model defines, as texts that replace their calls."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from nrp_nestml.expressions import Writer, plain, substituted
 
 
 def read_functions(functions: list[Any], writer: Writer) -> None:
-    """Let a writer know functions, those first that others call.
+    """Register functions with a writer, called ones before their callers.
 
     Raises:
         NestmlError: a function calls itself, or has more than local values and a result.

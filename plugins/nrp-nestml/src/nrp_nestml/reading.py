@@ -52,7 +52,7 @@ def read(path: Path) -> Any:
 
 
 def _reported(said: str) -> str:
-    """Return the first mistake that NESTML's parser has written, with its line; empty if there is none."""
+    """Return the first mistake that NESTML's parser has reported, with its line, or an empty text."""
     found = _REPORT.search(said)
     if found is None:
         return ""

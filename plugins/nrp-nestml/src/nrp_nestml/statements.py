@@ -19,7 +19,7 @@ _MILLISECOND: Final = re.compile(r"\*\s*(?:1(?:\.0*)?\s*)?ms\b")
 
 @dataclass
 class Behaviour:
-    """What a model does besides its equations.
+    """The behaviour of a model that its equations do not describe.
 
     Args:
         held: variables that stay in the refractory period.
@@ -28,11 +28,11 @@ class Behaviour:
         previous: variables that hold the value of another one before the step.
         rates: rates of variables that an update multiplies by ``exp(-step/tau)``.
         counter: the variable that counts the steps since the last spike.
-        shares: expressions in the place of variables that an update computes.
+        shares: expressions that replace variables that an update computes.
         timer: the variable that counts the refractory period down.
         is_counted: whether it counts steps, instead of being integrated.
         period: the text of its start value.
-        waits: the condition in which there is no spike, where it is not a period.
+        waits: the condition that prevents spikes, if it is not a period.
         threshold: the condition for a spike.
         reset: assignments.
         runs: variables that are integrated outside of the refractory period.
@@ -105,7 +105,7 @@ class Reader:
                 self._assigned(statement.small_stmt)
 
     def received(self, port: str, body: Any) -> None:
-        """Read what a spike does, which may be nothing in the refractory period."""
+        """Read the effect of a spike, which may be none in the refractory period."""
         if port not in self._ports:
             raise NestmlError(f"{at(body)}: there is no spike port '{port}'; there are: {self._named()}")
         statements = body.get_stmts()

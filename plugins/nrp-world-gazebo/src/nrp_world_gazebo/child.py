@@ -44,7 +44,7 @@ class Child:
 
     @property
     def ended(self) -> bool:
-        """Whether it has ended by itself."""
+        """Whether it has exited on its own."""
         return self._process.poll() is not None
 
     def how(self, timeout: float = 0.0) -> str:

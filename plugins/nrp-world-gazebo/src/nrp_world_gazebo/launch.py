@@ -29,7 +29,7 @@ def command_line(
     Args:
         options: the options of the backend.
         world: the world file.
-        folders: the folders that it needs, with the one of the world file.
+        folders: the folders that it needs, including the world file's.
         draws: whether it draws images; then it begins paused, until its renderer is ready.
 
     Raises:

@@ -35,7 +35,7 @@ class Moving:
 
 
 class Hinged:
-    """A frame on a body that moves on a joint, at the pose that the position of the joint says.
+    """A frame on a body that moves on a joint, at the pose that the joint's position determines.
 
     ODE's joints give way by some micrometres; the reported poses of links do not.
 

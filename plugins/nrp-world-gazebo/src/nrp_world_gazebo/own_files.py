@@ -26,7 +26,7 @@ _FILES = {"mesh", "script", "heightmap", "texture", "image"}
 
 
 class NotOwnError(Exception):
-    """A model cannot reach Gazebo as its file has it; the message is a clause that says why."""
+    """A model's file cannot be passed to Gazebo unchanged; the message is a clause with the reason."""
 
 
 def own_sdf(model: Model, bodies: Sequence[Body]) -> Xml:

@@ -135,12 +135,12 @@ class Gazebo:
         self.refresh()
 
     def refresh(self) -> None:
-        """Do what is pending and read the state."""
+        """Send pending operations and read the state."""
         if self._stale:
             self.ask(b"")
 
     def ask(self, query: bytes) -> memoryview:
-        """Do what is pending, read the state, and return the answer to a query.
+        """Send pending operations, read the state, and return the answer to a query.
 
         Raises:
             SimulationError: Gazebo has ended, does not answer or refuses.

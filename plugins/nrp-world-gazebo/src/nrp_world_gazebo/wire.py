@@ -39,7 +39,7 @@ def operation(letter: str, *numbers: int, values: Iterable[float] = ()) -> bytes
 
 
 def named(letter: str, name: str, values: Iterable[float]) -> bytes:
-    """Return an operation on a thing that is known by its name."""
+    """Return an operation on an object that is identified by its name."""
     text, row = name.encode(), [float(value) for value in values]
     return struct.pack(f"<cI{len(text)}s{len(row)}d", letter.encode(), len(text), text, *row)
 

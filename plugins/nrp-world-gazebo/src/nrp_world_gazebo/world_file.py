@@ -1,4 +1,4 @@
-"""The world that Gazebo loads: its models in files of their own, and what the experiment adds."""
+"""The world that Gazebo loads: its models in separate files, and the experiment's additions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The episodes of an environment, one after the other."""
+"""The episodes of an environment, in sequence."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Episodes:
     Args:
         env: the environment.
         seed: the seed of the first episode; the generator of the environment continues in later ones.
-        holds: whether the environment stays as it is after the first episode instead.
+        holds: whether the environment instead keeps its state after the first episode.
 
     Attributes:
         env: the environment.

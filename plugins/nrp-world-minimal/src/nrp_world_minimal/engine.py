@@ -109,7 +109,7 @@ def way_out(mine: FloatArray, theirs: FloatArray) -> FloatArray:
         theirs: corners of others, shape ``(n, 4, 2)``.
 
     Returns:
-        The move out of the one with the deepest overlap, shape ``(2,)``; 0 if there is none.
+        The move out of the one with the deepest overlap, shape ``(2,)``; 0 without overlap.
     """
     rectangles = np.concatenate([theirs, np.broadcast_to(mine, theirs.shape)], axis=1).reshape(-1, 2, 4, 2)
     sides = rectangles[:, :, (1, 3)] - rectangles[:, :, :1]  # two axes of each rectangle

@@ -37,7 +37,7 @@ class Body:
     Args:
         world: the world.
         node: in ROS.
-        tell: is told of warnings, and when nobody in ROS is found; None: somebody is there, who calls no
+        tell: receives warnings, also when no ROS node is found; None: a node exists that calls no
             services.
 
     Attributes:

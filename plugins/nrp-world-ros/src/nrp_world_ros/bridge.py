@@ -76,7 +76,7 @@ class Calls:
     Args:
         world: the world that answers them.
         node: in ROS.
-        warnings: are told of failed calls in a ROS that does not tell the caller.
+        warnings: receive failed calls in a ROS that does not report them to the caller.
 
     Attributes:
         services: their names.
@@ -171,7 +171,7 @@ class Bridge(Closing):
         world: the world.
         node: in ROS.
         publish: publishes a message in the world.
-        tell: is told of warnings, and when nobody in ROS is found; None: somebody is there, who calls no
+        tell: receives warnings, also when no ROS node is found; None: a node exists that calls no
             services.
 
     Attributes:
@@ -202,7 +202,7 @@ class Bridge(Closing):
         self._sent_ns = -1
 
     def check(self) -> None:
-        """Check the connection to ROS, and whether anybody is there; tell new warnings.
+        """Check the connection to ROS, and whether any node exists; report new warnings.
 
         Raises:
             SimulationError: it was lost.

@@ -1,4 +1,4 @@
-"""A scene whose body is behind ROS: sensor data come from topics, commands go to topics."""
+"""A scene whose body is reached by ROS: it sends sensor data on topics and receives commands on topics."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class ModelPoses:
         return self._motions[model]
 
     def note(self, motions: Mapping[str, ModelMotion]) -> None:
-        """Set states of models that are known from elsewhere."""
+        """Set states of models from another source."""
         self._motions.update(motions)
 
     def take(self, topic: str, message: Any) -> None:
@@ -118,7 +118,7 @@ class Post(Protocol):
     """Transfers messages between parts and ROS."""
 
     def is_heard(self, topic: TopicInfo) -> bool:
-        """Return whether the messages of an outgoing topic are passed on as they come."""
+        """Return whether the messages of an outgoing topic are passed on at once."""
 
     def attend(self, topics: Iterable[TopicInfo], subscribed: frozenset[str]) -> None:
         """Subscribe to those of the topics that are subscribed to here."""
@@ -181,12 +181,12 @@ _HANDED_OVER_S = 0.1
 
 
 class RosEngine(Engine):
-    """A body behind ROS. Poses of its models come from ``/gazebo/model_states``, or from odometry.
+    """A body behind ROS. It reads poses of models from ``/gazebo/model_states`` or from odometry.
 
     It also transfers messages for its parts, see :class:`~nrp_world_ros.engine.Post`.
 
     Raises:
-        BackendLoadError: ROS is not installed, or there is no master.
+        BackendLoadError: ROS is not installed, or no master was found.
     """
 
     def __init__(self, scene: Scene, seed: int, capabilities: WorldCapabilities, options: RosOptions) -> None:

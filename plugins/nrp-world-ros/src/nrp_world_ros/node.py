@@ -56,7 +56,7 @@ class Inbox:
             self._changed.notify_all()
 
     def wake(self) -> None:
-        """Let a :meth:`wait` do at once what it does meanwhile."""
+        """Let a :meth:`wait` perform its periodic work at once."""
         with self._changed:
             self._called = True
             self._changed.notify_all()
@@ -75,14 +75,14 @@ class Inbox:
         return queue[-1] if queue else None
 
     def has(self, sender: str, counts: Mapping[str, int]) -> bool:
-        """Return whether these numbers of messages have come from a node since the last :meth:`take`."""
+        """Return whether these numbers of messages have arrived from a node since the last :meth:`take`."""
         return all(self._counts[sender, topic] >= count for topic, count in counts.items())
 
     def wait(self, arrived: Callable[[], bool], timeout_s: float, meanwhile: Callable[[], None]) -> bool:
-        """Wait for messages; return whether they have come.
+        """Wait for messages; return whether they have arrived.
 
         Args:
-            arrived: returns whether they have come.
+            arrived: returns whether they have arrived.
             timeout_s: maximum waiting time, s.
             meanwhile: called a few times a second; its exceptions end the waiting.
         """

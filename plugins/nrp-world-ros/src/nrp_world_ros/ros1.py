@@ -105,7 +105,7 @@ class Ros1Node(Node):
         queue: queue length for a slow subscriber, beyond which the oldest messages are lost; 0: unlimited.
 
     Raises:
-        BackendLoadError: rospy is not installed, or there is no master.
+        BackendLoadError: rospy is not installed, or no master was found.
     """
 
     tool = "rostopic"

@@ -102,7 +102,7 @@ class Turns:
         Args:
             timeout_s: maximum waiting time, s.
             after_ns: minimum time of the message, ns.
-            heard: the topics subscribed to here; None: all that the other side names.
+            heard: the topics subscribed to here; None: all topics of the other side.
             meanwhile: called a few times a second.
 
         Returns:
@@ -163,7 +163,7 @@ class Timekeeper(ABC):
 
     @abstractmethod
     def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
-        """Wait until ``t_ns``, and until the messages sent by then have come.
+        """Wait until ``t_ns``, and until the messages sent by then have arrived.
 
         Args:
             t_ns: the time to wait for.

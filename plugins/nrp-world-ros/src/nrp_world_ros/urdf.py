@@ -48,7 +48,7 @@ def urdf(model: Model) -> str:
     """Return a robot as URDF, with the names of its frames on ``/tf``.
 
     Raises:
-        SceneError: URDF cannot say how its links are joined.
+        SceneError: URDF cannot express its joints.
     """
     robot = Element("robot", name=model.name)
     for link in model.links:

@@ -1,4 +1,4 @@
-"""Changes of a tree of nodes; each makes a new tree and leaves the old one as it is."""
+"""Changes of a tree of nodes; each makes a new tree and does not modify the old one."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Changes(ABC):
     """The commands that fit every model that is drawn.
 
     Args:
-        model: the model as it is.
+        model: the present model.
 
     Attributes:
-        model: the model as it is now.
-        selected: the path of what was made last, which the page then shows.
+        model: the present model.
+        selected: the path of the newest part, which the page then shows.
     """
 
     def __init__(self, model: Any) -> None:
@@ -35,7 +35,7 @@ class Changes(ABC):
                 "move": self.move, "copy": self.copy}  # fmt: skip
 
     def set(self, path: str, field: str, text: str | None) -> None:
-        """Give a value, as it stands in XML; None or an empty text is the default, if there is one.
+        """Set a value, as in XML; None or an empty text sets the default, if it has one.
 
         A new name is also written where others refer to it.
         """
@@ -59,7 +59,7 @@ class Changes(ABC):
         self.model = replaced(self.model, path, self._make(path, kind, **kept))
 
     def add(self, path: str, field: str, type: str | None = None) -> None:  # noqa: A002  likewise
-        """Add a new node at the end of a list, or where there is none yet."""
+        """Append a new node to a list, or set an empty feature to it."""
         node = at(self.model, path)
         feature = feature_of(node, field)
         if isinstance(feature.of, Value):
@@ -113,7 +113,7 @@ class Changes(ABC):
 
     @abstractmethod
     def _free_name(self, path: str, wanted: str) -> str:
-        """Return a name that is free at a place, near a wanted one."""
+        """Return a free name at a place, similar to a requested one."""
 
     @abstractmethod
     def _renamed(self, path: str, before: str, after: str) -> None:
@@ -121,12 +121,12 @@ class Changes(ABC):
 
     @abstractmethod
     def _left(self, owner: str) -> str | None:
-        """Return what is shown when something of an owner was removed."""
+        """Return the part to show after a part of an owner was removed."""
 
     # --
 
     def _feature_at(self, path: str) -> Feature:
-        """Return the feature that holds what is at a path."""
+        """Return the feature that holds the node at a path."""
         owner, _, last = path.rpartition("/")
         if last.isdigit():
             owner, _, last = owner.rpartition("/")

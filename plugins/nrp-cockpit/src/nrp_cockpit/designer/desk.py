@@ -32,7 +32,7 @@ class Desk:
 
     Attributes:
         shown: the drawing that the page shows.
-        original: the experiment as it was before somebody drew a brain for it.
+        original: the experiment before a brain was drawn for it.
     """
 
     def __init__(self, session: LiveSession) -> None:
@@ -58,7 +58,7 @@ class Desk:
 
     @property
     def functions(self) -> Document:
-        """The drawing of transfer functions, between what is there for them now."""
+        """The drawing of transfer functions, between the present brain and world."""
         if self._functions is None:
             files = [Path(name) for name in self._session.functions.files]
             models = [path for path in files if path.suffix == ".bibi"] or files
@@ -120,11 +120,11 @@ class Desk:
         self._shown = None
 
     def show_brain(self) -> None:
-        """Show the brain: the drawing of one that is there, or that of the run."""
+        """Show the brain: its existing drawing, or that of the run."""
         self._show_brain(self._brain.path if self._brain else self._built)
 
     def draw_brain(self) -> None:
-        """Show a new drawing of a brain, or go on with the one that was begun."""
+        """Show a new drawing of a brain, or continue with an unfinished one."""
         names = (NEW_BRAIN if i == 1 else NEW_BRAIN.replace(".", f"_{i}.") for i in count(1))
         paths = (self.place_of(name) for name in names)
         self._show_brain(next(
@@ -169,7 +169,7 @@ class Desk:
         }
 
     def _around(self) -> Surroundings:
-        """Return what functions are drawn between; a drawn brain is there before it runs."""
+        """Return the brain and world between which functions are drawn; a drawn brain need not run."""
         brain = self.new_brain
         if brain is None or not brain.is_drawn:
             return self._surroundings
@@ -187,7 +187,7 @@ def _model_of(name: str, text: str) -> Bibi:
 
 
 def _script_at(path: Path) -> str:
-    """Return the text of a script, empty where there is none that can be read."""
+    """Return the text of a script; empty if it cannot be read."""
     try:
         return read_text(path) if path.suffix == ".py" else ""
     except ExperimentError:

@@ -52,7 +52,7 @@ class Document(Drawing):
 
     @property
     def model(self) -> Bibi:
-        """The model as it is now."""
+        """The present model."""
         model: Bibi = self.state.model
         return model
 

@@ -35,13 +35,13 @@ class Drawing(ABC):
 
     Args:
         path: where it is saved; the file need not exist.
-        model: the model as it is in the file.
+        model: the model in the file.
 
     Attributes:
         path: where it is saved.
         origin: the file that it was read from, None: it is new.
-        selected: the path of what the last command made.
-        notes: what people should know before they save.
+        selected: the path of the part that the last command made.
+        notes: remarks for the user before saving.
     """
 
     origin: Path | None = None
@@ -58,7 +58,7 @@ class Drawing(ABC):
 
     @property
     def state(self) -> State:
-        """The state as it is now."""
+        """The present state."""
         return self._states[self._now]
 
     @property
@@ -89,12 +89,12 @@ class Drawing(ABC):
         """Take the model of a text.
 
         Raises:
-            ExperimentError: it says no model; the error has the line.
+            ExperimentError: the text is not a model; the error has the line.
         """
 
     @abstractmethod
     def data(self) -> dict[str, Any]:
-        """Return what the page draws: boxes, wires, the model, and its texts."""
+        """Return the data that the page draws: boxes, wires, the model, and its texts."""
 
     @abstractmethod
     def fits(self, source: str) -> dict[str, str | None]:
@@ -112,7 +112,7 @@ class Drawing(ABC):
         """Write the file, unless it is not as the designer has read or written it.
 
         Raises:
-            ExperimentError: somebody else has changed it, or it cannot be written.
+            ExperimentError: the file was changed elsewhere, or it cannot be written.
         """
         if _on_disk(self.path) != self._on_disk:
             raise ExperimentError(

@@ -61,7 +61,7 @@ class Fresh:
         return kind(**given, **{feature.field: self._first(kind, feature) for feature in needed})
 
     def name(self, wanted: str) -> str:
-        """Return an unused name for a part, similar to the wanted one."""
+        """Return an unused name for a part, similar to the requested one."""
         plain = re.sub(r"\W+", "_", wanted).strip("_") or "name"
         plain = f"_{plain}" if plain[0].isdigit() else plain
         taken = set(self._taken())

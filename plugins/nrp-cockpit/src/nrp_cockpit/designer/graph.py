@@ -97,7 +97,7 @@ class Graph:
             yield self._device_row(returned, f"{path}/return_value", path, function.name)
 
     def _python_rows(self, code: str, path: str) -> Iterator[dict[str, Any]]:
-        """Yield what the decorators of Python functions connect, and add the wires."""
+        """Yield the ends of the decorators of Python functions, and add the wires."""
         found = connections(code)
         several = len({one.function for one in found}) > 1
         for place, one in enumerate(found):
@@ -120,7 +120,7 @@ class Graph:
             }  # fmt: skip
 
     def _topics_of(self, one: Connection) -> list[str]:
-        """Return the topics of a connection, and note them; an f-string stands for all that fit."""
+        """Return the topics of a connection, and record them; an f-string represents all that match."""
         parts = re.split(r"\{[^}]*\}", one.target) if one.is_pattern else [one.target]
         fits = re.compile("[^/]+".join(map(re.escape, parts)))
         found = [name for name in self._surroundings.topics if fits.fullmatch(name)] or [one.target]

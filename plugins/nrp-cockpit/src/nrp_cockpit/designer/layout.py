@@ -110,7 +110,7 @@ def layout_path(model: Path) -> Path:
 
 
 def read_layout(model: Path) -> tuple[dict[str, tuple[float, float]], str]:
-    """Return the layout beside a model, and what is wrong with its file; it is empty without one."""
+    """Return the layout beside a model, empty without a file, and the mistakes in the file."""
     path = layout_path(model)
     try:
         return _positions(json.loads(path.read_text(encoding="utf-8"))), ""

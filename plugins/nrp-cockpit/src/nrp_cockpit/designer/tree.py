@@ -61,7 +61,7 @@ def parent_of(path: str) -> str:
 
 
 def function_of(path: str) -> str:
-    """Return the path of the transfer function that contains a part; empty if there is none."""
+    """Return the path of the transfer function that contains a part; empty if none does."""
     steps = _steps(path)
     return "/".join(steps[:2]) if steps[:1] == [FUNCTIONS] and len(steps) > 1 else ""
 

@@ -36,7 +36,7 @@ class Trying:
         self._checking = threading.Lock()
 
     def check(self) -> Found:
-        """Return what is wrong with the drawing that is shown, and with the experiment that has it."""
+        """Return the mistakes in the present drawing, and in the experiment with it."""
         shown, brain = self._desk.shown, self._desk.new_brain
         if isinstance(shown, BrainDocument):
             found = brain_findings(shown.brain, shown.path) if shown.is_drawn else []
@@ -48,7 +48,7 @@ class Trying:
         return located(document.model, document.path, self._checked(brain, document))
 
     def run(self) -> dict[str, Any]:
-        """Let the session run from its beginning with what is drawn; return what keeps it from that."""
+        """Restart the session with the drawing; return the mistakes that prevent it."""
         document, brain, session = self._desk.functions, self._desk.new_brain, self._session
         if brain is not None and not brain.is_saved:
             raise ExperimentError(f"save {brain.path.name} first: a run reads its brain from the file")

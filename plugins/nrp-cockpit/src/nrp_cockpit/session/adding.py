@@ -37,7 +37,7 @@ class Adding:
         self._run = run
 
     def models(self) -> dict[str, Any]:
-        """Return the names of what can be added: shapes, and models by their files or folders."""
+        """Return the names of the models that can be added: shapes, and models by their files or folders."""
         return {"models": [*SHAPES, *self._files()]}
 
     def add(self, model: str, position: Sequence[float], size_m: float = 0.5) -> dict[str, Any]:
@@ -118,7 +118,7 @@ def _shape(kind: str, name: str, pose: Pose, size_m: float) -> Model:
 
 
 def _standing(model: Model) -> Model:
-    """Return a model whose lowest point is at the height of its pose; a static one is as its file says."""
+    """Return a model whose lowest point is at the height of its pose; a static model does not change."""
     if model.static:
         return model
     try:

@@ -23,7 +23,7 @@ class Beside(LiveSession):
         lead: the session that it follows, which owns the thread.
         label: its name on the page.
         lead_label: the name of the leading run on the page.
-        functions: its transfer functions; by default as they are on disk.
+        functions: its transfer functions; by default those on disk.
 
     Attributes:
         difference: the difference between the two.

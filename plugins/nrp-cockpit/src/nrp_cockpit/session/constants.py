@@ -23,7 +23,7 @@ class Number:
         value: its value; None: cells have different ones.
         low, high: the ends of its slider; values beyond them are possible.
         whole: whether it is an integer.
-        note: its unit, or what its comment says.
+        note: its unit, or the text of its comment.
     """
 
     name: str

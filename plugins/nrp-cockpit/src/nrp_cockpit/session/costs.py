@@ -40,7 +40,7 @@ class Costs:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was measured."""
+        """Delete the measurements."""
         account = self._loop.account
         self._calls_before, self._before_ns = dict(account.function_calls), dict(account.function_ns)
         self._calls_seen, self._seen_ns = dict(self._calls_before), dict(self._before_ns)

@@ -26,7 +26,7 @@ LANGUAGES = {".py": "python", ".bibi": "bibi", ".xml": "bibi"}
 
 
 class Functions:
-    """The transfer functions of a run and the files that they come from.
+    """The transfer functions of a run and their files.
 
     Edited files run from drafts; the files on disk stay unchanged until they are saved.
 
@@ -68,7 +68,7 @@ class Functions:
         self._files.setdefault(str(path), path)
 
     def files_with(self, path: Path, instead_of: Collection[Path]) -> dict[str, Path]:
-        """Return the files as they would be with another one in place of some."""
+        """Return the files with some of them replaced."""
         kept = {name: one for name, one in self._files.items() if one not in instead_of}
         return {**kept, str(path): path}
 
@@ -81,7 +81,7 @@ class Functions:
         return {"functions": functions, "files": [self._file_data(name) for name in self._there()]}
 
     def doubt(self) -> None:
-        """Let the problems of the run include what a check of it doubts, if it was opened without one."""
+        """Add the findings of a check to the problems of the run, if it was opened without a check."""
         self._note(_findings(self._run.experiment))
 
     def close(self) -> None:
@@ -132,7 +132,7 @@ class Functions:
             Whether they are applied, and the findings that prevent it.
 
         Raises:
-            ExperimentError: the run has another text than one of ``base``, because somebody else changed it.
+            ExperimentError: the run has another text than one of ``base``, because another client changed it.
         """
         self._require_base(base)
         there = self._files if there is None else there
@@ -164,7 +164,7 @@ class Functions:
             self.drafts.remove(experiment.transfer_functions)
 
     def revert(self) -> None:
-        """Continue the run with its files as they are on disk."""
+        """Continue the run with the files on disk."""
         on_disk = _on_disk(self._files)
         self._change({name: self._files[name] for name in on_disk})
         self._running = self._saved = on_disk
@@ -282,7 +282,7 @@ def _require(names: Iterable[str], there: Mapping[str, Path]) -> None:
 
 
 def _on_disk(files: Mapping[str, Path]) -> dict[str, str]:
-    """Return the texts of files as they are on disk, but of those that cannot be read."""
+    """Return the texts of files on disk, without files that cannot be read."""
     texts = {}
     for name, path in files.items():
         with suppress(OSError, UnicodeDecodeError):
@@ -314,7 +314,7 @@ _ATTEMPTS = 5
 
 
 def _again(call: Callable[[], T]) -> T:
-    """Return what a call returns that parses Python, which Python 3.11 cannot do in two threads at once.
+    """Call a function that parses Python, which Python 3.11 cannot do in two threads at once.
 
     It then raises a SystemError in one of them: https://github.com/python/cpython/issues/106905.
     """

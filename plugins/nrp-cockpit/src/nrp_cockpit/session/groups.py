@@ -21,7 +21,7 @@ def groups_data(views: Mapping[str, Mapping[str, Any]], sizes: Mapping[str, int]
     """Return the named groups, each with ranges of its cells by population.
 
     ``own`` holds the cells that are drawn as the group's: a cell in several groups belongs to the smallest,
-    so that a group that consists of smaller ones has none. Other names of a whole population are left out.
+    so that a group that consists of smaller ones has none. Other names of a whole population are omitted.
 
     Args:
         views: ranges of cells by population, by name.
@@ -50,7 +50,7 @@ def _parts(groups: Mapping[str, Mapping[str, Any]], label: str, size: int) -> tu
 
 
 def connections(network: Network) -> dict[str, Any]:
-    """Count the synapses between the groups of cells, as they are at the beginning.
+    """Count the initial synapses between the groups of cells.
 
     Returns:
         ``parts``: population and group of each part of the brain; the group is None for the cells in no

@@ -34,7 +34,7 @@ class Layout:
     the folder of an experiment is shared.
 
     Args:
-        path: the file of the preset; None: there is none, and nothing is saved.
+        path: the file of the preset; None: do not save it.
         channels: the channels that the page can plot.
     """
 
@@ -69,7 +69,7 @@ class Layout:
         _write(self._own, layout)
 
     def preset(self, layout: dict[str, Any]) -> None:
-        """Write the preset, which is what the user has from then on.
+        """Write the preset, which the user's page then uses.
 
         Raises:
             ExperimentError: it is none, or the folder cannot be written.
@@ -84,7 +84,7 @@ class Layout:
         return self.load()
 
     def _flaws(self, curve: Curve) -> Iterator[tuple[str, str]]:
-        """Yield what a curve asks for that the run does not offer, with the key that does."""
+        """Yield the curves that the run cannot show, with the key that requests each."""
         topic, path = curve.topic, curve.path
         if topic.startswith(_DEVICES) and not any(each.topic.startswith(_DEVICES) for each in self._channels):
             return  # there are no transfer functions yet

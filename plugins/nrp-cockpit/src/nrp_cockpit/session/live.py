@@ -35,12 +35,12 @@ class LiveSession(Session):
         run: an open run, between two steps.
         hub: of the clients.
         requests: those of the session that owns the thread, by default this one.
-        functions: the transfer functions of the run; by default as they are on disk.
+        functions: the transfer functions of the run; by default those on disk.
         files: the files that the run was read from, which its recordings keep.
 
     Attributes:
         beside: the second run that follows it, if any.
-        recording_path: the folder of the recording that goes on, if any.
+        recording_path: the folder of the current recording, if any.
         recorded_path: the folder of the last recording that has ended, if any.
     """
 
@@ -239,7 +239,7 @@ class LiveSession(Session):
         self._is_halted = True
 
     def reset(self, what: str = "all") -> None:
-        """Reset everything to time 0, or one part while time goes on."""
+        """Reset everything to time 0, or one part without changing the time."""
         if what != "brain":
             self.bodies.forget()
         if what != "all":
@@ -315,7 +315,7 @@ class LiveSession(Session):
             self.recorded_path = path
 
     def _end_recording_of_the_past(self) -> None:
-        """End the recording: time in it only goes forward."""
+        """End the recording, because its time cannot go back."""
         if self._recording is not None:
             self.reports.log(
                 "warning", f"the recording ended because the run went back in time: {self.recording_path}"

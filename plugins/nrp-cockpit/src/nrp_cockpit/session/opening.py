@@ -31,7 +31,7 @@ class Opening:
 
     Attributes:
         session: the session.
-        read_with: reads its experiment anew, as it was opened but for these overrides.
+        read_with: reads its experiment again, with these further overrides.
         on_exchange: called when the session continues with another run.
     """
 
@@ -82,7 +82,7 @@ class Opening:
         return self.read_with([*self._settings, *overrides])
 
     def reseed(self, seed: int) -> None:
-        """Begin again with another seed, and with the functions as they are.
+        """Restart with another seed and the present functions.
 
         Raises:
             CapabilityError: the edited functions cannot be used.

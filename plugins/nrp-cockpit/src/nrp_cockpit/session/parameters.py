@@ -1,4 +1,4 @@
-"""The numbers of a run that can be changed while it goes on: parameters of cells, constants of functions."""
+"""The numbers that can be changed during a run: parameters of cells, constants of functions."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Past:
         halted: returns whether a repetition should stop.
 
     Attributes:
-        due_ns: simulated time of the next automatic snapshot if nobody watches.
+        due_ns: simulated time of the next automatic snapshot if no client is connected.
     """
 
     def __init__(self, run: Run, *, can_save: bool, halted: Callable[[], bool] = lambda: False) -> None:
@@ -156,7 +156,7 @@ class Past:
             lead_ns: the time to repeat at least, if there is an earlier snapshot.
 
         Raises:
-            CapabilityError: there is no earlier snapshot.
+            CapabilityError: no earlier snapshot exists.
         """
         self._note_reach()
         now_ns = self._run.loop.now_ns
@@ -200,7 +200,7 @@ class Past:
         self._last_ns, self.due_ns = t_ns, t_ns + int(ALONE_NS * self._rarer)
 
     def _note_reach(self) -> None:
-        """Note the latest time reached, before the run goes elsewhere."""
+        """Record the latest time reached, before the run jumps to another time."""
         self._reach_ns = max(self._reach_ns, self._run.loop.now_ns)
 
     def _leave(self) -> None:
@@ -253,7 +253,7 @@ class Past:
         return moment
 
     def _let_age(self) -> None:
-        """Remove snapshots of long ago that were taken on their own and stand close to the one before."""
+        """Remove old automatic snapshots that are close to the one before."""
         recent_ns = self._run.loop.now_ns - RECENT_NS
         stays: list[Moment] = []
         for each in self._moments:

@@ -1,4 +1,4 @@
-"""A second recording beside the one that is shown, at the same time."""
+"""A second recording, shown beside the first one at the same time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.errors import ExperimentError, LifecycleError, did_you_mean
 
 
 class RecordedBeside(RecordedSession):
-    """A recording that follows the time of another one, as far as it goes.
+    """A recording that follows the time of another one, up to its own end.
 
     Args:
         folder: the folder of the recording.

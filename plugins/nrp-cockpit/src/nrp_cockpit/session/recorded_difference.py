@@ -19,7 +19,7 @@ class RecordedDifference:
 
     Args:
         one: the leading recording.
-        other: the one that follows it.
+        other: the recording that follows it.
     """
 
     def __init__(self, one: Recording, other: Recording) -> None:

@@ -1,4 +1,4 @@
-"""The description of a recorded run, apart from its messages."""
+"""The description of a recorded run, without its messages."""
 
 from __future__ import annotations
 

@@ -144,7 +144,7 @@ class Reports(ABC):
             self._reported.hub.send_json(f"/cockpit/{name}", value, self._reported.now_ns)
 
     def _measured(self, now: float, t_ns: int) -> float | None:
-        """Return the speed of time relative to the wall clock over the last seconds; None while it stands."""
+        """Return the speed of time relative to the wall clock over the last seconds; None in a pause."""
         if self._reported.state != "running":
             self._began = self._factor = None
             return None

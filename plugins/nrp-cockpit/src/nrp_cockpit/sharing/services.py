@@ -13,11 +13,11 @@ from nrp_core.errors import LifecycleError
 
 
 def with_sharing(services: Services, recorded: Callable[[], Path | None]) -> Services:
-    """Return services with the one that makes the file.
+    """Return services, including the one that makes the file.
 
     Args:
         services: the others.
-        recorded: returns the folder of the recording; None: there is none yet.
+        recorded: returns the folder of the recording, or None before it exists.
     """
 
     def share() -> dict[str, Any]:

@@ -34,7 +34,7 @@ class SharedFile:
 
     Args:
         html: the file.
-        losses: what is missing in it, a sentence for each topic.
+        losses: the omitted data, a sentence for each topic.
     """
 
     html: str
@@ -78,7 +78,7 @@ def _shared(folder: Path, session: RecordedSession, most_bytes: int) -> SharedFi
 
 
 def _about(folder: Path, session: RecordedSession, tracks: Iterable[Track]) -> bytes:
-    """Return what the page knows of the recording but its messages, packed; the page's ``About``."""
+    """Return the description of the recording for the page, packed, as its ``About``; without messages."""
     run, scenes = session.run, session.stream.scenes
     entities = scenes.entities(session.now_ns) if scenes else []
     experiment = run.experiment_data(entities) | {"file": folder.name, "may_steer": True}

@@ -36,7 +36,7 @@ class Track:
         topic: the topic.
         times_ns: their times, ascending.
         messages: their bytes.
-        every: only one of so many recorded messages is left.
+        every: the number of recorded messages of which one is kept.
         jpegs: the number of images with small losses.
     """
 
@@ -67,7 +67,7 @@ class Track:
 
     @property
     def can_be_thinned(self) -> bool:
-        """Whether it has messages that can be left out; a scene without its changes would be wrong."""
+        """Whether messages can be omitted; a scene without its changes would be wrong."""
         return bool(self.messages) and self.topic.role != Role.SCENE
 
     @property
@@ -81,7 +81,7 @@ class Track:
         return f"{name}: {self.jpegs} images are JPEG, with small losses" if self.jpegs else None
 
     def thinned(self) -> Track:
-        """Return every second message; none if these would be too rare, or are spikes, which are counted."""
+        """Return every second message; none if too few would be left, or for spikes, which are counted."""
         left = self.times_ns[::2]
         if self.topic.role == Role.SPIKES or len(left) <= _RAREST_HZ * seconds(left[-1] - left[0]) + 1:
             return Track(self.topic, [], [], every=0)
@@ -101,7 +101,7 @@ def fitted(tracks: Iterable[Track], most_bytes: int) -> list[Track]:
         most_bytes: the maximum size of all, packed.
 
     Raises:
-        ExperimentError: they do not fit without messages that can be left out.
+        ExperimentError: they do not fit even without omissible messages.
     """
     fitting = list(tracks)
     for size_of, most in ((_unpacked, MOST_UNPACKED_BYTES), (_packed, most_bytes)):

@@ -1,4 +1,4 @@
-"""What can be opened: installed experiments, and what a folder contains."""
+"""The gallery: installed experiments, and experiments, recordings and sweeps of a folder."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Entry:
 
 
 def gallery(folder: Path) -> list[Entry]:
-    """Return what can be opened.
+    """Return the entries that can be opened.
 
     Args:
         folder: the folder that is searched, with those below it.
@@ -65,7 +65,7 @@ def gallery(folder: Path) -> list[Entry]:
 
 
 def _results(folder: Path, depth: int) -> Iterator[Path]:
-    """Yield the recordings and the sweeps in a folder; what they contain belongs to them."""
+    """Yield the recordings and the sweeps in a folder, without those inside another one."""
     try:
         with os.scandir(folder) as found:
             inner = [one.path for one in found if one.name[:1] != "." and one.is_dir(follow_symlinks=False)]
@@ -91,7 +91,7 @@ def _entry(
     *,
     installed: bool = False,
 ) -> Entry:
-    """Return an entry with what a look at it finds: a broken one must not hide the others."""
+    """Return an entry with its details or its error, so that a broken one does not hide the others."""
     try:
         text, engines, picture = look(at)
     except NrpError as error:

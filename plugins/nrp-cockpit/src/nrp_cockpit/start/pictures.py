@@ -39,7 +39,7 @@ def own_picture(experiment: Experiment) -> Path | None:
 
 
 def picture_key(experiment: Experiment) -> str:
-    """Return a digest of what a picture depends on, equal for experiments that look the same; empty: none."""
+    """Return a digest of all that a picture shows, equal for experiments that look the same; empty: none."""
     own = own_picture(experiment)
     if own is not None:
         return _digest("own", [own])

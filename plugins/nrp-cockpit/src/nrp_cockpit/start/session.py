@@ -1,4 +1,4 @@
-"""Serves the start page, and what is chosen on it."""
+"""Serves the start page, and the session that the user chooses there."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _REST_S = 1.0
 
 
 class Served(Protocol):
-    """The interface of what is served: a session, or the page of a sweep."""
+    """The interface of a served page: a session or a sweep."""
 
     def play(self) -> None: ...
 
@@ -34,7 +34,7 @@ Open = Callable[[str, Hub, ExitStack], Served]
 
 
 class StartSession:
-    """Shows what can be opened, serves what clients choose, and is there again after it.
+    """Shows the gallery, serves the session that a client chooses, and shows the gallery again after it.
 
     Args:
         hub: of the clients.
@@ -68,7 +68,7 @@ class StartSession:
         """Do nothing: nothing is open."""
 
     def look(self) -> None:
-        """Tell clients what can be opened now."""
+        """Send clients the present gallery."""
         found = gallery(self._folder)
         self._entries = {entry.name: entry for entry in found}
         folder = str(self._folder.absolute())

@@ -193,7 +193,7 @@ class LiveStream:
                 self._open[name] = self._openers[name]()
 
     def close(self) -> None:
-        """End all observation, and forget what was sent."""
+        """End all observation, and clear the record of sent messages."""
         self._close_all()
         self._hub.forget(self._sources)
         self._hub.forget_past(self._known)
@@ -203,7 +203,7 @@ class LiveStream:
     # -- subscriptions
 
     def _follow(self) -> None:
-        """Open topics that are newly subscribed to or kept, and close all others."""
+        """Open topics that are now subscribed to or kept, and close all others."""
         hub = self._hub
         joined, self._joined, self._subscribed = self._joined, hub.joined[SCENE], hub.subscribed
         subscribed = {topic for topic in self._subscribed if topic in self._sources}

@@ -145,7 +145,7 @@ class RecordedStream:
         self._spent_ns += time.thread_time_ns() - began
 
     def _follow(self) -> None:
-        """Send the current state of newly subscribed topics."""
+        """Send the current state of new subscriptions."""
         hub = self._hub
         subscribed = {name: hub.joined[name] for name in hub.subscribed if name in self._topics}
         if subscribed != self._joined:

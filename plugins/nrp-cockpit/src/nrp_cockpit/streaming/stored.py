@@ -248,7 +248,7 @@ class StoredMessages:
         self._chunks.close()
 
     def last(self, topic: str, t_ns: int) -> Stored | None:
-        """Return the last message of a topic at or before a time; None if there is none."""
+        """Return the last message of a topic at or before a time, or None."""
         place = self._chunks.places[topic]
         end = bisect_right(place.chunks, int(np.searchsorted(self._chunks.starts, t_ns, "right")) - 1)
         for nth in range(end - 1, -1, -1):

@@ -1,4 +1,4 @@
-"""The weights of projections over time, sampled only while somebody wants them."""
+"""The weights of projections over time, sampled only while a client subscribes to them."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def weights_data(network: Network) -> Iterator[dict[str, Any]]:
 
 
 def chosen(size: int) -> FloatArray:
-    """Return the places of the synapses with a curve: all of a few, else some that are equally far apart."""
+    """Return the indices of the synapses with a curve: all of a few, else some at equal distances."""
     return np.unique(np.linspace(0, size - 1, min(size, MOST_SYNAPSES)).astype(int))
 
 
@@ -105,7 +105,7 @@ class ProjectionWeights(Signal):
 
 
 def summary(weights: FloatArray) -> FloatArray:
-    """Return the numbers of :data:`SUMMARY`; NaN if there are no weights."""
+    """Return the numbers of :data:`SUMMARY`; NaN without weights."""
     if not len(weights):
         return np.full(len(SUMMARY), np.nan)
     some = weights[:: -(-len(weights) // _MOST_SORTED)]

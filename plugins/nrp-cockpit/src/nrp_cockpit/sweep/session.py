@@ -45,7 +45,7 @@ class SweepSession:
         """Do nothing: the runs have ended, or go on in another process."""
 
     def _follow(self) -> None:
-        """Tell what is new. A file that is being replaced is read with the next look."""
+        """Send new results. A file that is being replaced is read at the next poll."""
         try:
             if self._sheet.update():
                 self._tell()

@@ -132,7 +132,7 @@ class Sheet:
             kind: ``curve``, ``heat`` or ``parallel``; by default by what varies.
 
         Raises:
-            ExperimentError: there is nothing to draw.
+            ExperimentError: the table has no values to draw.
         """
         if self._table is None:
             raise ExperimentError("no run has ended yet", path=self.folder)
@@ -150,7 +150,7 @@ class Sheet:
         return [name for name in names if name not in _LAST] or ["run"]
 
     def _command(self, row: Row) -> list[str] | None:
-        """Return the words of the command that opens a run; None if the folder does not say of what."""
+        """Return the words of the command that opens a run; None if its folder names no experiment."""
         if "source" not in self._about:
             return None
         identity = self._about["identity"]
@@ -174,7 +174,7 @@ def _rank(value: Any) -> tuple[bool, float, str]:
 
 
 def _written(value: Any) -> str:
-    """Return a cell as it is written behind ``-s key=``; a cell of several numbers was a list."""
+    """Return a cell in the form of ``-s key=``; a cell of several numbers was a list."""
     parts = str(value).split()
     if len(parts) > 1 and all(_is_number(part) for part in parts):
         return f"[{', '.join(parts)}]"

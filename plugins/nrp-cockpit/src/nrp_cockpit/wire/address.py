@@ -1,4 +1,4 @@
-"""The address of the page: what a server may be called, what is printed, and how a browser gets the token."""
+"""The address of the page: permitted host names, the printed address, and the browser's token."""
 
 from __future__ import annotations
 

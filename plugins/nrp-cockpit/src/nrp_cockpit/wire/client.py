@@ -114,7 +114,7 @@ class Client:
         self._outbox.tick(protocol.clock(t_ns))
 
     def flush(self) -> None:
-        """Send what waits; later if the client does not read what it was sent before."""
+        """Send the waiting messages; later if the client has not read the earlier ones."""
         connection, outbox = self._connection, self._outbox
         if connection.state is not State.OPEN:
             return
@@ -138,7 +138,7 @@ class Client:
         self._wake.set()
 
     async def _send(self) -> None:
-        """Send what is not sent at once; a client that does not read delays only itself."""
+        """Send the remaining messages; a client that does not read delays only itself."""
         while True:
             await self._wake.wait()
             self._wake.clear()

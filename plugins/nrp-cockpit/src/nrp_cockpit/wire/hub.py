@@ -142,7 +142,7 @@ class Hub:
 
         Args:
             sent: the message.
-            keep: whether later subscribers get it, as long as it is the last.
+            keep: whether later subscribers receive it, as long as it is the last.
         """
         self._waiting.append((sent, keep))
 
@@ -170,7 +170,7 @@ class Hub:
         self._hand(self._remember, (tuple(topics), from_ns, most))
 
     def go_back(self, t_ns: int) -> None:
-        """Forget all that is later than a time, and send clients again what they have lost before it."""
+        """Delete all messages after a time, and send clients the earlier ones that they lost."""
         self.flush()
         self._hand(self._go_back, t_ns)
 

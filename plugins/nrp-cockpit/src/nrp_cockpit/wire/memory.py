@@ -72,7 +72,7 @@ class Memory:
         return {topic for topic, past in self._pasts.items() if past.most == 1}
 
     def begin(self, topic: str, from_ns: int, most: int = MOST_MESSAGES) -> None:
-        """Keep the messages of a topic from a time on; what was known before is forgotten.
+        """Keep the messages of a topic from a time on; delete earlier ones.
 
         Args:
             topic: the topic.
@@ -89,7 +89,7 @@ class Memory:
             self._bytes -= past.size if past else 0
 
     def go_back(self, t_ns: int) -> None:
-        """Forget what is later than a time."""
+        """Delete the messages after a time."""
         for past in self._pasts.values():
             past.drop_from(t_ns + 1)
             past.from_ns = min(past.from_ns, t_ns)

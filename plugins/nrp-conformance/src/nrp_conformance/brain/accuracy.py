@@ -4,7 +4,7 @@ A time grid may shift an input and an output by one step each. So the error of a
 the reference within two steps of that time, plus a hundredth of an input's effect for limited numerical
 precision. The error of the n-th spike of a regular train may be n + 1 steps.
 
-A brain without a time grid uses each weight and each delay as precisely as they are given. Three cells have
+A brain without a time grid uses each weight and each delay with full precision. Three cells have
 almost equal synapses: the differences of their potentials are in proportion to those of the synapses,
 whatever the cell is, so that no reference is needed.
 """

@@ -1,4 +1,4 @@
-"""Capability: declared features and changes work, and others are refused rather than silently left out."""
+"""Capability: declared features and changes work, and others are refused rather than silently ignored."""
 
 from __future__ import annotations
 

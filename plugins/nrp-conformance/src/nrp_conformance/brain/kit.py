@@ -45,7 +45,7 @@ class Sample:
         strong: a weight with which one excitatory spike makes it fire once.
         weak: a weight whose potential stays far below the threshold.
         rest_mv: its resting potential, if not ``v_rest`` or PyNN's initial value.
-        loses_refractory_input: whether synapses stand still in the refractory period, and arriving spikes are
+        loses_refractory_input: whether synapses freeze in the refractory period, and arriving spikes are
             lost. Else the membrane alone is clamped.
     """
 
@@ -167,7 +167,7 @@ class BrainKit(SimulatorTests[BrainBackend, BrainCapabilities]):
         return milliseconds(self.capabilities.resolution_ns or 0) or EXACT_MS
 
     def require_declared(self, *, synapses: str | None = None, state: str | None = "v") -> None:
-        """Skip the test if a synapse law or a state variable is not declared, naming what is not."""
+        """Skip the test if a synapse law or a state variable is not declared, and name it."""
         missing = [f"{synapses} synapses"] if synapses and synapses not in self.capabilities.synapses else []
         if state is not None and state not in self.capabilities.state_variables:
             missing.append(f"state variable {state}")

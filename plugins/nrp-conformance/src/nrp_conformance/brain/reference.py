@@ -275,7 +275,7 @@ def _adaptive(p: Mapping[str, float], current: float) -> Slopes:
 
 
 def _izhikevich(p: Mapping[str, float], current: float) -> Slopes:
-    """Return the slopes under a current per capacitance: PyNN's nA times 1000, sPyNNaker's nA as they are."""
+    """Return the slopes under a current per capacitance: PyNN's nA times 1000, sPyNNaker's nA unscaled."""
 
     def slopes(y: State, synaptic: float) -> State:
         v, u = y[0], y[1]

@@ -107,7 +107,7 @@ class StateTests(BrainKit):
         assert train(recorded) == expected
 
     def test_after_a_reset_of_its_state_a_brain_fires_as_a_fresh_one(self) -> None:
-        """Time goes on: all spikes come later by the time of the reset."""
+        """The time continues: all spikes are later by the time of the reset."""
         self.require_repeatable()
         fresh, brain = self.open(*self.busy()), self.open(*self.busy())
         recorded_fresh, recorded = record(fresh), record(brain)

@@ -46,7 +46,7 @@ class CellTests(BrainKit):
             assert times(recorded, 1 + i) == expected, f"cell {i} of a population with {values}"
 
     def test_cells_that_fire_at_once_are_reset_each_to_its_own_potential(self) -> None:
-        """Two cells that one spike makes fire go on as each of them does alone."""
+        """Two cells that fire at the same spike then behave as each does alone."""
         self.require_repeatable()
         sample = self.sample
         values: dict[str, Any] = {"i_offset": [1.5 * sample.current_na] * 2}
@@ -61,7 +61,7 @@ class CellTests(BrainKit):
             assert times(both, 1 + i) == expected, f"cell {i} of a population with {values}"
 
     def _after_a_kick(self, population: Population) -> SpikeRecorderPort:
-        """Run cells that one strong spike makes fire, and return their spikes."""
+        """Run cells, make them fire by one strong spike, and return their spikes."""
         pairs = [(0, i) for i in range(population.size)]
         kick = connect("s", "n", self.sample.strong, 2.0, pairs=pairs)
         brain = self.open(spikes("s", [5.0]), population, kick)

@@ -124,7 +124,7 @@ class JointTests(WorldKit):
         assert rates == pytest.approx(dict(along), abs=1e-6)
 
     def test_a_ball_joint_follows_orientations(self) -> None:
-        """It is there within half a second, and held there: the torque is that of gravity."""
+        """It arrives within half a second and holds its pose: the torque equals that of gravity."""
         self._require_balls()
         self.require("ball_control")
         turn = (0.8, -0.6, 0.5)
@@ -208,7 +208,7 @@ class BodyTests(WorldKit):
         assert 0.1 + float(world.joint_states("lift").positions[0]) == pytest.approx(0.0, abs=0.01)
 
     def test_a_sliding_joint_is_held_by_its_friction(self) -> None:
-        """Gravity is tilted so that one box holds and the other one slides."""
+        """Tilted gravity lets one box hold and the other one slide."""
         self.require("dynamics")
         boxes = [
             rubbing(prop(name, Box((0.4, 0.4, 0.2)), at(0, y, 0.1), mass=1.0), friction)

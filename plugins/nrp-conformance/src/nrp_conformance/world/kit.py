@@ -190,7 +190,7 @@ class WorldKit(SimulatorTests[WorldBackend, WorldCapabilities]):
         return np.asarray(stamped.message.data, dtype=np.int64)
 
     def movable(self, *models: Model) -> tuple[Model, ...]:
-        """Return the models that the world supports; without dynamics, free bodies are left out."""
+        """Return the models that the world supports; without dynamics, no free bodies."""
         return tuple(m for m in models if self.capabilities.dynamics or m.static or m.drives)
 
     def require(self, capability: str) -> None:

@@ -58,7 +58,7 @@ def read_connectome(
     Args:
         edges: the table of edges.
         neurons: the table of neurons; without one, the neurons are those with edges, by id.
-        groups: patterns such as ``MN9*`` of the groups to name; all of them if there are none.
+        groups: patterns such as ``MN9*`` of the groups to name; by default all.
         unit_mv: weight of one synapse, above 0.
         delay_ms: delay of all synapses, above 0.
         junction_ns: conductance of one gap junction; 0 leaves them out. The default is that of Kunert et al.

@@ -112,7 +112,7 @@ def read_rows(path: Path, names: Sequence[str]) -> Iterator[Columns]:
     """Yield these columns of a table, some rows at a time.
 
     Raises:
-        NetworkError: as for :func:`column_names`; or a column is there twice, or a value does not fit it.
+        NetworkError: as for :func:`column_names`; or a column is repeated, or a value does not fit it.
     """
     known = column_names(path)
     for name in names:

@@ -212,7 +212,7 @@ class Wiring:
         """Yield the gap junctions, if there are any.
 
         A table has a junction once, or from both cells, and then not always with the same number (of sections
-        in which it is seen): the larger one counts. One from a cell to itself has no effect and is left out.
+        in which it is seen): the larger one counts. One from a cell to itself has no effect and is omitted.
         """
         pre, post = np.repeat(np.arange(self.n_cells), self.electrical.degrees), self.electrical.post
         keys = np.minimum(pre, post) * self.n_cells + np.maximum(pre, post)

@@ -64,8 +64,8 @@ class Graph:
     Args:
         path: the file.
         nodes: objects of the library ``nir``; the nodes of a subgraph ``a`` are named ``a.b``.
-        before: names of the nodes from which edges come, for each node.
-        metadata: what the file says about the graph as a whole.
+        before: names of the source nodes of each node's edges.
+        metadata: the file's data on the graph as a whole.
     """
 
     path: Path
@@ -119,7 +119,7 @@ def _read(nir: Any, path: Path) -> Any:
 
 
 def _require_types(nir: Any, name: str, node: Any) -> None:
-    """Refuse a node of a type that the library does not know; it would fail without saying which.
+    """Refuse a node of an unknown type; the library would fail without naming it.
 
     Raises:
         ValueError: there is one.

@@ -54,7 +54,7 @@ def in_equations(sim: Any, cells: Cells, down: FloatArray | None) -> Any:
     Args:
         sim: the simulator.
         cells: the cells.
-        down: the voltage that a cell subtracts when it fires, or None if it goes to its reset value.
+        down: the voltage that a cell subtracts when it fires, or None if it takes its reset value.
     """
     equations, target = _EQUATIONS[cells.cell_type]
     used = [name for name in _UNITS if name in equations]
@@ -149,7 +149,7 @@ def load_nir(
             metadata, or ``exact``.
         refractory: steps after a spike in which a voltage stays at its reset value; the equations have none.
             By default the ``refractory`` in the metadata, or 0.
-        reset: ``value`` if a cell that fires goes to its ``v_reset``, which all files say; ``subtract`` if
+        reset: ``value`` if a cell that fires takes its ``v_reset``, which all files contain; ``subtract`` if
             its threshold is subtracted, ``subtract_next`` if that is in the next step, after the decay, as in
             snnTorch. By default the ``reset`` in the metadata, or ``value``.
         inputs: ``sources`` for spike sources, or ``cells`` that fire when a device sends them a weight of 1.
@@ -216,7 +216,7 @@ class _Loader:
         return Named(populations, "population", "the file")
 
     def _in_short_loops(self) -> set[str]:
-        """Return the nodes whose spikes come back in one step, so that an input must act as it arrives."""
+        """Return the nodes whose spikes return in one step, so that an input must act at its arrival."""
         if not self._step.late:
             return set()
         ends = {

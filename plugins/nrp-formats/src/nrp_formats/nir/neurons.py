@@ -109,7 +109,7 @@ def cells_of(
         shape: its shape.
         bias: the constant input of each cell.
         step: the step.
-        lag: steps by which its spikes come later than in the file.
+        lag: delay of its spikes relative to the file, steps.
         current: the current through which all other input passes.
         kicked: whether an input through a current acts on the voltage as it arrives, see :attr:`Cells.kick`.
 
@@ -172,7 +172,7 @@ def _current_based(
         given: the parameters of a CubaLIF; without ``tau_mem`` the voltage is the current.
         bias: the constant input of the current of each cell.
         step: the step.
-        lag: steps by which its spikes come later than in the file.
+        lag: delay of its spikes relative to the file, steps.
         direct: the constant input of each voltage.
         kicked: see :func:`cells_of`.
     """

@@ -1,4 +1,4 @@
-"""What files of a circuit say that is wrong, or that no network has."""
+"""Checks of a circuit's files: wrong values, and features that networks lack."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _RUN: Final = {"tstop": "the experiment's duration", "dt": "the brain's timestep
 def not_used(items: SonataItems, known: Collection[str]) -> Iterator[str]:
     """Yield a sentence for each attribute without effect: one that is misspelt, or of other models.
 
-    Attributes that no model has are anything that a file says besides.
+    Attributes that no model has are further data of a file.
 
     Args:
         items: nodes or edges.

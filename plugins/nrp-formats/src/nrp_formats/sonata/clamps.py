@@ -85,7 +85,7 @@ def _course(entry: Mapping[str, Any]) -> tuple[FloatArray, FloatArray, float]:
 
 
 def _table(entry: Mapping[str, Any], file: Path) -> tuple[FloatArray, FloatArray]:
-    """Return times, ms, and currents in a table, whose columns are separated by a space unless it says so."""
+    """Return times, ms, and currents in a table, whose columns are separated by a space by default."""
     names = entry.get("timestamps_column", "timestamps"), entry.get("amplitudes_column", "amps")
     try:
         with file.open(encoding="utf-8", newline="") as lines:
@@ -163,7 +163,7 @@ def _numbers(entry: Mapping[str, Any], key: str) -> FloatArray:
 def _by_unit(
     chosen: IntArray, nodes: Mapping[str, Nodes], network: Network
 ) -> Iterator[tuple[float, IntArray]]:
-    """Yield the factor from the unit of a model's currents to nA, and the cells; sources are left out."""
+    """Yield the factor from the unit of a model's currents to nA, and the cells, without sources."""
     found: dict[float, list[IntArray]] = {}
     for part in nodes.values():
         for (model, _), population in zip(part.models, part.populations, strict=True):

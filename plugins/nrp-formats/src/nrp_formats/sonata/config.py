@@ -143,7 +143,7 @@ def _section(path: Path, config: Mapping[str, Any], name: str) -> Mapping[str, A
 
 
 def _text(path: Path, section: Mapping[str, Any], name: str) -> str | None:
-    """Return the file or folder under a key, None if there is none.
+    """Return the file or folder under a key, or None.
 
     Raises:
         NetworkError: it is not a text.

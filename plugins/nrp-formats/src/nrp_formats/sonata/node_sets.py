@@ -58,7 +58,7 @@ def nodes_matching(
     """Return the global ids of the nodes with the attributes of a rule, as in a node set.
 
     Args:
-        name: what has the rule, for messages.
+        name: the owner of the rule, for messages.
         rule: the attributes.
         nodes: all populations of nodes.
         ids: the global ids of their nodes.

@@ -26,9 +26,9 @@ from nrp_lab.sweep.table import Row, write_rows
 
 
 def answer_of(grid: RunGrid, rows: Sequence[Row]) -> Answer:
-    """Return what the finding of an experiment depends on; NONE for a single pair of backends.
+    """Return the factors that affect the finding of an experiment; NONE for a single pair of backends.
 
-    Backends that cannot begin the task with any partner are left out.
+    Backends that cannot begin the task with any partner are omitted.
 
     Args:
         grid: the grid of runs.
@@ -62,8 +62,8 @@ class Standing:
         real_time_factor: simulated time by wall time of the steps, the median of the runs.
         spikes_hz: spikes of all neurons in a simulated second, the mean of the runs.
         synaptic_events_hz: synapses that they reach in a simulated second.
-        agreement: what the finding of the experiment depends on, over all pairs that can do the task.
-        error: the most severe error; empty if there is none.
+        agreement: the factors that affect the experiment's finding, over all pairs that can do the task.
+        error: the most severe error, or empty.
     """
 
     task: str

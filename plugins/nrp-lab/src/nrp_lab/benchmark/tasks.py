@@ -20,7 +20,7 @@ class BenchmarkTask:
     Args:
         name: its name.
         experiment: the shipped experiment.
-        asks: what the brain has to do, in a few words.
+        asks: the brain's task, in a few words.
         goals: the criteria that are to be met.
         conditions: criteria that limit how; without a goal they earn nothing.
     """

@@ -64,8 +64,8 @@ class Divergence:
     Args:
         one, other: their names.
         steps: number of steps compared.
-        first: the first difference that is more than noise of rounding; None: there is none.
-        visible: the first visible difference; None: there is none.
+        first: the first difference above rounding noise, or None.
+        visible: the first visible difference, or None.
         is_identical: whether the runs are the same to the last bit.
     """
 

@@ -119,7 +119,7 @@ def _devices(run: RunSignals) -> dict[str, Signal]:
 
 
 def _sensors(run: RunSignals) -> dict[str, Signal]:
-    """Read sensors and cameras; arrays whose length changes are left out."""
+    """Read sensors and cameras, without arrays whose length changes."""
     topics = {one.name: one for one in run.recording.with_role(Role.SENSOR, Role.CAMERA)}
     times: dict[str, list[float]] = {}
     values: dict[str, list[FloatArray]] = {}

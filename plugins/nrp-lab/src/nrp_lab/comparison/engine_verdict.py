@@ -64,7 +64,7 @@ class EngineVerdict:
 
     @property
     def agrees(self) -> bool:
-        """Whether the engines agree, apart from known differences."""
+        """Whether the engines agree except for known differences."""
         return self.agreement in (Agreement.AGREE, Agreement.KNOWN)
 
     @property
@@ -197,7 +197,7 @@ _REVISED = {"brain": with_recorded_world, "world": with_recorded_brain}
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """One engine in the place of another.
+    """The exchange of one engine for another.
 
     Args:
         side: the exchanged side; the other one is played back.
@@ -209,7 +209,7 @@ class Exchange:
 
 
 def exchanges(grid: RunGrid) -> list[Exchange]:
-    """Return every backend in the place of the first of its side, for the first seed."""
+    """Exchange the first backend of each side for every other one, for the first seed."""
     first = _reference(grid)
     brains = [Exchange("brain", GridCell(b, first.world, first.seed)) for b in grid.brains[1:]]
     worlds = [Exchange("world", GridCell(first.brain, w, first.seed)) for w in grid.worlds[1:]]

@@ -93,7 +93,7 @@ class RunGrid:
 
     Raises:
         BackendError: the backend does not exist.
-        ExperimentError: a name or a seed is given twice, or there is none; or several of backends, wirings
+        ExperimentError: a name or a seed is repeated or missing; or several of backends, wirings
             and time steps are compared.
     """
 
@@ -388,7 +388,7 @@ def _record(task: tuple[RunGrid, GridCell, Path]) -> None:
 def is_reusable(folder: Path, file: Path | None) -> bool:
     """Whether a run was recorded to its end, its recording is undamaged, and a new run would be the same.
 
-    A log message says why a whole one is not.
+    If a complete run is not, a log message gives the reason.
 
     Args:
         folder: the folder of the recording.

@@ -42,7 +42,7 @@ class Estimate:
     def from_matched_shares(cls, differences: FloatArray) -> Estimate:
         """Return the mean of differences between yes (1) and no (0) for the same seeds.
 
-        Where all are 0 the usual error would be 0 however few they are. Half an observation is added to
+        If all are 0, the usual error would be 0 even for few. Half an observation is added to
         each of the four cells of the table: Agresti and Min 2005, Statistics in Medicine 24:729.
         """
         n = len(differences) + 2
@@ -158,12 +158,12 @@ class Answer(StrEnum):
 
     @property
     def is_independent(self) -> bool:
-        """Whether the value is independent of what is compared: simulators, wirings or time steps."""
+        """Whether the value is independent of the compared variants: simulators, wirings or time steps."""
         return self in (Answer.AGREES, Answer.STABLE, Answer.CONVERGED, Answer.SEED)
 
     @property
     def is_dependent(self) -> bool:
-        """Whether the value depends on what is compared."""
+        """Whether the value depends on the compared variants."""
         return self in (Answer.BRAIN, Answer.WORLD, Answer.BOTH, Answer.WIRING, Answer.TIMESTEP)
 
 
@@ -310,7 +310,7 @@ class Judgement:
 
     Args:
         metric: the metric.
-        parts: its parts, each judged by itself.
+        parts: its parts, each judged separately.
     """
 
     metric: Metric

@@ -140,7 +140,7 @@ class Metric(ABC):
         title: name in a report.
         unit: unit of its values.
         is_finding: whether it is part of the experiment's finding, not a detail of how it came about.
-        is_compared: whether ``nrp diff`` compares it. One that repeats what others say is only for sweeps,
+        is_compared: whether ``nrp diff`` compares it. A metric that repeats others is only for sweeps,
             searches and benchmarks: a difference is harder to prove among more measures.
         margin: the default margin.
         needs_recording: whether it needs more of a run than its result and its settings.
@@ -193,7 +193,7 @@ METRICS: Registry[Metric] = Registry("nrp_core.metrics", "metric", [ScalarMetric
 
 
 def all_metrics() -> list[Metric]:
-    """Return the metrics of all installed packages; those of the finding come first.
+    """Return the metrics of all installed packages; the finding's first.
 
     Raises:
         BackendError: one cannot be used.

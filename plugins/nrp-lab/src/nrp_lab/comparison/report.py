@@ -39,7 +39,7 @@ _CONTROLLED = {
 
 
 def question(diff: GridDiff) -> str:
-    """Return what the grid asks."""
+    """Return the question that the grid answers."""
     return f"does it depend on the {_compared(diff)}?"
 
 
@@ -365,7 +365,7 @@ def _add(table: Table, judged: Judgement) -> None:
 
 
 def _add_measured(table: Table, title: str, rows: Sequence[Measured]) -> None:
-    """Add the parts of a metric that are farthest apart."""
+    """Add the parts of a metric with the largest differences."""
     for row in rows[:_MAX_ROWS]:
         values = (number(value) for value in (row.one, row.other))
         table.add_row(title, row.part, *values, number(row.apart, row.metric.unit))

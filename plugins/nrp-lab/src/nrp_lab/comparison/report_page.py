@@ -81,7 +81,7 @@ _ABOUT_APART = (
 
 
 def strips(diff: GridDiff) -> Figure | None:
-    """Draw the values of the finding, and of the metrics that depend on what is compared."""
+    """Draw the values of the finding, and of the metrics that depend on the compared variants."""
     finding = [one for one in diff.finding if one.metric.is_finding]
     wanted = [(one, part) for one in finding for part in one.parts if part.cells and _varied(part)]
     for judged in diff.judgements:

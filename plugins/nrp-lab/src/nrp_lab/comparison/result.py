@@ -76,7 +76,7 @@ class GridDiff:
 
     @property
     def incomplete(self) -> list[str]:
-        """The incomplete runs: with parts left out, or ended early, with the reasons."""
+        """The runs that lack parts or ended early, with the reasons."""
         return incompleteness({str(cell): run for cell, run in self.runs.items()})
 
 
@@ -168,7 +168,7 @@ class PairDiff:
 
     @property
     def incomplete(self) -> list[str]:
-        """The incomplete runs: with parts left out, or ended early, with the reasons."""
+        """The runs that lack parts or ended early, with the reasons."""
         return incompleteness({str(run.recording.folder): run for run in (self.one, self.other)})
 
 

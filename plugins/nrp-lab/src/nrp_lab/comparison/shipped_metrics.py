@@ -226,7 +226,7 @@ def _parts(run: RunSignals) -> Iterator[tuple[str, list[FloatArray]]]:
 
 
 def _mean_cv(trains_s: list[FloatArray]) -> float | None:
-    """Return the mean over the neurons that spike often enough; None if there are none."""
+    """Return the mean over the neurons with enough spikes; None without any."""
     intervals = [np.diff(train) for train in trains_s if len(train) > _FEWEST_INTERVALS]
     values = [float(one.std(ddof=1) / one.mean()) for one in intervals if one.mean() > 0]
     return float(np.mean(values)) if values else None

@@ -94,7 +94,7 @@ class RunSignals:
 
     @cached_property
     def numbers(self) -> Numbers:
-        """All numbers as they were recorded."""
+        """All numbers as recorded."""
         return Numbers.of(self.recording)
 
     @property

@@ -31,7 +31,7 @@ class Convergence:
         measure: title of the metric.
         part: the part: a robot, a criterion, ...
         unit: the unit of the measure.
-        answer: what it depends on.
+        answer: the factors that affect it.
         differences: the value at each time step minus that at the finest, the coarsest first.
         shrinks: whether these become smaller with each step; None if all are 0.
         left: the estimated difference between the finest step and infinitely small ones; None if it cannot be
@@ -55,7 +55,7 @@ class Convergence:
 
 
 def differing(diff: GridDiff) -> list[Convergence]:
-    """Return the measures that are not the same at all time steps."""
+    """Return the measures that differ between time steps."""
     return [one for one in convergence(diff) if one.shrinks is not None]
 
 

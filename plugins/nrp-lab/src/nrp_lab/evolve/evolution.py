@@ -129,7 +129,7 @@ class Evolution:
 
     @property
     def news(self) -> str:
-        """A sentence that says which changes make earlier runs outdated; empty if none do."""
+        """A sentence on the changes that make earlier runs outdated; empty if none do."""
         return self._made.news
 
     @property
@@ -178,7 +178,7 @@ class Evolution:
 
     @staticmethod
     def _nothing_found(history: History) -> str:
-        """Return that all of several candidates have one value, so that there was nothing to go by."""
+        """Return a sentence if all of several candidates have one value, which gives no direction."""
         values = history.values[np.isfinite(history.values).all(axis=1)]
         if len(values) < 2 or np.ptp(values, axis=0).any():
             return ""
@@ -281,7 +281,7 @@ def evolve(
 ) -> Evolved:
     """Search for the best settings of an experiment.
 
-    What ``nrp validate`` says about it is a Python warning before the first run.
+    The findings of ``nrp validate`` about it are a Python warning before the first run.
 
     Args:
         description: the file of the search, or its contents.

@@ -23,7 +23,7 @@ class Space:
     """The search.
 
     Args:
-        keys: the settings, one dimension each; every one goes from 0 to 1 in the scale of its range.
+        keys: the settings, one dimension each, from 0 to 1 in the scale of its range.
         objectives: number of values of a candidate.
         population: number of candidates in a generation.
         seeds: the random streams of the optimiser; it uses no others.

@@ -1,4 +1,4 @@
-"""A run with an agent in it: what the agent sets and sees, its rewards, and its episodes."""
+"""A run with an agent: its actions, observations, rewards and episodes."""
 
 from __future__ import annotations
 
@@ -67,11 +67,11 @@ def bounds_by_name(act: Sequence[str] | Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def warn_of_findings(run: Run, act: Mapping[str, Any]) -> None:
-    """Warn of what is missing from the experiment of a run or doubted, once in a process.
+    """Warn of missing parts and probable mistakes in the experiment of a run, once in a process.
 
     Args:
         run: the run, at time 0.
-        act: the actions by name; that nothing else publishes or drives what they do is as it should be.
+        act: the actions by name; checks accept that nothing else publishes or drives their targets.
     """
     acted = [f"'{name.removeprefix(SOURCE)}'" for name in act]
     doubted = [one for one in run.problems if not any(name in one.message for name in acted)]
@@ -85,7 +85,7 @@ class AgentRun:
     Args:
         run: the run, at time 0.
         agent: the agent.
-        like: the same in another run of the experiment, which knows the shapes of observations.
+        like: the same in another run of the experiment, which has the shapes of observations.
 
     Attributes:
         acted, observed: the actions and observations by their names.

@@ -122,7 +122,7 @@ Infos = dict[str, Any]
 
 
 def infos_of(copies: Sequence[AgentRun], chosen: Sequence[int]) -> Infos:
-    """Return time and criteria of some copies after a step; empty if there are none.
+    """Return time and criteria of some copies after a step; empty without copies.
 
     Whether a criterion is met is True, False or None, so these arrays have the type ``object``.
     """
@@ -163,7 +163,7 @@ def joined(parts: Sequence[tuple[int, Infos]]) -> Infos:
     """Return the infos of several groups of copies as one.
 
     Args:
-        parts: the number of copies of each group and its infos; what a group does not have is masked there.
+        parts: the number of copies of each group and its infos; entries that a group lacks are masked.
     """
     found: Infos = {}
     for name in dict.fromkeys(name for _, infos in parts for name in infos):
@@ -292,7 +292,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Any], FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Act, take the steps and observe; copies at their end are reset as the autoreset mode says."""
+        """Act, take the steps and observe; reset finished copies by the autoreset mode."""
         self._require_open()
         over = self._terminated | self._truncated
         require_going(over, self.autoreset_mode)

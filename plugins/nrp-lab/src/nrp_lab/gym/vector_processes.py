@@ -102,7 +102,7 @@ class NrpProcessesEnv(VectorEnv[Any, Any, Any]):
         self._opened.close()
 
     def _all(self, function: Callable[[Any], Any], tasks: Sequence[Any]) -> list[Any]:
-        """Return what a function returns for the task of each process; all have ended when one fails."""
+        """Call a function for the task of each process and return the results; all end when one fails."""
         found, errors = [], []
         for worker, task in zip(self._workers, tasks, strict=True):
             with suppress(OSError):  # it has ended, which is noticed below
@@ -152,7 +152,7 @@ _WARNED: set[str] = set()
 
 
 def _warn(texts: Iterable[str]) -> None:
-    """Repeat what the processes have warned of, each text once."""
+    """Repeat the warnings of the processes, each text once."""
     for text in dict.fromkeys(texts):
         if text not in _WARNED:
             _WARNED.add(text)

@@ -1,4 +1,4 @@
-"""Tasks with every seed, in processes; outcomes in files, so that a stopped ladder goes on."""
+"""Tasks with every seed, in processes; outcomes in files, so that a stopped ladder can continue."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Ladder:
         brain, world: names of backends.
         seeds: their number.
         folder: where outcomes are kept, and found again.
-        training: number of steps of training in each task; None: as many as each task says.
+        training: number of training steps in each task; None: each task's own.
 
     Raises:
         ExperimentError: a task does not exist, or the folder has outcomes of other settings.

@@ -19,7 +19,7 @@ class Task(ABC):
 
     Attributes:
         name: its name.
-        asks: what the brain has to learn, in a few words.
+        asks: what the brain must learn, in a few words.
         body: file of the world, beside the module of the task.
         observed: names and ranges of the observed quantities; a learner gets them scaled to -1 to 1.
         actions: names of the actions.

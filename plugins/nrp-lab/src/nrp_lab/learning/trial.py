@@ -42,7 +42,7 @@ class Trial:
         learner: file of the learner.
         seed: the seed of the brain and of the episodes.
         brain, world: names of the backends.
-        training: number of steps of training; None: as many as the task says.
+        training: number of training steps; None: the task's own.
     """
 
     task: str
@@ -143,7 +143,7 @@ def _experiment(trial: Trial) -> Experiment:
 class _Episodes:
     """Presents episodes to a run: first those of training, then those of the test.
 
-    Before the transfer functions of a step, it publishes what the body met in the step; after them, it
+    Before the transfer functions of a step, it publishes the body's observations; after them, it
     commands the body. So an action acts in the step after the one in which it was chosen.
     """
 

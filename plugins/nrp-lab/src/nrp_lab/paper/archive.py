@@ -75,7 +75,7 @@ def write_archive(grid: RunGrid, target: Path, workers: int, progress: Progress)
 
 
 def _write_verdict(grid: RunGrid, runs: Mapping[GridCell, RunSignals], folder: Path) -> str | None:
-    """Write what ``nrp diff`` says of the runs, and return its headline; None without two conditions."""
+    """Write the verdict of ``nrp diff`` on the runs, and return its headline; None without two conditions."""
     if len(grid.conditions) < 2 or len(grid.seeds) < 2:
         return None
     metrics = all_metrics()

@@ -85,7 +85,7 @@ def _chapters(settings: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _written(value: Any, key: str = "") -> Any:
-    """Return recorded settings as they are written: times in s, without what is not set."""
+    """Return recorded settings in their written form: times in s, without unset ones."""
     if isinstance(value, Mapping):
         return {name: _written(one, name) for name, one in value.items() if one not in (None, 0)}
     if isinstance(value, list):

@@ -50,7 +50,7 @@ def _plugins() -> Iterator[str]:
 def _required(
     lines: list[str] | None, extras: Iterable[str], markers: dict[str, str]
 ) -> Iterator[Requirement]:
-    """Return the requirements that apply here, and note the marker of each that nobody required before."""
+    """Return the requirements that apply here, and record the marker of each new one."""
     for requirement in map(Requirement, lines or ()):
         marker = requirement.marker
         if marker is None or any(marker.evaluate({"extra": extra}) for extra in extras):

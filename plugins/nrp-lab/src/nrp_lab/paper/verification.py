@@ -1,4 +1,4 @@
-"""Repeat the runs of an archive, and compare them with what it recorded."""
+"""Repeat the runs of an archive, and compare them with its recordings."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class RepeatedRun:
         folder: its folder in the archive.
         outcome: how it compares.
         steps: the number of steps that were compared.
-        reason: the first difference, and how far apart the robots ended; empty if it is identical.
+        reason: the first difference, and the distance between the robots' ends; empty if it is identical.
     """
 
     folder: str

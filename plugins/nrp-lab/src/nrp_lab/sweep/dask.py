@@ -126,8 +126,8 @@ def _settings() -> Any:
 
     It keeps its workers: otherwise it removes one that is just starting 15 s after an earlier death, and
     never replaces it. It does not watch its processes: profiling them and polling the interpreter's lock a
-    thousand times a second took a tenth of the time of runs, and nobody looks at the result.
-    Its processes do not import modules of the working directory in the place of Python's.
+    thousand times a second took a tenth of the time of runs, and its result is not used.
+    Its processes do not import modules of the working directory instead of Python's.
     """
     from dask import config
 
@@ -154,7 +154,7 @@ def _after_deaths(deaths: Deaths, task: Task, times: int, cause: str) -> Task | 
 
 
 def _announced(task: Task, topic: str) -> Record:
-    """Perform a run once the scheduler knows that it begins, and so the client, whatever happens then."""
+    """Perform a run after notifying the scheduler, and so the client, even if it then fails."""
     from distributed import get_worker
     from distributed.utils import sync
 

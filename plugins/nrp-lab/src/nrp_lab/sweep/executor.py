@@ -65,7 +65,7 @@ class Executor(AbstractContextManager["Executor"], ABC):
 
     Attributes:
         address: address of a running scheduler; empty: it starts one, or finds its own.
-        workers: number of runs at once; None: as many as the machines have room for.
+        workers: number of runs at once; None: the capacity of the machines.
         folder: the folder of the sweep, which all machines can read and write.
     """
 
@@ -91,7 +91,7 @@ class Executor(AbstractContextManager["Executor"], ABC):
         """
 
     def __exit__(self, *_: object) -> None:
-        """Release what was opened."""
+        """Release all opened resources."""
 
 
 EXECUTORS: Registry[Executor] = Registry("nrp_core.executors", "executor", [Executor])
@@ -103,7 +103,7 @@ def executor(text: str, folder: Path, workers: int | None = None) -> Executor:
     Args:
         text: the name or the address.
         folder: the folder of the sweep.
-        workers: number of runs at once; by default as many as the machines have room for.
+        workers: number of runs at once; by default the capacity of the machines.
 
     Raises:
         ExperimentError: the executor does not exist.

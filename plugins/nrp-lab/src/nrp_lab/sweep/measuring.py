@@ -33,7 +33,7 @@ class RunCache:
     """At most one open run, and the task that it was opened for.
 
     Attributes:
-        files: what the run that was opened last has read.
+        files: the files that the last opened run has read.
     """
 
     def __init__(self) -> None:
@@ -224,7 +224,7 @@ _COMPONENTS = {"gains": "pid", "sensor_position": "xyz", "sensor_orientation": (
 
 
 def _drawn(run: Run) -> dict[str, float]:
-    """Return what was drawn for the seed of a run, one number for each column of a table."""
+    """Return the values drawn for the seed of a run, one number for each column of a table."""
     found: dict[str, float] = {}
     for draw in run.world.randomized:
         name = f"world.randomize.{draw.quantity}.{draw.part}"

@@ -232,7 +232,7 @@ DesignField = Annotated[
 
 
 def _text(value: object) -> str:
-    """Return a string unchanged, because one from a file knows its folder."""
+    """Return a string unchanged, because one from a file carries its folder."""
     if not isinstance(value, str):
         raise ValueError(f"the name of an experiment is a string, not {value!r}")
     return value

@@ -269,7 +269,7 @@ def _absolute(value: Value) -> Value:
 
 
 def _check(sweep: SweepFile, name: str, settings: list[str], own: Experiment, mistakes: Mistakes) -> None:
-    """Check what a sweep says about an experiment.
+    """Check a sweep's statements about an experiment.
 
     Raises:
         BackendError: a backend is missing.

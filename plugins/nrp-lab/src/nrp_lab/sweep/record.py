@@ -85,7 +85,7 @@ class Record:
         error: the error that ended it.
         attempts: number of attempts.
         depends_on: digest of the dependencies; the journal keeps these in a file of this name.
-        dependencies: what the run read; only until the record is in a journal.
+        dependencies: files that the run read; only until the record is in a journal.
     """
 
     id: str

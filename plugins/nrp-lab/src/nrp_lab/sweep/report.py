@@ -24,7 +24,7 @@ from nrp_lab.sweep.table import CONTROLS, Group, Row, SweepTable, short_key
 def controls(table: SweepTable) -> dict[str, Relation]:
     """Return the relation of each control of the wiring to the original, seed by seed.
 
-    Empty unless the sweep varies nothing but the controls and the seed, and has the original among them.
+    Empty unless the sweep varies only the controls and the seed, and includes the original.
     """
     wirings = tuple(dict.fromkeys(str(row[CONTROLS]) for row in table.rows if CONTROLS in row))
     if table.keys != (CONTROLS,) or ORIGINAL not in wirings or len(wirings) < 2:
@@ -46,7 +46,7 @@ def judged_rows(grid: RunGrid, rows: Sequence[Row], measures: Sequence[str]) -> 
     Args:
         grid: the grid of runs.
         rows: the rows of those that have ended.
-        measures: names of metrics that the sweep measured; those outside the finding are left out.
+        measures: names of metrics that the sweep measured; those outside the finding are omitted.
     """
     resolution = RunSignals({"settings": {"timestep": grid.load(grid.cells[0]).timestep}})
     judged = []

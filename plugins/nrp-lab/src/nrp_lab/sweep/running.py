@@ -115,7 +115,7 @@ class SweepRun:
 
     @property
     def news(self) -> str:
-        """A sentence that says which changes make earlier runs outdated; empty if none do."""
+        """A sentence on the changes that make earlier runs outdated; empty if none do."""
         if not self.outdated:
             return ""
         changes = join_with_limit([change for change, _ in self.outdated.most_common()], 5)
@@ -127,7 +127,7 @@ class SweepRun:
         return rows_of(self.plan.runs, self.records)
 
     def expected_s(self, executor: Executor) -> float | None:
-        """Return the expected time of the pending runs, s, from the finished ones; None if there are none."""
+        """Return the expected time of the pending runs, s, from the finished ones, or None."""
         known = [record.elapsed_s for record in self.records.values() if record.elapsed_s]
         if not known:
             return None
@@ -249,7 +249,7 @@ def sweep(
 ) -> pd.DataFrame:
     """Make the runs of a sweep and return their table, one row per run.
 
-    What ``nrp validate`` says about the experiment is a Python warning before the first run.
+    The findings of ``nrp validate`` about the experiment are a Python warning before the first run.
 
     Example::
 

@@ -91,7 +91,7 @@ _LOOK_S = 0.5
 
 
 class SlurmExecutor(Executor):
-    """Submits arrays of jobs and reads their journals; options of a site come from ``SBATCH_*`` variables."""
+    """Submits arrays of jobs and reads their journals; ``SBATCH_*`` variables set a site's options."""
 
     def __enter__(self) -> SlurmExecutor:
         if shutil.which("sbatch") is None:

@@ -136,14 +136,14 @@ def _cell(key: str, value: Value) -> Value:
 
 
 def _item(value: object) -> str:
-    """Return an item of a list, a mapping as it is written."""
+    """Return an item of a list, a mapping in its written form."""
     if isinstance(value, Mapping):
         return ", ".join(f"{key}: {_item(one)}" for key, one in value.items())
     return str(value)
 
 
 def write_rows(path: Path, rows: Sequence[Row]) -> Path:
-    """Write rows with the same columns as CSV, whole or not at all, and return the file.
+    """Write rows with the same columns as CSV, completely or not at all, and return the file.
 
     Raises:
         ExperimentError: it cannot be written.

@@ -71,7 +71,7 @@ class Models:
         self._copied: set[Path] = set()
 
     def copy(self, path: Path) -> str:
-        """Copy a room or robot and what it refers to; return its file, relative to the folder.
+        """Copy a room or robot and the files that it uses; return its file, relative to the folder.
 
         Raises:
             ExperimentError: it is outside the folders of the experiment and of models.
@@ -217,7 +217,7 @@ class Report:
 
     Attributes:
         changed: parts that are written differently but mean the same.
-        kept: parts that are unchanged because they need the platform; the experiment says so.
+        kept: parts that are unchanged because they need the platform; a comment in the experiment names them.
         left_out: parts without a counterpart.
         noted: parts that a run of the original also leaves out or replaces.
     """

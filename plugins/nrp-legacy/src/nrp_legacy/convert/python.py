@@ -1,6 +1,6 @@
 """Transfer functions of the platform as files of ours: the same code, with other imports and spellings.
 
-Code that relies on the platform's names and libraries is left as it is.
+Code that uses the platform's names and libraries does not change.
 """
 
 from __future__ import annotations
@@ -308,7 +308,7 @@ def piece_of(source: Source, *, obstacle: str = "") -> Piece:
 
     Args:
         source: the code.
-        obstacle: a feature of the platform that it is known to need.
+        obstacle: a feature of the platform that it needs.
 
     Raises:
         TransferFunctionError: it is not Python.

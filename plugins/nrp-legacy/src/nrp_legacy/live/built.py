@@ -91,7 +91,7 @@ class BuiltBrain:
         """The brain.
 
         Raises:
-            LifecycleError: there is none yet.
+            LifecycleError: none exists yet.
         """
         if self._run is None:
             raise LifecycleError("the brain can be read and changed only while the simulation runs")
@@ -179,7 +179,7 @@ class BuiltBrain:
         return (port for port in ports if np.isin(ids, port.neurons).all())
 
     def clear(self, ids: IntArray) -> None:
-        """Forget what was recorded of neurons alone."""
+        """Delete the recordings of single neurons."""
         for port in (*self._recorders, *self._states):
             if np.isin(port.neurons, ids).all():
                 port.reset()

@@ -43,7 +43,7 @@ class Joined:
 
 
 def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> Joined:
-    """Give PyNN's simulator what was made by calls of NEST beside it; the kernel is empty afterwards.
+    """Add the objects that calls of NEST made to PyNN's simulator; the kernel is empty afterwards.
 
     Cells and generators of spikes become populations, and so do Poisson generators, with a source for each
     synapse, as each target gets a train of its own. Generators of direct current become current sources, and

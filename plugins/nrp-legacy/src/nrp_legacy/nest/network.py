@@ -29,7 +29,7 @@ _SIGNS: Final = (("tau_syn_ex", "positive", 1.0), ("tau_syn_in", "negative", -1.
 
 
 def with_two_receptors(group: Group, kernel: Kernel) -> Group:
-    """Return a group whose cells have two receptors; others are returned as they are.
+    """Return a group whose cells have two receptors; return others unchanged.
 
     Raises:
         NetworkError: a synapse names no receptor of its target, or weights of one sign have several time

@@ -265,7 +265,7 @@ class SimpleActionServer:
     register_goal_callback = register_preempt_callback = start
 
     def is_preempt_requested(self) -> bool:
-        """Return False, because there are no goals."""
+        """Return False, because goals do not exist here."""
         return False
 
     is_active = is_new_goal_available = is_preempt_requested

@@ -273,7 +273,7 @@ class ClientLoggerMessage(OpenMessage):
 
 
 def shown(topic: str, message: Any, graph: Graph) -> bool:
-    """Show a message of the topic of texts to the user; return whether nobody else listens to it."""
+    """Show a message of the topic of texts to the user; return whether it has no other listener."""
     if topic != LOGS:
         return False
     log.info("%s", getattr(message, "data", getattr(message, "message", message)))

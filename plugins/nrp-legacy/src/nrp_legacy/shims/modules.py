@@ -74,7 +74,7 @@ def open_module(
         name: the name of the module.
         make: returns the object for a name.
         content: the existing objects.
-        names: returns the names for ``import *``, besides the existing ones.
+        names: returns the names for ``import *``, in addition to the existing ones.
     """
     made = module(name, **content)
 

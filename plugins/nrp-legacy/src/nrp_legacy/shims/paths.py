@@ -21,7 +21,7 @@ class ImportPath:
 
     Args:
         names: ``sys.path`` of the code.
-        folders: the folders that come first.
+        folders: the folders to search first.
         library: the search path for folders that do not exist as named.
     """
 

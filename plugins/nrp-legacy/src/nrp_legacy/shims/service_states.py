@@ -33,7 +33,7 @@ class CallingState(State):
         self._graph, self._services = graph, services
 
     def _answer(self, name: str, *values: Any, **options: Any) -> Any:
-        """Return the answer of a service, None if there is none."""
+        """Return the answer of a service, or None."""
         try:
             return self._services.call(name, *values, **options)
         except ServiceException as error:
@@ -127,7 +127,7 @@ class LightServiceState(CallingState):
 
     Args:
         light_name: its name.
-        diffuse: red, green, blue and, if wanted, alpha, from 0 to 1, as a list or by ``r``, ``g``, ``b``,
+        diffuse: red, green, blue and optionally alpha, from 0 to 1, as a list or by ``r``, ``g``, ``b``,
             ``a``.
     """
 

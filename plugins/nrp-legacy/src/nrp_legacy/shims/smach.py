@@ -22,7 +22,7 @@ class InvalidTransitionError(Exception):
 
 
 class InvalidStateError(Exception):
-    """A state that is added where there is no container, or a second time."""
+    """A state was added outside a container, or a second time."""
 
 
 class UserData:
@@ -283,7 +283,7 @@ class StateMachine(Container):
 
 
 class Sequence(StateMachine):
-    """States one after another.
+    """States in sequence.
 
     Args:
         outcomes: outcomes of the sequence.

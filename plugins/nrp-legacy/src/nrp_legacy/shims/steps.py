@@ -57,7 +57,7 @@ class Task:
     # -- for the loop
 
     def advance(self) -> None:
-        """Run the code until it waits, unless its time has not come."""
+        """Run the code until it waits, unless it is not due yet."""
         if self.is_over or self.now_ns() < self._until_ns:
             return
         if not self._waits_again(self._limit_s):
@@ -139,7 +139,7 @@ class Task:
 def run_together(works: Sequence[Callable[[], object]]) -> None:
     """Run pieces of code to their ends: while one waits for simulated time, the others continue.
 
-    Outside a task they cannot wait and run one after another. An exception of one ends all.
+    Outside a task they cannot wait and run in sequence. An exception in one ends all.
     """
     here = Task.here()
     if here is None:

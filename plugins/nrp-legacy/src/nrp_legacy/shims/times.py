@@ -23,7 +23,7 @@ def declare_clock(world: World) -> None:
 
 
 def publish_clock(run: Run) -> None:
-    """Publish the simulated time before the functions of each step, if somebody wants it."""
+    """Publish the simulated time before the functions of each step, if it has subscribers."""
     if CLOCK not in run.world.topics:
         return
     publication = run.world.advertise(CLOCK)

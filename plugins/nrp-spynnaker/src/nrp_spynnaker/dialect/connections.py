@@ -1,6 +1,6 @@
-"""Live connections of a script: callbacks that hear spikes while the network runs, and send some.
+"""Live connections of a script: callbacks that receive and send spikes while the network runs.
 
-A connection only holds callbacks and what was sent. :mod:`nrp_spynnaker.live` runs them, and opens the
+A connection only holds callbacks and sent spikes. :mod:`nrp_spynnaker.live` runs them, and opens the
 UDP ports that populations name; when an experiment runs the network, they have no effect.
 """
 
@@ -69,7 +69,7 @@ class Hub:
         rates: rates to set: label, indices of cells, and rates in Hz.
         outputs: where live output is sent over UDP, by label.
         inputs: where injectors receive spikes over UDP, by label.
-        notified: the UDP ports of programs that are told of the database.
+        notified: the UDP ports of programs that are notified of the database.
         is_run: whether the script runs the network, so that ports have an effect.
         ended: connections of earlier networks.
     """
@@ -93,7 +93,7 @@ class Hub:
 
     @property
     def ports(self) -> list[int]:
-        """The UDP ports of other programs that are told of the database; the script's connections are not."""
+        """The UDP ports of notified programs, without those of the script's own connections."""
         return sorted(self.notified - {connection.local_port for connection in self.connections})
 
     def notify(self, port: Any = None, host: str | None = None) -> None:
@@ -124,9 +124,10 @@ class Hub:
         database_notify_port_num: int | None = None, *_: Any, port: int | None = None,
         host: str | None = None, message_type: int = KEY_32_BIT, **others: Any,
     ) -> None:  # fmt: skip
-        """Let connections hear the spikes of a population, and send them to a UDP port if there is one.
+        """Send the spikes of a population to connections, and to a UDP port if one is given.
 
-        A program that listens at ``database_notify_port_num`` hears them too; it is told of the database.
+        A program that listens at ``database_notify_port_num`` receives them too; it is notified of the
+        database.
 
         Raises:
             InvalidValueError: a port that cannot be one.
@@ -232,7 +233,7 @@ class Connection:
         hub: the script's connections.
         receive_labels: labels of populations with live output.
         send_labels: labels of populations of ``SpikeInjector`` cells.
-        local_port: the UDP port at which no other program is told of the database.
+        local_port: the UDP port at which no other program is notified of the database.
     """
 
     sets_rates = False

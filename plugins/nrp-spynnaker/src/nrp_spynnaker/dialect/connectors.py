@@ -202,7 +202,7 @@ def _kernel(owner: str, values: Any, shape: Any) -> FloatArray:
 
 
 def _pair(name: str, given: Any, default: int = 1, *, least: int = 1) -> IntArray:
-    """Return two whole numbers, given as two, as one, or not at all."""
+    """Return two whole numbers, given as two, as one, or omitted."""
     if given is None:
         given = default
     numbers = [given, given] if np.isscalar(given) else [*given, *([1] if len(given) == 1 else [])]
@@ -238,7 +238,7 @@ class OneToOneOffsetConnector(Connector, connectors.MapConnector):
 
     Args:
         offset: the difference of the indices.
-        wrap: whether the target's cells form a ring; else cells beyond its ends are left out.
+        wrap: whether the target's cells form a ring; else cells beyond its ends are ignored.
     """
 
     parameter_names = ("offset", "wrap")

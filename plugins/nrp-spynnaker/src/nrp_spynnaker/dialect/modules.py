@@ -136,7 +136,7 @@ class Dialect:
         """Return the module of a dotted name; None if it is not one of sPyNNaker's.
 
         Raises:
-            NoEquivalentError: sPyNNaker may have it, but there is no equivalent.
+            NoEquivalentError: sPyNNaker may have it, but it has no equivalent here.
         """
         if name in _SIMULATORS:
             return self.simulator

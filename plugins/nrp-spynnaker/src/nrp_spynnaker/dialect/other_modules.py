@@ -1,4 +1,4 @@
-"""The modules besides the simulator that scripts of sPyNNaker import: its own, and those of its tools."""
+"""The modules that scripts of sPyNNaker import in addition to the simulator: its own and its tools'."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def utilities(**found: ModuleType) -> ModuleType:
 
 
 def get_n_bits(n_values: int) -> int:
-    """Return the number of bits for so many values, the first of which is 0."""
+    """Return the number of bits that represent this number of values, from 0 on."""
     return max(n_values - 1, int(n_values == 1)).bit_length() if n_values else 0
 
 

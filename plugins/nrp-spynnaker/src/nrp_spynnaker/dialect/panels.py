@@ -31,7 +31,7 @@ class SpynnakerPanel:
         """Draw the data.
 
         Raises:
-            ValueError: they are of no known form, or several variables without a ``name``.
+            ValueError: the data have an unknown form, or several variables without a ``name``.
         """
         from pyNN.utility.plotting import handle_options
 
@@ -53,7 +53,7 @@ class SpynnakerPanel:
 
 
 def _chosen(datum: Any, name: str | None, run: int | None) -> Any:
-    """Return the spike trains or the signal in a segment or block, and other data as they are."""
+    """Return the spike trains or the signal in a segment or block, and other data unchanged."""
     if isinstance(datum, Block):
         if run is None and len(datum.segments) != 1:
             raise ValueError(f"the block has {len(datum.segments)} segments; choose one by run=")

@@ -133,7 +133,7 @@ def _mechanism(name: str, base: Any, own: tuple[str, ...]) -> type:
 
 
 def _of_new_synapses(synapses: Any) -> dict[str, float]:
-    """Return the parameters of the law of a synapse, besides weight and delay."""
+    """Return the parameters of the law of a synapse, without weight and delay."""
     space = synapses.parameter_space
     own = [key for key in synapses.get_parameter_names() if key not in ("weight", "delay")]
     return {key: float(space[key].base_value) for key in own}

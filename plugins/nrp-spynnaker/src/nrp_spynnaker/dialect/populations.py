@@ -71,7 +71,7 @@ class Splitter:
 def cells_per_core(owner: str, given: Any) -> float:
     """Return the number of cells on a core, given as a number or, for a grid of cells, one for each axis.
 
-    Parts of a cell are left out, as in sPyNNaker.
+    Parts of a cell are ignored, as in sPyNNaker.
 
     Raises:
         InvalidValueError: it is not a whole number of 1 or more.
@@ -181,7 +181,7 @@ def one_by_one(synapse_type: Any, connector: Any, ends: Sequence[Any]) -> Any:
 def in_rows(synapse_type: Any, connector: Any, ends: Sequence[Any]) -> tuple[Any, Any, int]:
     """Return a synapse type and a connector as sPyNNaker reads a list of synapses.
 
-    A list of weights or delays has one for each row, and rows of cells that do not exist are left out.
+    A list of weights or delays has one for each row; rows of cells that do not exist are ignored.
 
     Args:
         synapse_type: the type that a script gives; None for none.
@@ -189,7 +189,7 @@ def in_rows(synapse_type: Any, connector: Any, ends: Sequence[Any]) -> tuple[Any
         ends: the cells on both sides.
 
     Returns:
-        the synapse type, the connector, and the number of rows that are left out.
+        the synapse type, the connector, and the number of ignored rows.
     """
     table = np.asarray(getattr(connector, "conn_list", ()))
     is_list = type(connector).__name__ == "FromListConnector" and table.ndim == 2
@@ -389,7 +389,7 @@ class Population(_Cells, populations.Population):
         self._limit_cells_per_core()
 
     def _limit_cells_per_core(self) -> None:
-        """Reduce the number of neurons on a core to what a core takes, as sPyNNaker does."""
+        """Reduce the number of neurons on a core to the core's capacity, as sPyNNaker does."""
         count = self.hints.get("neurons_per_core", 0.0)
         if count > _MOST_ON_CORE and self.celltype.receptor_types:
             self.hints = {**self.hints, "neurons_per_core": float(_MOST_ON_CORE)}

@@ -1,4 +1,4 @@
-"""What scripts of version 7 of sPyNNaker and before say in the words of PyNN 0.7, and how their data look."""
+"""The PyNN 0.7 calls of scripts for sPyNNaker 7 and before, and the form of their data."""
 
 # mypy: disable-error-code="misc"
 

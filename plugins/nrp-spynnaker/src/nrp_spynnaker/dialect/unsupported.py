@@ -117,7 +117,7 @@ def unknown_name(owner: str, names: Mapping[str, Any]) -> Callable[[str], NoRetu
 
 
 class _Refused(type):
-    """The type of stand-ins; their constants and methods are refused as they are."""
+    """The type of stand-ins; their constants and methods are refused like them."""
 
     def __getattr__(cls, name: str) -> NoReturn:
         if not name.startswith("_"):

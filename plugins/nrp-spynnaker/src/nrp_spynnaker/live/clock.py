@@ -133,7 +133,7 @@ class _Sleeper(Thread):
     Attributes:
         follows: whether it does.
         wake_ms: when its sleep ends, or ended.
-        goes: set while it works.
+        goes: set while the thread works.
         rests: set while it sleeps, and when it has ended.
         error: what its function raised.
     """

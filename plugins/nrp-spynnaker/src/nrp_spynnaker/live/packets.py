@@ -56,7 +56,7 @@ def keys_of(packet: bytes, upper: int = 0) -> list[int]:
         upper: the upper 16 bits of keys of 16 bits without a prefix.
 
     Raises:
-        ValueError: it is not a packet of spikes, or is shorter than it says.
+        ValueError: it is not a packet of spikes, or is shorter than its header states.
     """
     if len(packet) < 2:
         raise ValueError(f"it has {len(packet)} bytes; there must be a count and flags")
@@ -142,7 +142,7 @@ class Sockets:
     def received(self) -> list[tuple[str, list[int]]]:
         """Return the spikes that have arrived: labels of injectors, and cells.
 
-        A packet that is not one, and keys that are not those of cells, are told once for each population.
+        Invalid packets, and keys that belong to no cell, are reported once for each population.
         """
         arrived = list(self._programs.packets()) if self._programs is not None else []
         for label, bound in self._inputs:
@@ -155,7 +155,7 @@ class Sockets:
         return [(label, cells) for label, cells in found if cells]
 
     def send(self, label: str, time: int, cells: Sequence[int]) -> None:
-        """Send the spikes of a step to where the live output of a population goes."""
+        """Send the spikes of a step to the targets of a population's live output."""
         if not cells:
             return
         keys = [self._keys[label].start + cell for cell in cells]

@@ -51,7 +51,7 @@ class Board:
         address: its IP address.
 
     Raises:
-        NetworkError: there is none left.
+        NetworkError: all are used.
     """
 
     def __init__(self) -> None:
@@ -72,7 +72,7 @@ class Board:
         return self._socket.fileno()
 
     def packets(self) -> Iterator[tuple[int, bytes]]:
-        """Answer what has arrived, and yield packets of spikes: the number of a core, and what it is sent."""
+        """Answer the received messages, and yield packets of spikes: the number of a core, and its data."""
         while True:
             try:
                 message, sender = self._socket.recvfrom(_LARGEST)
@@ -129,7 +129,7 @@ def write_database(
     path: Path, address: str, keys: Mapping[str, range], sent: list[str], cores: list[str],
     timestep_ms: float, run_time_ms: float,
 ) -> None:  # fmt: skip
-    """Write the database; a file that is there is replaced.
+    """Write the database; replace an existing file.
 
     Args:
         path: its file.
@@ -138,7 +138,7 @@ def write_database(
         sent: the populations whose spikes are sent.
         cores: the populations that receive spikes, in the order of their cores.
         timestep_ms: the time step.
-        run_time_ms: the time to run; infinite, if there is no end.
+        run_time_ms: the time to run, or infinity.
     """
     path.unlink(missing_ok=True)
     with closing(sqlite3.connect(path)) as database, database:
@@ -173,10 +173,10 @@ class Programs:
     """The programs that listen at some ports of this machine.
 
     Args:
-        ports: the ports; where no program listens, there is nothing to do.
+        ports: the ports; those without a listening program are skipped.
         keys: the keys of the cells of populations, by label.
-        sent: the populations whose spikes the programs hear.
-        heard: the populations into which they send spikes.
+        sent: the populations whose spikes the programs receive.
+        heard: the populations to which they send spikes.
     """
 
     def __init__(

@@ -163,7 +163,7 @@ class LiveState(RunningState):
             self.stop()
 
     def stop(self) -> None:
-        """Stop a network that runs forever; raises what a callback raised."""
+        """Stop a network that runs forever; raise the exception of a callback."""
         self._stop.set()
         if self._waiting:  # the thread that waits does the rest
             forever = self._forever if current_thread() is self._script else None
@@ -178,7 +178,7 @@ class LiveState(RunningState):
             raise failure
 
     def end(self) -> None:
-        """Release the brain, and warn of injectors into which nobody sends."""
+        """Release the brain, and warn of injectors without a sender."""
         has_programs = self._sockets is not None and self._sockets.has_programs
         if self._longest_ms > 0.0 and not has_programs:
             known = {*self.hub.inputs, *self._fed}

@@ -72,7 +72,7 @@ class Notes:
         """Return the request or the answer.
 
         Raises:
-            SimulationError: it is from somebody else.
+            SimulationError: another sender has sent it.
         """
         code, data = note[:_LENGTH], note[_LENGTH:]
         if not hmac.compare_digest(code, hmac.digest(self._key, data, _HASH)):

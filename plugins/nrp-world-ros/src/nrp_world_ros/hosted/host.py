@@ -142,7 +142,7 @@ Orders = SimpleQueue[tuple[Order, HostNamespace]]
 
 
 def main() -> None:
-    """Simulate the requested worlds, one after the other, until the other process ends."""
+    """Simulate the requested worlds in sequence, until the other process ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop, which ends this process
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # output of engines must not mix with answers

@@ -169,7 +169,7 @@ _idle: dict[int, list[Host]] = {}
 
 
 def borrow(domain: int | None) -> Host:
-    """Return a host without a body, a new one if there is none."""
+    """Return a host without a body; start one if necessary."""
     number = domain_number(domain)
     idle = _idle.setdefault(os.getpid(), [])
     for host in [host for host in reversed(idle) if host.domain == number]:

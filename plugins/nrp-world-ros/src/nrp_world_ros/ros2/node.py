@@ -1,6 +1,6 @@
 """This process as a node of ROS 2, by its own client library, rclpy.
 
-Messages pass as bytes: rclpy encodes and decodes nothing but calls of services. A thread receives them.
+Messages pass as bytes: rclpy encodes and decodes only calls of services. A thread receives them.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def discovery_range(environ: Mapping[str, str] = os.environ) -> str:
 
 
 def reach(number: int, environ: Mapping[str, str] = os.environ) -> str:
-    """Return which nodes are found, for a report that there are none."""
+    """Return which nodes are found, for a report that none are."""
     near = {
         "LOCALHOST": f"on this machine; to find those of others, set {_RANGE}=SUBNET for all",
         "OFF": f"which searches nobody, because {_RANGE} is OFF",
@@ -364,7 +364,7 @@ class _Ros2Publisher(_End):
 
 
 class _Listener(_End):
-    """Receives the messages of one topic as bytes; it asks for reliability if somebody offers it."""
+    """Receives the messages of one topic as bytes; it requests reliability if a publisher offers it."""
 
     def __init__(self, node: Any, kind: Any, topic: str, arrived: Callable[..., None]) -> None:
         super().__init__(node, topic)
@@ -409,7 +409,7 @@ class _Listener(_End):
 
 
 def _qos(queue: int, *, latched: bool = False) -> Any:
-    """Return ROS 2's default quality of service, reliable; late subscribers get what is latched."""
+    """Return ROS 2's default quality of service, reliable; late subscribers receive latched messages."""
     from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
     return QoSProfile(
@@ -421,7 +421,7 @@ def _qos(queue: int, *, latched: bool = False) -> Any:
 
 
 def _suffices(offered: Any, requested: Any) -> bool:
-    """Return whether the quality of service of a publisher is what a subscription requests."""
+    """Return whether the quality of service of a publisher satisfies a subscription."""
     from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
     loses = (offered.reliability, requested.reliability) == (
@@ -436,7 +436,7 @@ def _suffices(offered: Any, requested: Any) -> bool:
 
 
 def _sender(info: Mapping[str, Any]) -> str:
-    """Return the process that has sent a message; older versions of ROS do not say it."""
+    """Return the process that has sent a message; older versions of ROS do not report it."""
     gid = info.get("publisher_gid")
     return "" if gid is None else _process(gid["data"])
 

@@ -51,7 +51,7 @@ class BrainDocument(Drawing):
 
     @property
     def brain(self) -> Brain:
-        """The brain as it is now."""
+        """The present brain."""
         brain: Brain = self.state.model
         return brain
 
@@ -64,7 +64,7 @@ class BrainDocument(Drawing):
 
     @property
     def text(self) -> str:
-        """The script as it is now."""
+        """The present script."""
         return script_of(self.brain) if self.is_drawn else self._saved
 
     @property

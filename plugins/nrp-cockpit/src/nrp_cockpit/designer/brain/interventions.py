@@ -1,6 +1,6 @@
-"""Interventions of an experiment as parts of a model, and as its file says them.
+"""Interventions of an experiment, as parts of a model and as text of its file.
 
-Ranges and names are left to the experiment, which reads and checks what is written here.
+The experiment checks ranges and names when it reads the text.
 """
 
 from __future__ import annotations
@@ -83,14 +83,14 @@ def interventions_of(sections: Iterable[InterventionSection]) -> tuple[Intervent
 
 
 def yaml_of(interventions: Sequence[Intervention]) -> str:
-    """Return the interventions as they stand in an experiment file."""
+    """Return the interventions as text of an experiment file."""
     section, _, key = KEY.partition(".")
     items = [f"\n    - {_written(one)}" for one in interventions]
     return f"{section}:\n  {key}:{''.join(items) or ' []'}\n"
 
 
 def overrides_of(interventions: Sequence[Intervention]) -> list[str]:
-    """Return the overrides that give them to an experiment, one for each: so messages say which is meant."""
+    """Return one override for each intervention, so that messages name it."""
     there = ", ".join("{}" for _ in interventions)
     return [
         f"{KEY}=[{there}]",

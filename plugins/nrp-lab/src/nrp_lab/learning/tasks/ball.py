@@ -13,7 +13,7 @@ SPEED, FASTEST, VIEW, MIDDLE = 1.5, 0.6, 0.8, 0.15  # rad/s of the head and of t
 
 
 class Ball(Task):
-    """The ball goes to and fro; the eye sees its bearing, and the head turns to one side, or not."""
+    """The ball moves to and fro; the eye measures its bearing, and the head turns to either side or stays."""
 
     name = "ball"
     asks = "keep a ball in the middle of the view"

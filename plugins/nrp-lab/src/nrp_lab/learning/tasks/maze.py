@@ -12,7 +12,7 @@ SPEED, JUNCTION, END = 1.0, 1.0, 0.5  # m/s, m, m
 
 
 class Maze(RoverTask):
-    """The rover drives to the junction, goes to the side that is chosen, and is rewarded at its end."""
+    """The rover drives to the junction and on to the chosen side, where it receives the reward."""
 
     name = "maze"
     asks = "choose the arm of a T-maze that a cue means, for a delayed reward"

@@ -15,7 +15,7 @@ COMMANDS = (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)  # of shoulder and e
 
 
 class Reach(Task):
-    """The target is somewhere else in each episode, which ends when the hand is there."""
+    """The target has a new position in each episode, which ends when the hand reaches it."""
 
     name = "reach"
     asks = "reach for a target with two joints"

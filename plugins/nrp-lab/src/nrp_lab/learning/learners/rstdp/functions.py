@@ -1,4 +1,4 @@
-"""Places fire for what is observed, actors choose actions, and dopamine tells them whether these were good.
+"""Place cells encode observations, actor cells choose actions, and dopamine evaluates these.
 
 Dopamine is the error of temporal-difference learning (Schultz, Dayan and Montague 1997, Science 275:1593):
 the reward, plus the rewards that are expected now, less those that were expected before. Expectations are
