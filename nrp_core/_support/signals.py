@@ -17,7 +17,7 @@ TYPE_CHECKING = False  # as in .lazy: every start of the command line imports th
 if TYPE_CHECKING:
     from types import FrameType
 
-__all__ = ["SIG_DFL", "asked", "getsignal", "interrupt", "signal"]
+__all__ = ["SIG_DFL", "asked", "end_if_asked", "getsignal", "interrupt", "signal"]
 
 asked = False
 """Whether a signal asked this process to end."""
@@ -35,3 +35,13 @@ def interrupt(number: int, frame: FrameType | None) -> None:
     global asked
     asked = True
     default_int_handler(number, frame)
+
+
+def end_if_asked() -> None:
+    """End long work on a thread, which signals do not interrupt.
+
+    Raises:
+        KeyboardInterrupt: a signal has asked this process to end.
+    """
+    if asked:
+        raise KeyboardInterrupt

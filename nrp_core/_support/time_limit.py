@@ -21,18 +21,22 @@ from nrp_core._support import signals
 
 INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that ask a process to end."""
+_LONGEST_DELAY_S: Final = 1.0
 _RAISING = (signal.default_int_handler, signals.interrupt)
 
 
 class DeferredInterrupt:
     """Delays Ctrl-C until the end of the block, and other signals that raise KeyboardInterrupt as it does.
 
-    So brain and world stop at the same time. A second one is not delayed, for code that never returns.
+    So brain and world stop at the same time. A second one is not delayed, for code that never returns; nor
+    are requests to end the process for longer than 1 s.
     Outside the main thread, and where a signal is not handled by a Python function, nothing changes.
 
     Raises:
         KeyboardInterrupt: the process was asked to end before the block, and the exception was lost.
     """
+
+    _repeat: threading.Timer | None = None
 
     def __enter__(self) -> Self:
         self._held: int | None = None
@@ -50,11 +54,18 @@ class DeferredInterrupt:
     def _hold(self, number: int, frame: FrameType | None) -> None:
         if self._held is not None:
             self._handlers[signal.Signals(number)](number, frame)
+        elif number != signal.SIGINT:
+            main = threading.get_ident()
+            self._repeat = threading.Timer(_LONGEST_DELAY_S, signal.pthread_kill, (main, number))
+            self._repeat.daemon = True
+            self._repeat.start()
         self._held = number
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self._repeat is not None:
+            self._repeat.cancel()
         for number, handler in self._handlers.items():
             signals.signal(number, handler)
         if error is None and self._held is not None:

@@ -107,8 +107,9 @@ def require_targets(current: InjectedCurrent, populations: Mapping[str, Any]) ->
     first = 0
     for label, population in populations.items():
         inside = (current.neurons >= first) & (current.neurons < first + population.size)
-        if population.is_source and inside.any():
-            raise NetworkError(f"a current is injected into '{label}', which only emits spikes")
+        if (population.is_source or population.is_relay) and inside.any():
+            verb = "emits" if population.is_source else "repeats"
+            raise NetworkError(f"a current is injected into '{label}', which only {verb} spikes")
         first += population.size
     outside = current.neurons[(current.neurons < 0) | (current.neurons >= first)]
     if len(outside):

@@ -153,6 +153,17 @@ class Population:
         return self.cell_type.startswith("SpikeSource")
 
     @property
+    def is_relay(self) -> bool:
+        """Whether the cells only repeat spikes, as NEST's ``parrot_neuron`` does: currents have no meaning.
+
+        A threshold within 1 pV of the reset and no refractory period: a current would make them fire forever.
+        """
+        own, needed = self.parameters, {"v_thresh", "v_reset", "tau_refrac"}
+        if self.cell_type != "IF_curr_delta" or not self.size or not needed <= own.keys():
+            return False
+        return bool(((own["v_thresh"] - own["v_reset"] <= 1e-9) & (own["tau_refrac"] == 0)).all())
+
+    @property
     def is_conductance_based(self) -> bool:
         """Whether synaptic weights are conductances in uS."""
         if self.equations is not None:

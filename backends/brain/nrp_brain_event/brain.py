@@ -11,7 +11,7 @@ import numpy as np
 
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import begin_plastic, places_of_plastic, places_of_static
-from nrp_brain_event.engine import StoredSpikes, build_engine, changing, enlarged
+from nrp_brain_event.engine import StoredSpikes, build_engine, changing, enlarged, require_room
 from nrp_brain_event.equation_synapses import (
     change_rules,
     change_shares,
@@ -34,9 +34,10 @@ from nrp_brain_event.live import (
 )
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
-from nrp_brain_event.records import CONSTANT, DIVERGED, FULL, Array, EngineArrays
+from nrp_brain_event.records import CONSTANT, DIVERGED, DONE, FULL, Array, EngineArrays
 from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.signals import end_if_asked
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -91,13 +92,29 @@ class EventBrain(Brain):
     def _run_to(self, t_ns: int) -> None:
         until_ms, stop_ms = milliseconds(t_ns), self._now_ms.item(0)
         while stop_ms < until_ms:  # compiled code cannot be interrupted, so it returns from time to time
+            end_if_asked()
             stop_ms = min(stop_ms + (_AHEAD_MS if self._ahead else _PATIENCE_MS), until_ms)
             if self._ahead:
                 self._emit_until(stop_ms)
-            while (status := run(self._places, stop_ms, nextafter(stop_ms, inf))) == FULL:
-                self._take(enlarged(self._engine))
-            if status == DIVERGED:
-                raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
+            while (status := run(self._places, stop_ms, nextafter(stop_ms, inf))) != DONE:
+                self._go_on(status, t_ns)
+
+    def _go_on(self, status: int, t_ns: int) -> None:
+        """Prepare to continue after compiled code has returned early."""
+        end_if_asked()
+        if status == FULL:
+            self._enlarge()
+        elif status == DIVERGED:
+            raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
+
+    def _enlarge(self) -> None:
+        """Make room for more events or spikes.
+
+        Raises:
+            NetworkError: they would take too much memory.
+        """
+        require_room(self._engine, self.network)
+        self._take(enlarged(self._engine))
 
     def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
         for trace in traces:
@@ -113,10 +130,8 @@ class EventBrain(Brain):
             if self._ahead:
                 self._emit_until(plan.stops[last - 1])
             status = run_reading(self._places, *plan, last, samples)
-            if status == FULL:
-                self._take(enlarged(self._engine))
-            elif status == DIVERGED:
-                raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
+            if status != DONE:
+                self._go_on(status, t_ns)
 
     def _do_take_spikes(self) -> Spikes:
         if self._rewards is not None:
@@ -147,13 +162,13 @@ class EventBrain(Brain):
     def _emit(self, neurons: IntArray, times_ms: FloatArray) -> None:
         done = 0
         while (done := emit(self._places, neurons, times_ms, done)) < len(neurons):
-            self._take(enlarged(self._engine))
+            self._enlarge()
 
     def _do_inject(self, events: SynapticEvents) -> None:
         neurons, times_ms, weights = events.neurons, events.times_ms, events.weights
         inhibitory, done = int(events.receptor == "inhibitory"), 0
         while (done := inject(self._places, neurons, times_ms, weights, inhibitory, done)) < len(neurons):
-            self._take(enlarged(self._engine))
+            self._enlarge()
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
         set_currents(self._places, currents_na)

@@ -17,6 +17,7 @@ from nrp_brain_event.records import CONSTANT, Array, Clock, EngineArrays, Event,
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 from nrp_core.brain.spikes import NO_SPIKES, Spikes
+from nrp_core.errors import NetworkError
 from nrp_core.network.data import Network
 
 _MOST_SORTED: Final = 256
@@ -71,6 +72,8 @@ _ROOM: Final = 64
 _LONGEST_WINDOW_MS: Final = 1.0
 _FEWEST_WINDOWS: Final = 64
 _MOST_WINDOWS: Final = 4096
+_MOST_EVENTS: Final = 1 << 25
+"""Maximum number of spikes in transit, and of spikes that nobody has taken: 1.3 GB, and 0.5 GB."""
 _LISTS: Final = 64
 """Number of sorted lists, each of twice the length of the previous one: enough for all events."""
 
@@ -117,6 +120,29 @@ def enlarged(engine: EngineArrays) -> EngineArrays:
     events = doubled(engine.events)
     chain_free(clock, events, n_events)
     return engine._replace(events=events)
+
+
+def require_room(engine: EngineArrays, network: Network) -> None:
+    """Check that there may be more events or spikes.
+
+    Raises:
+        NetworkError: there are too many; it names the population that has emitted most of the new spikes.
+    """
+    clock = engine.clock[0]
+    n_spikes, n_events = int(clock["n_spikes"]), len(engine.events)
+    spikes_full = n_spikes == len(engine.spikes)
+    if (n_spikes if spikes_full else n_events) < _MOST_EVENTS:
+        return
+    what = "spikes since the last step" if spikes_full else "spikes in transit"
+    source = ""
+    if n_spikes:
+        counts = np.bincount(engine.spikes["id"][:n_spikes], minlength=network.size)
+        label, index = network.label_of(int(counts.argmax()))
+        source = f"; cell {index} of population '{label}' has emitted {counts.max()} of {n_spikes} new spikes"
+    raise NetworkError(
+        f"the network has more than {_MOST_EVENTS} {what} at {engine.clock['now'][0]:g} ms{source}; set a "
+        "refractory period (`tau_refrac`), smaller currents or weights, or a time grid, `resolution: 0.1 ms`"
+    )
 
 
 def changing(engine: EngineArrays, initial: EngineArrays | None = None) -> dict[str, Array]:

@@ -24,6 +24,7 @@ from nrp_brain_event.records import (
     FIRE,
     FULL,
     HOT,
+    PAUSED,
     SEARCH,
     START,
     Array,
@@ -203,6 +204,8 @@ READABLE = ("v", "u", "w", "gsyn_exc", "gsyn_inh")
 
 _AHEAD: Final = 8
 """Number of neurons that are prefetched."""
+_PIECE: Final = 1 << 17
+"""Number of arrivals and updates of neurons after which compiled code returns: less than 1 s."""
 
 
 @jit
@@ -211,25 +214,29 @@ def run(places: Array, until: float, end: float) -> int:
 
     Returns:
         ``DONE``; ``FULL`` if events or spikes need more room (enlarge the arrays and call again);
-        ``DIVERGED`` if a neuron cannot be integrated.
+        ``DIVERGED`` if a neuron cannot be integrated; ``PAUSED`` if there is more to do (call again), because
+        signals are handled only between calls. The result does not depend on these pauses.
     """
     engine = opened(EngineArrays, places)
     clock, events = engine.clock[0], engine.events
     event_slots = engine.event_slots
-    last = len(event_slots) - 2
+    last, left = len(event_slots) - 2, _PIECE
     while True:
         window_end = min((clock.slot + 1) * clock.width, end)
         slot = clock.slot & last
         if clock.arriving < 0 and event_slots[slot] >= 0:
             gather(clock, event_slots, events, engine.sorting, window_end)
         while clock.arriving >= 0:
+            if left <= 0:
+                return PAUSED
+            left -= max(events[clock.arriving].n, 1)
             status = _arrive(engine, clock, events[clock.arriving])
             if status != DONE:
                 return status
             release(clock, events)
-        status = _wake(engine, clock, slot, window_end)
-        if status != DONE:
-            return status
+        left = _wake(engine, clock, slot, window_end, left)
+        if left < 0:
+            return -left
         if window_end >= end:
             clock.now = until
             return DONE
@@ -251,7 +258,8 @@ def _arrive(engine: EngineArrays, clock: Clock, event: Event) -> int:
     alike = event.n > 0 and engine.modes[targets[first] >> 1].kind >= 0  # all as the first, or nearly all
     if event.after >= 0:
         _fetch_targets(engine.events[event.after], targets, weights)
-    for k in range(clock.arrived, max(event.n, 1)):
+    n, stop = max(event.n, 1), clock.arrived + _PIECE
+    for k in range(clock.arrived, min(n, stop)):
         target, weight = event.target, event.weight
         if event.n > 0:
             target, weight = targets[first + k], weights[first + k]
@@ -274,6 +282,9 @@ def _arrive(engine: EngineArrays, clock: Clock, event: Event) -> int:
             _add(clock, slots, engine.links, modes, kind, cell, row, target & 1, weight, t)
         else:
             _deliver(clock, slots, engine.links, cell, engine.work[0], row, target & 1, weight, t)
+    if n > stop:
+        clock.arrived = stop
+        return PAUSED
     return DONE
 
 
@@ -307,8 +318,19 @@ def _deliver(
 
 
 @inlined
-def _wake(engine: EngineArrays, clock: Clock, slot: int, end: float) -> int:
-    """Process the scheduled updates of the neurons in a window before ``end``; returns as :func:`run`."""
+def _wake(engine: EngineArrays, clock: Clock, slot: int, end: float, left: int) -> int:
+    """Process the scheduled updates of the neurons in a window before ``end``.
+
+    Args:
+        engine: the arrays.
+        clock: the one of the engine.
+        slot: the list of the window.
+        end: a time in it, or its end.
+        left: how many neurons may be updated.
+
+    Returns:
+        How many are left, 0 or more; or the negative of what :func:`run` returns early.
+    """
     cells, every = engine.cells, engine.modes
     row = engine.cell_slots[slot]
     while row >= 0:
@@ -316,12 +338,15 @@ def _wake(engine: EngineArrays, clock: Clock, slot: int, end: float) -> int:
         if following >= 0:
             prefetch(every, following, 0)
         if (every[row].wake if every[row].kind >= 0 else cells[row].wake) < end:
+            if left <= 0:
+                return -PAUSED
+            left -= 1
             status = _pass(engine, row, end)
             if status != DONE:
-                return status
+                return -status
         _list(clock, engine.cell_slots, engine.links, cells[row], every[row], row)
         row = following
-    return DONE
+    return max(left, 0)
 
 
 @inlined
@@ -340,7 +365,9 @@ def _pass(engine: EngineArrays, row: int, end: float) -> int:
     clock, work, spikes, first = engine.clock[0], engine.work[0], engine.spikes, engine.first
     plastic, first_plastic = engine.plastic, engine.first_plastic
     cell, modes = engine.cells[row], engine.modes[row]
-    while (modes.wake if modes.kind >= 0 else cell.wake) < end:
+    n = 0
+    while n < _PIECE and (modes.wake if modes.kind >= 0 else cell.wake) < end:
+        n += 1
         if modes.kind >= 0 and postpone(modes, engine.kinds[modes.kind], cell):
             continue
         if cell.on_wake == SEARCH:
@@ -367,7 +394,7 @@ def _pass(engine: EngineArrays, row: int, end: float) -> int:
             return DIVERGED
         if modes.kind >= 0:
             freeze(modes, engine.kinds[modes.kind], cell)
-    return DONE
+    return DONE if n < _PIECE else PAUSED
 
 
 @inlined

@@ -48,6 +48,7 @@ STEP: Final = 3
 DONE: Final = 0
 FULL: Final = 1
 DIVERGED: Final = 2
+PAUSED: Final = 3
 
 
 Short = Annotated[int, np.int32]

@@ -63,6 +63,20 @@ def drivable(network: Network, neurons: npt.ArrayLike, name: str) -> IntArray:
     return ids
 
 
+def require_integrating(network: Network, ids: IntArray, name: str) -> None:
+    """Check that a current of some name can flow into neurons.
+
+    Raises:
+        NeuronSelectionError: a neuron only repeats spikes, like NEST's ``parrot_neuron``.
+    """
+    for label, population in network.populations.items():
+        if population.is_relay and np.isin(ids, network.ids_of(label)).any():
+            raise NeuronSelectionError(
+                f"'{name}' cannot inject a current into population '{label}', which only repeats spikes; "
+                "drive it by a source of spikes"
+            )
+
+
 def source_among(network: Network, ids: IntArray) -> str | None:
     """Return the first population of source cells that some of these neurons belong to."""
     for label, population in network.populations.items():

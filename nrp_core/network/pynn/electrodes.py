@@ -84,7 +84,8 @@ class CurrentSource(StandardCurrentSource):
             )
             if not cell.celltype.injectable:
                 raise WrongKindError(
-                    f"{name}: cannot inject current into a spike source ('{cell.parent.label}')"
+                    f"{name}: cannot inject current into '{cell.parent.label}', which only emits or "
+                    "repeats spikes"
                 )
         for population in {cell.parent for cell in targets}:
             require_existing(population.label, population, self._simulator.state)

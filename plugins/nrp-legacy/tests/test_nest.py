@@ -12,10 +12,11 @@ from nrp_brain_event import EventBackend
 from nrp_legacy.brains import NotedNetwork, inject_currents, load_brain
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
-from nrp_core.brain.devices.sources import SpikeInjector, SpikeInjectorPort
+from nrp_core.brain.devices.sources import DCSource, SpikeInjector, SpikeInjectorPort
 from nrp_core.brain.interface import Brain
-from nrp_core.errors import NetworkError
+from nrp_core.errors import NetworkError, NeuronSelectionError
 from nrp_core.findings.codes import Weight
+from nrp_core.network.currents import InjectedCurrent
 from nrp_core.network.data import Network
 
 SENSOR = {"E_L": -60.5, "V_th": -60.0, "V_reset": -60.5, "t_ref": 10.0, "g_L": 2.5, "C_m": 25.0,
@@ -235,6 +236,39 @@ def test_parrots_repeat_what_comes_to_them_from_anywhere(tmp_path: Path) -> None
     assert first == pytest.approx([6.0, 6.2, 10.0], abs=0.11)
     assert second == pytest.approx([8.0], abs=0.11)
     assert cell == pytest.approx([8.0, 8.2, 10.0, 12.0], abs=0.21)
+
+
+@pytest.mark.parametrize(
+    ("sender", "target"),
+    [("dc_generator", "parrot_neuron"), ("dc_generator", "spike_detector"), ("voltmeter", "parrot_neuron")],
+)
+def test_a_connection_that_needs_a_membrane_is_refused_as_in_nest(
+    sender: str, target: str, tmp_path: Path
+) -> None:
+    text = f"import nest\nnest.Connect(nest.Create('{sender}'), nest.Create('{target}', 2))\n"
+    with pytest.raises(NetworkError, match=f"'{sender}' cannot be connected to '{target}'.*no membrane"):
+        loaded(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "nest.Connect(nest.Create('dc_generator', 1, {'amplitude': 5.0}), relays)",
+        "sim.DCSource(amplitude=1.0).inject_into(relays)",
+    ],
+)
+def test_a_current_into_parrots_of_pynn_is_refused(line: str, tmp_path: Path) -> None:
+    with pytest.raises(NetworkError, match="'population1', which only emits or repeats spikes"):
+        loaded(tmp_path, CELLS_OF_PYNN + line + "\n")
+
+
+def test_devices_that_send_currents_are_refused_at_parrots(tmp_path: Path) -> None:
+    network = loaded(tmp_path, "import nest\nparrots = nest.Create('parrot_neuron', 2)\n")
+    with open_brain(network) as brain, pytest.raises(NeuronSelectionError, match="only repeats spikes"):
+        brain.add_source(DCSource(amplitude=1.0), network.neurons("parrots"), name="current")
+    current = InjectedCurrent(np.array([1]), np.array([0.0]), np.array([1.0]))
+    with pytest.raises(NetworkError, match="'parrot_neuron', which only repeats spikes"):
+        Network(network.populations, currents=(current,))
 
 
 CELLS_OF_PYNN = """

@@ -6,12 +6,13 @@ import ctypes
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable
 
 import pytest
 
 import nrp_core.dsl as nrp
-from nrp_core._support import signals
+from nrp_core._support import signals, time_limit
 from nrp_core._support.time_limit import DeferredInterrupt
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS
@@ -63,6 +64,27 @@ def test_a_second_ctrl_c_is_not_held_back() -> None:
     with pytest.raises(KeyboardInterrupt):
         stuck()
     assert reached == ["after the first"]
+
+
+def test_a_request_to_end_is_held_back_for_a_limited_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(time_limit, "_LONGEST_DELAY_S", 0.05)
+    monkeypatch.setattr(signals, "asked", False)
+    previous = signal.signal(signal.SIGTERM, signals.interrupt)
+    reached: list[str] = []
+
+    def stuck() -> None:
+        with DeferredInterrupt():
+            os.kill(os.getpid(), signal.SIGTERM)
+            reached.append("after the signal")
+            time.sleep(10)
+            reached.append("at the end")
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            stuck()
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+    assert reached == ["after the signal"]
 
 
 def test_the_program_s_own_handler_is_called_and_put_back() -> None:

@@ -119,7 +119,7 @@ CASES = {
     CELL + "a.record(5)": "population 'a': its list of variables is 5; it must be names such as 'spikes'",
     CELL + "sim.DCSource().inject_into(5)": "DCSource: its target is 5; it must be a population, view,",
     "sim.DCSource().inject_into(sim.Population(1, sim.SpikeSourceArray(), label='s'))":
-        "DCSource: cannot inject current into a spike source ('s')",
+        "DCSource: cannot inject current into 's', which only emits or repeats spikes",
     CELL + "a.positions = [[1, 2]]": "population 'a': positions are finite numbers (um) of shape (3, 2)",
     "sim.DCSource(amplitude=float('nan'))": "DCSource: amplitude is nan; it must be finite",
     "sim.NoisyCurrentSource(stdev=-1.0)": "NoisyCurrentSource: stdev is -1.0; it must be 0 or more",

@@ -49,6 +49,7 @@ from nrp_brain_event.rewards import Tables, require_weights, rewards_of, wired
 from nrp_brain_event.synapse_kernels import SIMULTANEOUS, bring_up_to, released_share, synapses_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
+from nrp_core._support.signals import end_if_asked
 from nrp_core.brain.devices.sinks import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -242,6 +243,10 @@ def _transmit(grid: Grid, rows: IntArray, times: FloatArray, weights: FloatArray
 
 
 _PATIENCE_NS: Final = 20_000_000
+_PIECE: Final = 1 << 22
+"""Number of updates of neurons and of arrivals after which compiled code returns: less than 1 s."""
+_SYNAPSES_PER_ARRIVAL: Final = 64
+"""Synapses for which one arrival is expected in a step, at the most."""
 _EXACT_MS: Final = 1e-6
 _WORTH_SHARING: Final = 50_000
 """Minimum number of neuron updates between two exchanges of spikes, which take about 0.1 ms."""
@@ -274,7 +279,7 @@ class GridBrain(Brain):
         self._drawn = drawable(network) - rewarding if options.poisson == "grid" else frozenset()
         self._times = TimeGrid(resolution_ns, "the grid")
         self._patience = -(-_PATIENCE_NS // resolution_ns)
-        """The steps between two returns from compiled code."""
+        """The steps after which a lazy grid judges its cost."""
         identity = f"event:{options.model_dump_json(exclude={'threads'})}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         grid, self._initial_cells, self._row_of = build_grid(
@@ -286,6 +291,9 @@ class GridBrain(Brain):
         self._initial = grid._replace(**more)
         self._warn_of_rounding()
         self._threads = self._as_many(options.threads)
+        load = len(grid.drive) + len(grid.targets) // _SYNAPSES_PER_ARRIVAL
+        self._piece = self._patience if self._threads else max(1, min(self._patience, _PIECE // max(load, 1)))
+        """The steps between two returns from compiled code, because signals are handled only there."""
         self._start()
 
     def _do_run_until(self, t_ns: int) -> None:
@@ -306,8 +314,9 @@ class GridBrain(Brain):
         patience = self._patience
         if len(self._grid.noise):
             self._listen_to_noise()
-        while stop < until:  # compiled code cannot be interrupted, so it returns from time to time
-            stop = min(stop - stop % patience + patience, until)
+        while stop < until:
+            end_if_asked()
+            stop = min(stop + self._piece, stop - stop % patience + patience, until)
             if self._step_to(stop) == DIVERGED:
                 raise diverged(self.network, self._failed(), t_ns)
 

@@ -143,7 +143,7 @@ class _Joining:
         for i, place, factor in zip(pre.tolist(), post.tolist(), weight.tolist(), strict=True):
             amplitude, start, stop = (float(column[i]) for column in columns)
             source = self._sim.DCSource(amplitude=amplitude * factor * 1e-3, start=start, stop=stop)
-            cells[place : place + 1].inject(source)
+            source.inject_into(cells[place : place + 1])
 
     def _project(
         self, sender: Any, receiver: Any, pre: IntArray, post: IntArray, values: dict[str, Any], block: Block

@@ -16,8 +16,10 @@ from nrp_core.findings import Code, Findings
 from nrp_core.seeds import Seeds
 from nrp_legacy.nest.models import (
     CELLS,
+    CURRENT,
     GENERATORS,
     IDLE,
+    PARROT,
     SPIKE_RECORDERS,
     SYNAPSES,
     SynapseModel,
@@ -97,6 +99,10 @@ def drawn(value: Any, n: int, random: np.random.RandomState) -> FloatArray:
     return numbers_drawn
 
 
+_WITHOUT_MEMBRANE = {
+    CURRENT: (PARROT, *GENERATORS, *SPIKE_RECORDERS), "multimeter": (PARROT,), "voltmeter": (PARROT,)
+}  # fmt: skip
+"""The nodes to which some nodes cannot be connected."""
 _AFTER_CELLS = 10**9
 """The number of the first node in a script that has created cells otherwise."""
 
@@ -371,6 +377,7 @@ class Kernel:
             given: weight, delay and parameters: numbers, arrays, or distributions.
             weave: returns the values, one per synapse, of an array over pairs of nodes.
         """
+        self._require_integrating(pre, post)
         base = self.synapse_model(name)
         values = {
             key: drawn(value, len(pre), self.random)
@@ -380,6 +387,23 @@ class Kernel:
             if not isinstance(value, str) and value is not None
         }  # fmt: skip
         self.blocks.append(Block(name, base, pre, post, values, self))
+
+    def _require_integrating(self, pre: IntArray, post: IntArray) -> None:
+        """Check that currents and voltmeters are connected to nodes with a membrane.
+
+        Raises:
+            NetworkError: they are not; NEST refuses it too (``IllegalConnection``).
+        """
+        for sender in self.groups:
+            others = _WITHOUT_MEMBRANE.get(sender.base, ())
+            sent = post[(pre >= sender.first) & (pre < sender.first + sender.size)] if others else post[:0]
+            for target in self.groups if sent.size else ():
+                inside = (sent >= target.first) & (sent < target.first + target.size)
+                if target.base in others and inside.any():
+                    raise NetworkError(
+                        f"nest.Connect: '{sender.model}' cannot be connected to '{target.model}', whose "
+                        "nodes have no membrane (NEST refuses it too); valid: models such as iaf_cond_exp"
+                    )
 
 
 def _spread(value: Any, n: int, name: str, random: np.random.RandomState) -> Sequence[Any]:

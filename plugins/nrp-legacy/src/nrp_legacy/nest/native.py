@@ -13,7 +13,7 @@ from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.network.nest_models import LEAK_NS
 from nrp_core.network.synapses import STDP, TSODYKS_MARKRAM
 from nrp_legacy.nest.kernel import Kernel
-from nrp_legacy.nest.models import CELLS, defaults_of
+from nrp_legacy.nest.models import CELLS, PARROT, defaults_of
 
 _LAWS = (("TsodyksMarkramSynapse", "tsodyks_synapse"), ("STDPMechanism", "stdp_synapse"))
 
@@ -98,7 +98,8 @@ def native_cell(sim: ModuleType, name: str, kernel: Kernel) -> type:
             ours["tau_m"] = values["C_m"] / values["g_L"]
         base.__init__(self, **ours)
 
-    return type(base.__name__, (base,), {"__init__": begin})
+    kept = {"injectable": False} if original == PARROT else {}
+    return type(base.__name__, (base,), {"__init__": begin, **kept})
 
 
 def native_synapse(sim: ModuleType, name: str, kernel: Kernel) -> type:
