@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Final
+from typing import Any, Final
 
 MAX_PIXELS: Final = 1 << 26
 """The largest image that is read: 8192 by 8192 pixels, 200 MB in three colours."""
@@ -11,12 +11,11 @@ MAX_PIXELS: Final = 1 << 26
 # OpenCV reads it once, when it is loaded
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))
 
-import cv2  # noqa: E402
+import cv2 as cv2  # noqa: E402
 import numpy as np  # noqa: E402
-import numpy.typing as npt  # noqa: E402
 
 
-def decode(image: bytes, flags: int) -> npt.NDArray[np.generic] | None:
+def decode(image: bytes, flags: int) -> Any:
     """Return the pixels of an image file; None if it is no image, or too large.
 
     Args:
@@ -27,4 +26,4 @@ def decode(image: bytes, flags: int) -> npt.NDArray[np.generic] | None:
         pixels = cv2.imdecode(np.frombuffer(image, np.uint8), flags)
     except cv2.error:
         return None
-    return None if pixels is None else np.asarray(pixels)
+    return pixels
