@@ -207,7 +207,7 @@ def _providers(group: str, _state: State) -> tuple[Provider, ...]:
 
 @lru_cache(maxsize=256)
 def _plugin(group: str, name: str, _state: State) -> object:
-    """Return an imported plugin; a look-up takes 1 ms, and each world that is opened makes several."""
+    """Return an imported plugin, cached: a look-up takes 1 ms, and each new world makes several."""
     from nrp_core._support.driver import Driver
 
     return Driver(group, name).driver

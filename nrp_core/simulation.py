@@ -233,7 +233,7 @@ class Simulation(Closing):
             raise LifecycleError(f"{self._name} has failed; only reset, restore and close work")
 
     def fail(self, what: str, error: BaseException, kind: type[SimulationError] = SimulationError) -> None:
-        """Mark it failed and raise whatever is not one of our errors as one; the caller raises the others.
+        """Mark it failed and convert a foreign exception to one of our errors; the caller raises our own.
 
         A request that cannot be met is refused before anything is done, and so it breaks nothing.
         """
@@ -252,7 +252,7 @@ class Simulation(Closing):
 def guarded(
     simulation: Simulation, what: str, kind: type[SimulationError] = SimulationError
 ) -> Iterator[None]:
-    """Turn whatever a backend raises into one of our errors; see :meth:`Simulation.fail`."""
+    """Convert every exception of a backend to one of our errors; see :meth:`Simulation.fail`."""
     try:
         yield
     except BaseException as error:

@@ -150,7 +150,7 @@ def factor(unit: str, to: str) -> Fraction:
 
 
 def correct_spelling(unit: str) -> str:
-    """Return the simple unit of which an unknown one has the letters in another order, or an empty text."""
+    """Return the simple unit with the same letters as an unknown one, or an empty text."""
     if _exact_size(unit) is not None:
         return ""
     letters = sorted(plain(unit))

@@ -287,7 +287,7 @@ def _require_all(
 def _bind_arguments(
     declared: Signature, args: tuple[Any, ...], named: dict[str, Any]
 ) -> tuple[dict[str, Any], TypeError | None]:
-    """Return arguments by name, as far as they fit, and why some do not."""
+    """Return the valid arguments by name, and the reason why others do not fit."""
     try:
         return declared.bind(*args, **named).arguments, None
     except TypeError as error:

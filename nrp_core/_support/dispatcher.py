@@ -60,7 +60,7 @@ class CachedKernel(CPUDispatcher):  # type: ignore[misc]
         """Types of arguments for which the function is compiled for compiled code only."""
 
     def compile(self, sig: Any) -> Any:
-        """Compile the function for types of arguments, unless it is; return what Python can call."""
+        """Compile the function for types of arguments if necessary; return the Python callable."""
         with global_compiler_lock:
             by_python, self._is_called_by_python = self._is_called_by_python, False
             arguments = tuple(sigutils.normalize_signature(sig)[0])

@@ -89,7 +89,7 @@ def _run(module: Any, fork: Fork) -> NoReturn:
 
 
 def _leave_parent(fork: Fork) -> None:
-    """Take over the files, the folder and the environment of the caller, and forget our own."""
+    """Take over the files, the folder and the environment of the caller, and drop our own."""
     os.setsid()
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a worker ignores it
     for number, path in ((1, fork.output), (2, fork.errors)):

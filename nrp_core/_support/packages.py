@@ -42,7 +42,7 @@ _SUFFIXES = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 
 @cache
 def fingerprint(package: str) -> str:
-    """Return a digest of the code of a top-level package or module, the same wherever it is installed.
+    """Return a digest of the code of a top-level package or module, independent of its place.
 
     It is computed once for each process. A module without files has an empty digest.
     """

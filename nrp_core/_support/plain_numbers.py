@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 
 class PlainNumbers(BaseModel):
-    """Base of models whose numbers are numbers; kinds with a validator of their own decide themselves.
+    """Base of models that refuse text and flags as numbers; types with their own validator decide themselves.
 
     A model is built when it is used first, so that those that are only parts of others are built once.
     """

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 
 def join_with_limit(words: Sequence[str], most: int, between: str = ", ") -> str:
-    """Return the first words of a list, and how many more there are; empty for an empty list."""
+    """Return the first words of a list, and the number of further ones; empty for an empty list."""
     more = f" and {len(words) - most} more" if len(words) > most else ""
     return between.join(words[:most]) + more
 

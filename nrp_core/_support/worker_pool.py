@@ -63,7 +63,7 @@ class WorkerPool:
         self._starting: set[Worker] = set()
 
     def perform(self, function: Callable[[T], R], tasks: Iterable[T]) -> Iterator[TaskOutcome[T, R]]:
-        """Perform tasks and yield what came of each, in the order in which they end.
+        """Perform tasks and yield their outcomes, in the order in which they end.
 
         Args:
             function: at the top level of a module that can be imported.
@@ -102,7 +102,7 @@ class WorkerPool:
         self._starting.add(worker)
 
     def _begins(self, worker: Worker) -> bool:
-        """Take the first answer of a new process; return False if it is one to the task, or none."""
+        """Take the first answer of a new process; return False if it answers the task, or is missing."""
         if worker not in self._starting:
             return False
         try:

@@ -212,7 +212,7 @@ def _version(path: Path) -> str:
 
 
 def _reached(script: Path) -> set[Path]:
-    """Return a script, the modules that it imports from beside it, and the files that it names there."""
+    """Return a script, and the modules that it imports and files that it names in its folder."""
     found: set[Path] = set()
     waiting = [script]
     while waiting:

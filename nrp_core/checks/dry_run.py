@@ -124,7 +124,7 @@ def _doubt(error: BaseException, function: TransferFunction, unknown: set[str]) 
 
 
 def _hint(error: BaseException) -> tuple[str, Instead | None]:
-    """Return the end of the message about a name that does not exist, and what to replace it with."""
+    """Return the end of the message about a name that does not exist, and its replacement."""
     instead = getattr(error, "instead", None)
     if instead is not None or not isinstance(error, NameError | AttributeError) or not error.name:
         return "", instead

@@ -46,7 +46,7 @@ class ExaminedFunction:
 
     @property
     def written(self) -> list[tuple[str, str]]:
-        """The topics that it publishes on, each with its parameter; that of the return value has none."""
+        """The topics that it publishes on, each with its parameter; None for the return value."""
         mappings = self.function.mappings.items()
         written = [(mapping.writes.name, name) for name, mapping in mappings if mapping.writes is not None]
         return written if self.function.topic is None else [(self.function.topic.name, ""), *written]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def load() -> None:
-    """Import what every answer needs."""
+    """Import the modules that every answer uses."""
     import nrp_core.checks.confined_functions
     import nrp_core.checks.dry_run
     import nrp_core.checks.subjects.functions  # noqa: F401

@@ -31,7 +31,7 @@ _NETWORK_BYTES = 100_000_000_000
 
 
 def load() -> None:
-    """Import what every answer needs."""
+    """Import the modules that every answer uses."""
     import nrp_core.checks.network_summary
     import nrp_core.network.files
     import nrp_core.pynn  # noqa: F401

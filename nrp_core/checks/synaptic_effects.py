@@ -114,7 +114,7 @@ def distance_to_threshold_mv(cells: Population) -> float | None:
 
 
 def unreached_thresholds(network: Network) -> dict[str, str]:
-    """Return a sentence for each population that its synapses cannot take to its threshold, if it has any.
+    """Return a sentence for each population with synapses that cannot reach its threshold.
 
     A population is not among them if anything about its inputs is unknown: other cells than leaky ones,
     synapses whose weights change or that appear while the network runs, equations.
@@ -144,7 +144,7 @@ def unreached_thresholds(network: Network) -> dict[str, str]:
 def _highest_voltage_mv(
     network: Network, cells: Population, projections: list[Projection], enough_mv: float
 ) -> float | None:
-    """Return a limit of the depolarization of a cell by its synapses, mV; None if it is unknown or enough."""
+    """Return a limit of the depolarization of a cell by its synapses, mV; None if unknown or sufficient."""
     total_mv = 0.0
     for projection in projections:
         if projection.neuromodulation is not None:

@@ -107,7 +107,7 @@ T = TypeVar("T")
 
 
 class Requests:
-    """While a thread runs or attends the loop, it makes the calls of others; otherwise each makes its own."""
+    """While a thread runs or attends the loop, it executes the calls of others; otherwise each its own."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition(threading.RLock())  # calls may be nested
@@ -201,7 +201,7 @@ class Failure:
 
     @property
     def notes(self) -> str:
-        """The notes of the exception as the rest of the sentence; empty if it has none."""
+        """The notes of the exception, to complete the sentence; empty without notes."""
         return "".join(f"; {note}" for note in getattr(self.error, "__notes__", ()))
 
     def to_error(self) -> TransferFunctionRaisedError:

@@ -185,7 +185,7 @@ class Explained:
 
     @property
     def key(self) -> str:
-        """The key that sets it; its name, if it belongs to a file alone."""
+        """The key that sets it; only its name, if it belongs to a single file."""
         return self.name if self.side is None else f"{_KEYS[self.side]}.{self.name}"
 
     def as_data(self) -> dict[str, Any]:

@@ -47,7 +47,7 @@ def _verdict(path: Path, check: IntegrityCheck) -> str:
 
 
 def is_recording(path: Path) -> bool:
-    """Return whether a folder holds a recording, of which files may be missing, or a file begins like one."""
+    """Return whether a folder holds a recording, even an incomplete one, or a file begins like one."""
     if path.is_dir():
         return (path / MCAP_NAME).is_file() or (path / RUN_NAME).is_file()
     return path.is_file() and is_mcap(path)

@@ -256,7 +256,7 @@ class Session:
 
 
 def _announce(simulation: Run) -> None:
-    """Report before the first step how many problems there are; the summary at the end lists them."""
+    """Report the number of problems before the first step; the summary at the end lists them."""
     problems = [problem for problem in simulation.problems if is_warning(problem)]
     others = [problem for problem in problems if problem.weight is not Weight.INCOMPLETE]
     warnings = sum(problem.count for problem in others)

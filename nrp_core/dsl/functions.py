@@ -43,7 +43,7 @@ def collecting() -> Iterator[list[TransferFunction]]:
 
 
 def register(function: TransferFunction) -> None:
-    """Add a function to the current collection, if there is one.
+    """Add a function to the current collection, if any.
 
     Raises:
         TransferFunctionError: the name is taken.

@@ -53,7 +53,7 @@ class Variable(Adapter):
         self.reset()
 
     def begin_with(self, initial: Any) -> None:
-        """Set the initial value, unless there already is one."""
+        """Set the initial value, unless it is set."""
         if self._initial is None and initial is not None:
             self._initial = _copy(initial)
             self.reset()
@@ -69,7 +69,7 @@ class Variable(Adapter):
 
     @property
     def is_lost(self) -> bool:
-        """Whether a number of the value has become NaN, so that whatever is computed with it is NaN."""
+        """Whether a number of the value has become NaN, so that all results computed from it are NaN."""
         return _has_nan(self.value) and not _has_nan(self._initial)
 
     def value_text(self) -> str:

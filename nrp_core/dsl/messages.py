@@ -36,7 +36,7 @@ def _own_modules() -> list[str]:
 
 
 def _own_classes(module: str) -> list[type]:
-    """Return the classes in a module of messages of ours, if there is one."""
+    """Return the classes in our module of messages, if it exists."""
     names = vars(import_module(f"{messages.__name__}.{module}")) if module in _own_modules() else {}
     return [value for value in names.values() if isinstance(value, type)]
 
@@ -76,7 +76,7 @@ class _OnDemand(ModuleType):
         return vars(self)
 
     def _contents(self) -> dict[str, type]:
-        """Return the classes of ours."""
+        """Return our classes."""
         raise NotImplementedError
 
     def _other(self, name: str) -> Any:
@@ -85,7 +85,7 @@ class _OnDemand(ModuleType):
 
 
 class _Types(_OnDemand):
-    """``<package>.msg``: the types of ours, and those that are made from their ROS definitions."""
+    """``<package>.msg``: our types, and types made from their ROS definitions."""
 
     def __init__(self, package: str) -> None:
         super().__init__(package, "msg", "Message types.")

@@ -1,4 +1,4 @@
-"""Findings: whatever checks, engines and runs report, each with a code, a message and a place."""
+"""Findings of checks, engines and runs, each with a code, a message and a place."""
 
 from nrp_core.findings.codes import Code, Weight
 from nrp_core.findings.finding import Finding, InvalidExperimentError, Level, has_errors, headline

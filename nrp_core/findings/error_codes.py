@@ -1,4 +1,4 @@
-"""The code of the finding that an error becomes, wherever it is caught."""
+"""The code of the finding that reports an error."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ class Finding:
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain data for JSON, with why it matters and what to do."""
+        """Return it as plain data for JSON, with its consequence and the remedy."""
         path = None if self.path is None else str(self.path)
         return {
             **asdict(self), "code": self.code.name, "level": str(self.level), "path": path,

@@ -120,7 +120,7 @@ def _bundles(groups: Iterable[ProblemGroup]) -> list[list[ProblemGroup]]:
 
 
 def without(findings: Iterable[Finding], codes: Collection[str]) -> Iterator[Finding]:
-    """Yield findings without those of some codes; errors and what makes a run incomplete stay."""
+    """Yield findings without those of some codes; keep errors and causes of an incomplete run."""
     for finding in findings:
         if finding.code.name not in codes or finding.weight is Weight.INCOMPLETE:
             yield finding

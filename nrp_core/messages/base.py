@@ -63,7 +63,7 @@ def type_of(name: str) -> type | None:
 
 @cache
 def _import_package(package: str) -> None:
-    """Import the modules of ours that define the messages of a package, if there are any."""
+    """Import our modules that define the messages of a package, if any."""
     for name in {package, package.replace("_msgs", "_srvs")}:
         if package.isidentifier() and find_spec(f"{_PACKAGE}.{name}") is not None:
             import_module(f"{_PACKAGE}.{name}")
@@ -155,7 +155,7 @@ def invalid_field(value: Any) -> str | None:
 
 
 def holds_finite_floats(value: Any) -> bool:
-    """Return whether all fields are finite floats or messages of such; faster than checking each."""
+    """Return whether all fields are finite floats or messages of finite floats, faster than by field."""
     cls: type = type(value)
     quick = _all_floats(cls)
     if quick is None:

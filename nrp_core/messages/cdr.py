@@ -224,7 +224,7 @@ class Codec:
         return self._serialize(message if prepare is None else prepare(message), name)
 
     def decode(self, data: bytes | memoryview, name: str) -> Any:
-        """Return the message in ``data``, of our class if there is one of that name.
+        """Return the message in ``data``, of our class of that name if it exists.
 
         Raises:
             TopicError: the bytes are not such a message.
@@ -240,7 +240,7 @@ class Codec:
     # -- the encoding itself
 
     def _fast(self, name: str) -> Callable[[Any], bytes] | None:
-        """Return an encoder of a type that is faster than the library's, if there is one."""
+        """Return an encoder of a type that is faster than the library's, if any."""
         numbers = self._numbers(name)
         return _packer(numbers) if numbers else None
 
@@ -413,7 +413,7 @@ def _flat_array(base: str) -> Prepare:
 
 
 def _rebuild(fields: Sequence[tuple[str, str, Prepare | None]]) -> Prepare:
-    """Return what rebuilds a message, given the names of each field for the library and in our class."""
+    """Return a function that rebuilds a message, from each field's name in the library and in our class."""
 
     def rebuilt(message: Any) -> Any:
         return SimpleNamespace(**{

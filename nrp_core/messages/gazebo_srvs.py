@@ -14,7 +14,7 @@ from nrp_core.messages.std_msgs import ColorRGBA, Header
 
 @dataclass(slots=True)
 class _Outcome:
-    """What most answers consist of: whether the request was granted, and else the reason."""
+    """The fields of most answers: whether the request was granted, or else the reason."""
 
     success: bool = True
     status_message: str = ""

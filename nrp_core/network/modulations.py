@@ -1,4 +1,4 @@
-"""What the rewards of each population have in common, for backends that have them."""
+"""The parameters that the rewards of each population share, for backends with rewards."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _ADDITIVE: Final = "AdditiveWeightDependence"
 
 
 def follows_dopamine(projection: Projection) -> bool:
-    """Return whether the weights of synapses follow dopamine, if there is a projection that brings it."""
+    """Return whether the weights of synapses follow dopamine, if a projection releases it."""
     equations = projection.equations
     return projection.synapse_type == STDP or (equations is not None and bool(equations.model.eligibility))
 

@@ -16,7 +16,7 @@ VOLTAGE: Final = "v"
 
 
 def require_voltages(where: str, projection: Any, populations: Mapping[str, Any]) -> None:
-    """Check that the cells at both ends have what synapses need that transmit voltages.
+    """Check that the cells at both ends support synapses that transmit voltages.
 
     Args:
         where: the projection, for the message.

@@ -108,7 +108,7 @@ class Sentence:
         return self.observable.news()
 
     def unchanged_ns(self, now_ns: int) -> int | None:
-        """Return for how long the condition surely keeps holding or failing, ns; None: between messages."""
+        """Return the time for which the condition cannot change, ns; None: until the next message."""
         return self.observable.unchanged_ns(self.condition.room)
 
     def look(self, now_ns: int) -> None:

@@ -19,10 +19,10 @@ class Watched(Protocol):
         """Return the times of the messages that came since the last call, ns."""
 
     def unchanged_ns(self, now_ns: int) -> int | None:
-        """Return for how long it surely stays as it is, ns; None: it changes with messages or steps only."""
+        """Return the time for which it cannot change, ns; None: it changes only with messages or steps."""
 
     def look(self, now_ns: int) -> None:
-        """Keep what is read at a physics step between two steps of the loop, for that moment."""
+        """Store the values read at a physics step between two steps of the loop, for that moment."""
 
 
 class LastMessage:
@@ -57,7 +57,7 @@ class LastMessage:
         return self._last
 
     def restore(self) -> None:
-        """Return to what the subscription has, at time 0 or after it was restored."""
+        """Return to the messages of the subscription, at time 0 or after it was restored."""
         self._coming.clear()
         self._last = None if self._subscription.has_news else self._subscription.latest
 

@@ -73,7 +73,7 @@ class Observable(ABC):
         return ()
 
     def unchanged_ns(self, room: Room) -> int | None:
-        """Return for how long the value surely changes by less than ``room`` of it, ns.
+        """Return the time for which the value changes by less than ``room``, ns.
 
         0: it has to be looked at at each physics step. None: it changes with messages or with the steps of
         the loop only.

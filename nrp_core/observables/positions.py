@@ -130,7 +130,7 @@ class GroundPositions:
         self.poses = self._fixed | {name: engine.model_pose(name) for name in self._moving}
 
     def unchanged_ns(self, gap_m: float, *models: str) -> int:
-        """Return for how long a distance between models surely keeps on the same side of a limit, ns.
+        """Return the time for which a distance between models stays on the same side of a limit, ns.
 
         Speeds are read only where it matters: not if the bound holds even at 10 m/s.
 

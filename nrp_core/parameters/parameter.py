@@ -56,7 +56,7 @@ class Parameter:
             raise ParameterError(f"parameter {self.name!r}: {wrong}", path=self.path, line=self.line)
 
     def value(self, given: object) -> Value:
-        """Return a value as the script gets it, in the declared type and unit.
+        """Return a value for the script, in the declared type and unit.
 
         Args:
             given: a value, or for a number a text with its unit, ``"1.5 mV"``.

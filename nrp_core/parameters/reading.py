@@ -52,7 +52,7 @@ FUNCTIONS = DeclarationStyle("nrp", frozenset({"nrp_core", "hbp_nrp_client"}))
 
 @dataclass(slots=True)
 class Declared:
-    """The parameters of a script and of the modules that it imports from beside it.
+    """The parameters of a script and of the modules that it imports from its folder.
 
     Args:
         parameters: by name, in the order of the script.
@@ -212,7 +212,7 @@ def _is_discarded(node: ast.stmt, read: Collection[str]) -> bool:
 
 
 def _is_replaced(statements: Sequence[ast.stmt], i: int) -> bool:
-    """Return whether a statement keeps a parameter under a name that gets another value before it is read."""
+    """Return whether a statement assigns a parameter to a name that is overwritten before it is read."""
     match statements[i]:
         case ast.Assign([ast.Name(name)], ast.Call(func)) if last_name(func) == CALL:
             mentions = [

@@ -35,7 +35,7 @@ class Language(Protocol):
         """
 
     def modules(self) -> Mapping[str, ModuleType]:
-        """Return the modules that scripts in this language import, and others do not."""
+        """Return the modules that only scripts in this language import."""
 
     def running(self) -> AbstractContextManager[None]:
         """Return the context in which a script runs."""
@@ -72,7 +72,7 @@ class ScriptReading:
 
 
 def reading_of(script: Path) -> ScriptReading:
-    """Return how a script is read: as Python 3 if it is that, or is in none of the installed languages."""
+    """Return how to read a script: as Python 3, unless it is in another installed language."""
     text = decoded_python(script.read_bytes())
     code = "" if isinstance(text, Misfit) else text
     try:

@@ -139,7 +139,7 @@ class Recorder(recording.Recorder):
         return {variable.name for variable in self.recorded}
 
     def keep(self) -> None:
-        """Keep what only the brain has, which is about to be closed."""
+        """Keep the data that only the brain has, before it is closed."""
         if REWIRING in self.recorded:
             with suppress(NrpError):  # a brain that has failed has no data
                 self._kept = self._simulator.state.rewirings_onto(self.population)

@@ -63,7 +63,7 @@ _Corners = tuple[FloatArray, FloatArray]
 
 
 def with_clearance(scene: Scene) -> Scene:
-    """Return a scene in which no estimated box overlaps another model when the joints are where they start.
+    """Return a scene without overlap of estimated boxes and other models in the initial positions.
 
     Movable models come first, so the boxes of the room make way for robots.
 

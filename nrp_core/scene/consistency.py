@@ -1,4 +1,4 @@
-"""Checks of every model, however it was made: names are unique, and joints form trees."""
+"""Checks of every model from any source: names are unique, and joints form trees."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ def like_shape(solid: Inertial, given: Inertial) -> Inertial:
 
 
 def equivalent_box(inertial: Inertial) -> tuple[Box, Pose]:
-    """Return the homogeneous box with these mass properties, at least 1 mm thick, and where its centre is.
+    """Return the homogeneous box with these mass properties, at least 1 mm thick, and its centre.
 
     The box of nearly equal moments has the axes of the file, because its principal axes are arbitrary.
     """

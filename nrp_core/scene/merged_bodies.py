@@ -106,7 +106,7 @@ def tree_of(root: int, bodies: Sequence[Body]) -> list[int]:
 
 
 def place_in_frame(body: Body) -> Pose:
-    """Return the pose of a body in the frame that it moves with: its own, or the world's if it is fixed."""
+    """Return the pose of a body in its own frame, or in the world's if it is fixed."""
     return body.pose if body.fixed else Pose()
 
 

@@ -530,7 +530,7 @@ class Scene(Overview):
 
     @checks_arguments()
     def without(self, name: str) -> Scene:
-        """Return this scene without a model and what ties others to it."""
+        """Return this scene without a model and its ties to others."""
         self.model(name)
         models = tuple(model for model in self.models if model.name != name)
         ties = tuple(tie for tie in self.ties if name not in (tie.parent[0], tie.child[0]))

@@ -124,7 +124,7 @@ def _drive(drive: MountedDrive, model: Model) -> Entry:
 
 
 def _for_engines(model: Model) -> list[Entry]:
-    """Return an entry for each engine that has elements of its own in the model's file."""
+    """Return an entry for each engine with elements in the model's file."""
     counts: dict[str, Counter[str]] = {}
     for native in model.native:
         inner = [each.tag for each in native.children] if native.tag in _SECTIONS else [native.tag]

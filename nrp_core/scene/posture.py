@@ -23,7 +23,7 @@ _ROUNDS, _STEP = 30, 0.3
 
 
 class Posture:
-    """The motions of links, in the frame of their model, from where they are with all joints at 0.
+    """The motions of links, in the frame of their model, from their poses with all joints at 0.
 
     Args:
         model: the model.
@@ -153,14 +153,14 @@ def start_positions(model: Model) -> Mapping[str, float]:
 
 
 def body_poses(model: Model, bodies: Sequence[Body]) -> list[Pose]:
-    """Return the poses of a model's bodies in the world, with its joints where they start."""
+    """Return the poses of a model's bodies in the world, at the initial positions of its joints."""
     posture = Posture(model, start_positions(model))
     moved = [posture.of(body.links[0].name if body.links else WORLD) for body in bodies]
     return [model.pose @ motion @ body.in_model for motion, body in zip(moved, bodies, strict=True)]
 
 
 def at_start(model: Model) -> Model:
-    """Return a model whose links are where its joints start, for its geometry alone.
+    """Return a model with its links at the initial joint positions, only for its geometry.
 
     The poses of the result are not those with all joints at 0, so its joints cannot be moved further.
     """

@@ -166,7 +166,7 @@ class BatchPublication:
         return self._publications[0].topic
 
     def publish(self, messages: Sequence[Any] | FloatArray) -> None:
-        """Publish a message in each copy; failed copies get none.
+        """Publish a message in each copy except failed ones.
 
         Args:
             messages: one for each copy; or, for messages that consist of numbers only, an array of these in

@@ -1,4 +1,4 @@
-"""Delay, noise and drop-outs of whatever the world publishes; sensors have their own."""
+"""Delay, noise and drop-outs of all messages of the world; sensors have their own."""
 
 from __future__ import annotations
 

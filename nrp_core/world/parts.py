@@ -31,7 +31,7 @@ class _Pending(NamedTuple):
 
 
 class DelayedPart(PartProxy):
-    """A part that gets its commands late, at the first physics step after their delay.
+    """A part that receives its commands late, at the first physics step after their delay.
 
     Args:
         inner: the part.

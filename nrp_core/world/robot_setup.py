@@ -108,7 +108,7 @@ def with_added_sensors(model: Model, sensors: Iterable[AddedSensor]) -> Model:
 
 
 def _place(pose: Pose, part: Element) -> Pose:
-    """Return the pose of the sensor; its parts are where it is."""
+    """Return the pose of the sensor, which is also that of its parts."""
     return pose if part.tag == "sensor" else Pose()
 
 
@@ -118,7 +118,7 @@ def _without_place(notes: Notes) -> Iterator[Finding]:
 
 
 def _element_of(sensor: AddedSensor) -> Element:
-    """Return the ``<sensor>``, of which every element must exist."""
+    """Return the ``<sensor>``; each of its elements must exist."""
     if sensor.type not in sensor_types():
         hint = did_you_mean(sensor.type, sensor_types())
         raise SceneError(f"'{sensor.type}' is not a type of sensors{hint}")
@@ -271,7 +271,7 @@ def set_up_robot(model: Model, fitting: RobotSetup) -> Model:
 
 
 def _set_up_static(model: Model, fitting: RobotSetup) -> Model:
-    """Return a robot that never moves with its place and further sensors, which is all that it can get."""
+    """Return a robot that never moves, with its pose and further sensors; it supports no other settings."""
     fixed = fitting.fixed or None
     if replace(fitting, placed=False, on_ground=False, sensors=(), fixed=fixed) != RobotSetup(fixed=fixed):
         message = "it has no free base, and no keyframe, start or control of joints"
@@ -297,7 +297,7 @@ def _begin_at(model: Model, fitting: RobotSetup) -> Model:
 
 
 def _put_on_ground(model: Model, placed: bool) -> Model:
-    """Return a robot whose lowest collision, where its joints start, is at the height of its pose."""
+    """Return a robot whose lowest collision, at the initial joint positions, is at the height of its pose."""
     shapes = [
         (model.pose @ link.pose @ each.pose, each.geometry)
         for link in at_start(model).links

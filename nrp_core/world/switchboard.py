@@ -262,7 +262,7 @@ class Switchboard:
                 self._rated[topic.name].subscriptions += subscriptions
 
     def disconnect(self, part: Part) -> None:
-        """Remove the topics of a part; their subscribers get no more messages."""
+        """Remove the topics of a part; their subscribers receive no further messages."""
         for topic in part.topics:
             del self._topics[topic.name], self._parts[topic.name]
             self._layouts.pop(topic.name, None)
@@ -348,7 +348,7 @@ class Switchboard:
         self._owner.fail(f"take a message on {name}", error)
 
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
-        """Deliver the finite numbers of a message to the part that alone receives it, if there is one."""
+        """Deliver the finite numbers of a message to its only receiving part, if any."""
         self._owner.require_ready()
         alone = not self.observers and self._held is None and name in self._layouts
         part = self._parts.get(name) if alone else None

@@ -105,7 +105,7 @@ class Subscription:
 
     @property
     def has_news(self) -> bool:
-        """Whether there are messages that :meth:`take` has not returned."""
+        """Whether it holds messages that :meth:`take` has not returned."""
         return bool(self._messages) or (self._current is not None and self._current() is not None)
 
     @property
@@ -180,7 +180,7 @@ class Board(Protocol):
         """Deliver a checked message."""
 
     def deliver_numbers(self, name: str, numbers: Sequence[float]) -> bool:
-        """Deliver the finite numbers of a message to the part that alone receives it, if there is one."""
+        """Deliver the finite numbers of a message to its only receiving part, if any."""
 
 
 class Publication:

@@ -200,7 +200,7 @@ class World(Overview, Simulation):
         self._board.observers.remove(observer)
 
     def add_physics_observer(self, observer: PhysicsObserver) -> None:
-        """Let an observer look at the bodies at physics steps, at the times that it asks for."""
+        """Call an observer at physics steps, at the times that it requests."""
         self._physics_observers.append(observer)
 
     def remove_physics_observer(self, observer: PhysicsObserver) -> None:
@@ -383,13 +383,13 @@ class World(Overview, Simulation):
                 self._observe(stop_ns)
 
     def _observe(self, now_ns: int) -> None:
-        """Let the observers look that have asked for this time."""
+        """Call the observers that requested this time."""
         for observer in self._physics_observers:
             if observer.deadline_ns is not None and observer.deadline_ns <= now_ns:
                 observer.observe(now_ns)
 
     def _next_stop(self, timed: Sequence[Part], t_ns: int) -> int:
-        """Return the time of the next sample, deadline, look of an observer or the end, on the grid, ns."""
+        """Return the time of the next sample, deadline, observer call or the end, on the grid, ns."""
         due_ns, step_ns = self._board.next_due(), self.engine.capabilities.step_ns
         stop_ns = t_ns if due_ns is None else min(t_ns, due_ns)
         others: Sequence[Part | PhysicsObserver] = (*timed, *self._physics_observers)

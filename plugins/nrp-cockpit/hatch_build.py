@@ -1,4 +1,4 @@
-"""Build the page with Node from PyPI, unless the built one belongs to the present sources."""
+"""Build the page with Node from PyPI, unless a build of the present sources exists."""
 
 from __future__ import annotations
 

@@ -243,7 +243,7 @@ def forget(
     now: float, cells: Array, synapses: Array, slow: Array, rules: Array, events: Array,
     places: Array, needed: Array,
 ) -> None:  # fmt: skip
-    """Bring synapses that look back on many jumps towards now (ms), and drop the jumps before.
+    """Advance synapses that lag many jumps behind now (ms), and drop the earlier jumps.
 
     Args:
         now: the time of the engine.

@@ -210,7 +210,7 @@ def _learning(name: str, changes: Assignments, model: SynapseModel, places: Plac
 
 
 def _loaded(model: SynapseModel, places: Places) -> Iterator[str]:
-    """Yield the lines that read a synapse and bring it to the present."""
+    """Yield the lines that read a synapse and advance it to the present."""
     holder = "rule" if model.is_plastic else "synapse"
     for name in model.parameters:
         yield f"{PARAMETER}{name} = {holder}[{places.parameters[name]}]"

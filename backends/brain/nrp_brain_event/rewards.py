@@ -57,7 +57,7 @@ def rewards_of(
 
 
 def _require_dopamine(network: Network) -> None:
-    """Refuse weights in equations that follow a dopamine that nothing brings, or of each cell.
+    """Refuse equations whose weights follow a dopamine without a source, or a separate one for each cell.
 
     Raises:
         CapabilityError: there are such synapses.

@@ -151,7 +151,7 @@ def state_at(cell: Cell, variable: int, t: float) -> float:
 
 @jit
 def stand_at(cell: Cell, t: float) -> None:
-    """Cut the present step at t: the state there becomes the start of the next step."""
+    """Cut the present step at t; the next step starts from the state at t."""
     for variable in range(_VARIABLES[cell.membrane]):
         cell.path[variable, 0] = state_at(cell, variable, t)
         for power in range(1, 5):

@@ -110,13 +110,13 @@ def trace(last: float, before: float, t: float, tau: float) -> float:
 
 @jit
 def span_up(rule: Any, synapse: Any) -> float:
-    """Return the amount of which an increase is a share."""
+    """Return the amount that an increase is a fraction of."""
     return _span(rule.w_max - synapse.weight, rule.mu_plus, rule.w_max)
 
 
 @jit
 def span_down(rule: Any, synapse: Any) -> float:
-    """Return the amount of which a decrease is a share."""
+    """Return the amount that a decrease is a fraction of."""
     return _span(synapse.weight - rule.w_min, rule.mu_minus, rule.w_max)
 
 
@@ -198,7 +198,7 @@ def vogels_on_target(rule: Any, synapse: Any, _slow: Any, post_t: float, t: floa
 
 @jit
 def spike_triplet_on_source(rule: Any, synapse: Any, slow: Any, post_t: float, t: float) -> None:
-    """Depress the synapse by the earlier spikes of its target, more after earlier ones of its source."""
+    """Depress the synapse by the earlier spikes of its target; earlier spikes of its source increase this."""
     own = trace(synapse.pre_t, slow.pre_slow, t, rule.tau_x)
     of_target = trace(post_t, synapse.post_trace, t, rule.tau_minus)
     change(rule, synapse, -of_target * (rule.A_minus + rule.A3_minus * own), rule.w_max)

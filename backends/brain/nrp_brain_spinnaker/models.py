@@ -59,7 +59,7 @@ class CellModel:
         return (*_STATE[self.neuron], *synaptic)
 
     def substeps(self, step_us: int) -> int:
-        """Return the number of updates in a time step for accuracy; the machine's own cells need one."""
+        """Return the number of updates in a time step for accuracy; 1 for the machine's own cells."""
         return -(-step_us // _LONGEST_STEP_US.get(self.neuron, step_us))
 
 

@@ -155,7 +155,7 @@ class _Builder:
         )
 
     def _check_friction(self) -> None:
-        """Let gains move the joints where a file takes dry friction away; ball joints have none."""
+        """Move joints by gains if a file disables dry friction; refuse ball joints, which have no gains."""
         taker = self._native.without_friction
         if taker is None:
             return

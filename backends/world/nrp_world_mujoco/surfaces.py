@@ -119,7 +119,7 @@ class Surfaces:
         return self._field(surface, ground.heights, ground.low, ground.high)
 
     def _cells_of(self, uses: Mapping[ConcaveMesh, int]) -> dict[ConcaveMesh, list[FloatArray]]:
-        """Return the convex cells of surfaces, merged in those with most cells if there are too many.
+        """Return the convex cells of surfaces; if there are too many, merge those of the largest surfaces.
 
         Args:
             uses: number of collisions with each surface.

@@ -111,7 +111,7 @@ class Tree:
 
     @property
     def sprung(self) -> bool:
-        """Whether there are springs."""
+        """Whether the model has springs."""
         return bool(self._stiffness.any())
 
     @property
@@ -146,7 +146,7 @@ class Tree:
         return efforts, self.servos.braking + springs
 
     def drive(self, efforts: FloatArray) -> bool:
-        """Apply efforts in one call, unless there are ball joints; return whether it did."""
+        """Apply efforts in one call and return True; with ball joints, return False."""
         if self._single:
             forces, mode, client = efforts.tolist(), bullet.TORQUE_CONTROL, self._client
             links = self._links
@@ -284,7 +284,7 @@ class Control:
         self._firm_by_path[model, f"{joint}_x"].orient(model, joint, orientation)
 
     def retarget(self, model: str, targets: JointTargets) -> bool:
-        """Change the targets of firm joints of one multi-body, if all have one; return whether they have."""
+        """Change the targets of firm joints of one multi-body, if all have one; return whether all do."""
         firm = self._firm_by_path.get((model, targets.joints[0]))
         return firm is not None and firm.retarget(model, targets)
 

@@ -255,7 +255,7 @@ class _Moving:
         self._carried = np.array(carried, dtype=float)[:, :, None]
 
     def mass(self) -> FloatArray:
-        """Return the mass matrix, the base's translation and rotation along its own axes first."""
+        """Return the mass matrix; its first rows are the base's motion along and about its own axes."""
         frames = [frame() for frame in self._frames]
         turns = np.array([rotation_matrix(orientation) for _, orientation in frames])
         origins = np.array([position for position, _ in frames])

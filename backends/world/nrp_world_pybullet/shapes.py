@@ -118,7 +118,7 @@ def _connect(child: tuple[Place, Pose], parent: tuple[Place, Pose], client: int)
 
 
 def _slide(parent: tuple[Place, Pose], child: tuple[Place, Pose], axis: Vector, client: int) -> None:
-    """Let a body move along an axis of another one, both of which have frames that keep their directions."""
+    """Let a body move along an axis of another one; the frames of both keep their directions."""
     (holder, there), (held, here) = parent, child
     bullet.createConstraint(
         *holder,

@@ -43,7 +43,7 @@ class Connection:
 
 
 def connections(code: str) -> list[Connection]:
-    """Return the connections of all functions in a text, also of those in loops; none if it is not Python.
+    """Return the connections of all functions in a text, including those in loops; none if it is not Python.
 
     A name that the text computes, other than by an f-string, gives no connection.
     """

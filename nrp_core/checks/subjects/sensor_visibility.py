@@ -53,7 +53,7 @@ class OwnRobotView:
 
 @checks_experiment
 def check_own_robot_views(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for scanners and cameras that are read and see only their own robot."""
+    """Report scanners and cameras that are read and see only their own robot."""
     read = {id(sensor): model.name for model, sensor in read_sensors(examined)}
     for model in examined.robots:
         if examined.scene is None or model.name not in read.values():

@@ -148,7 +148,7 @@ def _arguments(overrides: list[str]) -> dict[str, str]:
 
 
 def _read(file: Path, models: list[Path], args: dict[str, str], ignored: list[str]) -> Scene:
-    """Return the scene in a file, without what cannot be used."""
+    """Return the scene in a file, without unusable parts."""
     from dataclasses import replace
     from functools import partial
 

@@ -99,7 +99,7 @@ def plot(
 
 
 def _with_next(incomplete: str) -> list[str]:
-    """Return a list of panels with each name that its last word may become."""
+    """Return completions of a list of panels: one for each name that its last word begins."""
     *chosen, last = incomplete.split(",")
     return [",".join((*chosen, name)) for name in PANELS if name.startswith(last)]
 

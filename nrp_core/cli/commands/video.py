@@ -143,7 +143,7 @@ def video(
 
 
 def _refuse_ignored(view: str, given: dict[str, str | None]) -> None:
-    """Refuse an option that has no effect beside another.
+    """Refuse an option that another one makes ineffective.
 
     Raises:
         typer.BadParameter: a view of the scene beside a camera, or a viewpoint that the view does not have.

@@ -67,7 +67,7 @@ class Judge(ABC):
         self._is_over = False  # whether later steps change nothing, not even the degree
 
     def unchanged_ns(self, now_ns: int) -> int | None:
-        """Return for how long its condition surely keeps holding or failing, ns."""
+        """Return the time for which its condition cannot change, ns."""
         is_open = self._began_ns is not None and self._passed is None
         return self._sentence.unchanged_ns(now_ns) if is_open else None
 
@@ -298,7 +298,7 @@ class Always(Judge):
         self._is_over = has_ended
 
     def _wrong(self, now_ns: int) -> str | None:
-        """Return a description of a violation now, if there is one."""
+        """Return a description of the present violation, if any."""
         holds = self._sentence.holds(now_ns)
         if self._limit is not None and self._passed is None:
             self._distance = max(self._sentence.value, self._distance or 0.0)

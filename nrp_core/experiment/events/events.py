@@ -72,7 +72,7 @@ class AllOf:
         return [t_ns for sentence in self._sentences for t_ns in sentence.news()]
 
     def unchanged_ns(self, now_ns: int) -> int | None:
-        """Return for how long its conditions surely keep holding or failing, ns."""
+        """Return the time for which its conditions cannot change, ns."""
         if self._waits:
             return None
         known = [sentence.unchanged_ns(now_ns) for sentence in self._sentences]
@@ -211,7 +211,7 @@ class Events:
         return self._times
 
     def save(self) -> Any:
-        """Return the past events and the state of what the others wait for."""
+        """Return the past events and the state of the conditions of the others."""
         return dict(self._times), self._states()
 
     def restore(self, saved: Any) -> None:

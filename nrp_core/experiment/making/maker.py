@@ -88,7 +88,7 @@ class Maker(PartMaker):
     find_elsewhere: FindElsewhere | None = None
 
     def room(self, experiment: Experiment) -> Scene:
-        """Return the scene without robots, empty without a file; if not strict, without what cannot be used.
+        """Return the scene without robots, empty without a file; if not strict, without unusable parts.
 
         Raises:
             SceneError: it cannot be read.
@@ -104,7 +104,7 @@ class Maker(PartMaker):
         return replace(scene, warnings=(*scene.warnings, *left_out))
 
     def robot(self, experiment: Experiment, name: str) -> Model:
-        """Return a robot; if the experiment is not strict, without what cannot be used.
+        """Return a robot; if the experiment is not strict, without unusable parts.
 
         Raises:
             SceneError: it cannot be read.

@@ -422,7 +422,7 @@ def _bind_to_mocks(
 
 
 def name_cause(found: Sequence[Finding], experiment: Experiment, network: Network) -> list[Finding]:
-    """Return findings; errors of devices on a brain without cells become one about its file."""
+    """Return findings; merge errors of devices on a brain without cells into one about its file."""
     others = [one for one in found if (one.code, one.level) != (Code.NRP211, Level.ERROR)]
     if network.populations or len(others) == len(found):
         return list(found)
@@ -475,7 +475,7 @@ def open_engine(section: BackendSection, side: Side[Any], content: Network | Sce
 
 
 def open_world_like(first: World, section: BackendSection, side: Side[Any], seed: int) -> World:
-    """Open the scene of a world once more; the two share what never changes."""
+    """Open the scene of a world once more; the two worlds share constant data."""
     with named_errors(section.backend, "open"):
         world: World = side.backend.open_another(first, seed=seed, options=side.options)
         return world

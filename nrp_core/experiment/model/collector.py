@@ -248,7 +248,7 @@ class Collector:
         )
 
     def raise_errors(self) -> None:
-        """Raise the mistakes that prevent a run, if there are any.
+        """Raise the mistakes that prevent a run, if any.
 
         Raises:
             BackendError: a backend is missing or broken.

@@ -246,7 +246,7 @@ class RobotSection(Section):
 
     @property
     def start(self) -> Pose | None:
-        """The pose at which it starts, if it is given."""
+        """The initial pose, if given."""
         if self.pose is None:
             return None
         x, y, z, roll, pitch, yaw = self.pose

@@ -59,7 +59,7 @@ def commands_of(run: Run) -> Commands:
 
 
 def _require(run: Run, added: Iterable[Path], names: set[str]) -> None:
-    """Refuse names of functions that there are neither now nor in added files, before anything changes."""
+    """Refuse unknown names of functions, also unknown in added files, before anything changes."""
     known = {function.name for function in run.loop.functions}
     if names <= known:
         return

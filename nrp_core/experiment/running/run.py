@@ -198,7 +198,7 @@ class Run(Overview, Closing):
         self._begin()
 
     def _report_problems(self) -> None:
-        """Register what reports findings while the experiment runs."""
+        """Register the observers that report findings during the run."""
         undelivered = CommandsWithoutReceiver(self.world, self.experiment.topics, lambda: self.loop.functions)
         self._silent = SilentTopics(self.experiment, self.world, lambda: self.loop.functions)
         outside = LostMessages(self.loop)
@@ -478,7 +478,7 @@ class Run(Overview, Closing):
         )
 
     def outcomes(self) -> dict[str, Verdict]:
-        """Return what came of each criterion so far."""
+        """Return the outcome of each criterion so far."""
         return self._observation.watch.outcomes()
 
     @property

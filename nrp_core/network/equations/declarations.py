@@ -1,4 +1,4 @@
-"""Reads what cells and synapses that are given as equations share: names, parameters, rates, assignments."""
+"""Reads the common parts of cells and synapses in equations: names, parameters, rates, assignments."""
 
 from __future__ import annotations
 

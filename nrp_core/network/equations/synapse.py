@@ -345,7 +345,7 @@ class SynapseEquations(Plain, SynapseTexts):
             )
 
     def weight_scale(self, unit: Unit) -> float:
-        """Return what weights are multiplied by in the equations: 1, or the size of their unit."""
+        """Return the factor of weights in the equations: 1, or the size of their unit."""
         return 1.0 if self.model.weight_unit.dimension == NONE else unit.scale
 
     def in_si(self, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:

@@ -41,7 +41,7 @@ class _Membrane:
 
 @dataclass(frozen=True, slots=True)
 class _Response:
-    """The equations of a receptor, whose names begin with its own.
+    """The equations of a receptor, whose name prefixes theirs.
 
     Args:
         pynn: PyNN's component.

@@ -37,7 +37,7 @@ class Modules(Protocol):
 
 
 class Dialect(Modules, Protocol):
-    """The modules of another simulator over one of ours, which it is made with.
+    """The modules of another simulator, made from one of ours.
 
     Attributes:
         runner: the name of the :mod:`runner <nrp_core.pynn.runners>` of scripts in this dialect.

@@ -190,7 +190,7 @@ def _beginnings(population: Population, label: str, parameters: Mapping[str, Any
     """Return the initial values of state variables.
 
     Raises:
-        InvalidValueError: another value was set for what follows from the equations of the cells.
+        InvalidValueError: the script set a value that contradicts the equations of the cells.
     """
     kind, values = population.celltype, population.initial_arrays
     equations = getattr(kind, "equations", None)

@@ -93,7 +93,7 @@ class _Cells(common.BasePopulation):
         return bound
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute of one's own; parameters have :meth:`set`, and PyNN would ignore others."""
+        """Set a private attribute; :meth:`set` sets parameters, and PyNN would ignore others."""
         kind = vars(self).get("celltype") or getattr(vars(self).get("parent"), "celltype", None)
         meant = None if kind is None else _meant(name, tuple(kind.default_parameters))
         if meant is not None and not hasattr(type(self), name):

@@ -162,7 +162,7 @@ def _divided(values: tuple[Any, ...], own: int) -> tuple[tuple[Any, ...], tuple[
 
 
 def _are_weights(values: tuple[Any, ...]) -> bool:
-    """Return whether arguments are weights and delays, and not what connectors take there today."""
+    """Return whether arguments are weights and delays, instead of today's arguments of connectors."""
     return bool(values) and not isinstance(values[0], (bool, str, type(None)))
 
 

@@ -108,7 +108,7 @@ def taken(values: Any, chosen: Any) -> Any:
 
 
 def drawn_row_by_row(values: LazyArray, pre: IndexArray, post: IndexArray) -> FloatArray:
-    """Return the elements at synapses of a connection matrix of random numbers, all of which are drawn.
+    """Return the elements of a random matrix at its connections; the whole matrix is drawn.
 
     Row by row, because PyNN draws in this order for existing synapses.
     """

@@ -103,7 +103,7 @@ class Dependencies:
         return [name for name, digest in self.packages.items() if fingerprint(name) != digest]
 
     def changed_versions(self) -> list[str]:
-        """Return the distributions of which another version is installed now, with both versions."""
+        """Return the distributions whose installed version has changed, with both versions."""
         return [
             f"{name} {version} (now {_version(name) or 'none'})"
             for name, version in self.versions.items()

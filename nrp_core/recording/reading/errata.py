@@ -66,7 +66,7 @@ def _text(file: Path) -> str:
 
 
 def _is_judged(settings: Mapping[str, Any]) -> bool:
-    """Return whether the run has events or criteria that look at bodies or topics."""
+    """Return whether the run has events or criteria that depend on bodies or topics."""
     events = [dict(one.get("when") or {}) for one in dict(settings.get("events") or {}).values()]
     criteria = [dict(one) for one in dict(settings.get("criteria") or {}).values()]
     return any(one.get(mark) for one in (*events, *criteria) for mark in _MARKS)

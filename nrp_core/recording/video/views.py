@@ -106,7 +106,7 @@ class RecordedMuscles:
         self.colors: dict[str, Rgba] = {}
 
     def take(self, message: SceneUpdate) -> bool:
-        """Apply a message; return whether there are other tubes now."""
+        """Apply a message; return whether the tubes changed."""
         lines = [line for entity in message.entities for line in entity.lines]
         before, self._shapes = self._shapes, tuple((len(line.points), line.thickness / 2) for line in lines)
         changed = self._shapes != before
@@ -154,7 +154,7 @@ class Stage:
         return self.mesh.in_world(self.frames(poses))
 
     def frames(self, poses: Mapping[str, Pose]) -> FloatArray:
-        """Return all frames, the first of which is that of the world, shape ``(n, 3, 4)``."""
+        """Return all frames, shape ``(n, 3, 4)``; the first is the world's."""
         for name, number in self._numbers.items():
             if name in poses:
                 self._frames[number] = matrix_of(poses[name])

@@ -111,7 +111,7 @@ def _coordinates(primitive: Any) -> Coordinates | None:
 
 
 def _look(material: Any, beside: ReadBeside) -> tuple[Rgba | None, str | None]:
-    """Return the colour of a material, the emissive one, else the diffuse one, and the image that has it."""
+    """Return the emissive or else the diffuse colour of a material, and its image."""
     effect = getattr(material, "effect", None)
     if effect is None:
         return None, None

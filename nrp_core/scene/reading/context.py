@@ -298,7 +298,7 @@ def _beside(uri: Element) -> Iterator[Path]:
 
 
 def main_file(folder: Path) -> Path | None:
-    """Return the file of the model or room in a folder: the one it lists, else the least deep one."""
+    """Return the file of the model or room in a folder: the listed one, else the one nearest its top."""
     configs = sorted(folder.rglob("model.config"), key=_depth)
     if configs:
         return listed_file(configs[0].parent)
@@ -342,7 +342,7 @@ class Notes:
         self._findings.append(Finding(code, message, Level.WARNING, *where, subject=subject))
 
     def has(self, code: Code, subject: str) -> bool:
-        """Return whether there is a warning with a code about a subject."""
+        """Return whether a subject has a warning with a code."""
         return any((each.code, each.subject) == (code, subject) for each in self._findings)
 
     @property

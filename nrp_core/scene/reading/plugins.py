@@ -227,7 +227,7 @@ def _misspelt(child: Element, holder: Element, plugin: str) -> str:
 
 
 def _no_value(child: Element) -> str:
-    """Report flags and numbers with a slip in their value; most of Gazebo's no reader looks for."""
+    """Report flags and numbers with a misspelt value; no reader checks most of Gazebo's."""
     text = child.text.lower()
     if child.children or not text:
         return ""
@@ -245,7 +245,7 @@ def without_truth_value(flag: Element) -> str:
 
 
 def _is_number(text: str, *, several: bool) -> bool:
-    """Return whether a text is a number, or several numbers where there may be several."""
+    """Return whether a text is a number, or several numbers where several are permitted."""
     words = text.split()
     try:
         return all(isfinite(float(word)) for word in words) and (several or len(words) == 1)
@@ -386,7 +386,7 @@ def label_of(visual: Element) -> int:
 
 
 def with_label(links: Iterable[Link], label: int) -> list[Link]:
-    """Return links; visuals without a label get one."""
+    """Return links, with a label added to visuals without one."""
     return [
         replace(
             link,

@@ -216,7 +216,7 @@ class Misplaced:
 
 
 def with_frames(links: Sequence[Link], joints: Iterable[Joint]) -> tuple[list[Link], list[Misplaced]]:
-    """Return links whose sensors are in the frames that they name, as far as these are where they measure.
+    """Return links whose sensors use the frames that they name, if these are at the sensors' poses.
 
     Args:
         links: the links of a model.
@@ -243,7 +243,7 @@ def with_frames(links: Sequence[Link], joints: Iterable[Joint]) -> tuple[list[Li
 
 
 def _difference(place: Pose, other: Pose) -> str:
-    """Return how another pose differs from that of a sensor's frame, empty if it does not."""
+    """Return a description of how a pose differs from that of a sensor's frame, empty if equal."""
     away = dist(place.position, other.position)
     turned = hypot(*rotation_vector((place.inverse() @ other).orientation))
     parts = [f"{away:.3g} m away"] if away > _NEAR_M else []
@@ -326,7 +326,7 @@ def _apart(sensor: Element) -> list[Element]:
 
 
 def _with_free_name(sensor: Element, taken: Collection[str], mount: Mount, reading: Reading) -> Element:
-    """Return a sensor; one whose name is taken gets another one, with a warning."""
+    """Return a sensor, renamed with a warning if its name is taken."""
     name = sensor.attribute("name")
     unique = free_name(name, taken)
     if unique == name:

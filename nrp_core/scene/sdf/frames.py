@@ -273,7 +273,7 @@ def read_placed(parent: Element, source: SdfFile, reading: Reading, *tags: str) 
 
 
 def without_surroundings(placed: Sequence[Placed], reading: Reading) -> Sequence[Placed]:
-    """Return the only model that moves, if all others are static: files of robots often bring a floor."""
+    """Return the only model that moves, if all others are static: files of robots often contain a floor."""
     moving = [thing for thing in placed if thing.element.tag == "model" and not thing.static]
     if len(moving) != 1:
         return placed

@@ -312,7 +312,7 @@ def _with_registered(sensor: Element, rule: Rule) -> Rule:
 
 
 def _place_of(child: Element, parent: Element, rule: Rule, around: tuple[Element, Rule] | None) -> str:
-    """Return the name that was probably meant, or the element that an element belongs in."""
+    """Return the name that was probably meant, or the right parent of an element."""
     near = get_close_matches(child.tag, rule.children, n=1)
     if near:
         return f"; did you mean <{near[0]}>?"
@@ -335,7 +335,7 @@ def _attributes(element: Element, rule: Rule) -> Iterator[str]:
 
 
 def _value(element: Element, rule: Rule) -> Iterator[str]:
-    """Yield that a value is of another kind; those that are used are refused where they are read."""
+    """Yield a text on a value of the wrong kind; the readers refuse the values that they use."""
     text = element.text
     if rule.value == "b" and text.lower() not in _TRUTH:
         yield without_truth_value(element)
@@ -348,7 +348,7 @@ def _value(element: Element, rule: Rule) -> Iterator[str]:
 
 
 def _plugin(plugin: Element, around: Rule) -> Iterator[str]:
-    """Yield that the file of a plugin is misspelt, and the elements in it that belong beside it."""
+    """Yield texts on a plugin's misspelt file, and on elements in it that belong beside it."""
     if problem := wrong_file(plugin):
         yield problem
     for child in plugin.children:

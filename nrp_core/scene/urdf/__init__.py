@@ -232,7 +232,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
 
 
 def _drop_doubled_joints(robot: Element, notes: Notes) -> None:
-    """Drop one of two joints of a name, of which one is in a ``<gazebo>`` block.
+    """Drop one of two joints with the same name, if one is in a ``<gazebo>`` block.
 
     Where Gazebo converts URDF, it drops links without mass with their joints. So the joint of the block stays
     if that of the robot only holds such a link.

@@ -61,5 +61,5 @@ def from_attributes(element: Element, *names: str) -> Iterator[Element]:
 
 
 def for_engine(element: Element, engine: str, **attributes: str) -> Element:
-    """Return an element that is meant for one engine, in the namespace by which SDF marks it."""
+    """Return an element for one engine, in the namespace with which SDF marks it."""
     return replace(element, tag=f"{engine}:{element.tag}", attributes={**element.attributes, **attributes})

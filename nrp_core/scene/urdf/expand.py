@@ -243,7 +243,7 @@ def _names_of_eval(xacro: Any, substitution_args: Any, find: Callable[[str], str
 def _eval(
     evaluator: Evaluator, typed: Callable[[str, str], Any], names: Mapping[str, Any]
 ) -> Callable[[str, dict[str, Any]], str]:
-    """Return what evaluates ``$(eval ...)``."""
+    """Return the function that evaluates ``$(eval ...)``."""
 
     def evaluate(expression: str, context: dict[str, Any]) -> str:
         arguments = {name: typed(text, "auto") for name, text in context.get("arg", {}).items()}

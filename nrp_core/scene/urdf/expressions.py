@@ -79,13 +79,13 @@ class Budget:
             raise SceneError("its expressions take too many steps, or make too long texts")
 
     def element(self) -> None:
-        """Count an element; raise a SceneError if there are too many."""
+        """Count an element; raise a SceneError above the limit."""
         self._elements -= 1
         if self._elements < 0:
             raise SceneError(f"it expands to more than {_MOST_ELEMENTS} elements")
 
     def copy(self) -> None:
-        """Count a copy of a part of a macro; raise a SceneError if there are too many."""
+        """Count a copy of a part of a macro; raise a SceneError above the limit."""
         self._copies -= 1
         if self._copies < 0:
             raise SceneError(f"its macros are copied to more than {_MOST_COPIES} parts")

@@ -140,7 +140,7 @@ def _attributes(element: Element, entry: str) -> Iterator[tuple[str, str]]:
 
 
 def _values(element: Element, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
-    """Yield the attributes that do not hold their numbers; used ones are refused where they are read."""
+    """Yield the attributes with invalid numbers; the readers refuse the ones that they use."""
     for name in sorted(element.attributes.keys() & attributes & _NUMBERS.keys()):
         text, count = element.attributes[name], _NUMBERS[name]
         try:

@@ -385,7 +385,7 @@ class JointGroup:
             self._holds = True
 
     def _retarget(self, targets: JointTargets) -> bool:
-        """Change the targets at once if the engine can, and if none is the first one beyond its limits."""
+        """Change the targets at once, if the engine supports it and no joint newly exceeds its limits."""
         values, lowest, highest = targets.values, self._lowest, self._highest
         if not (all(map(le, lowest, values)) and all(map(le, values, highest))):
             kept = [min(max(each), high) for *each, high in zip(values, lowest, highest, strict=True)]
@@ -418,7 +418,7 @@ class JointsPart(Part, Generic[C]):
         self._open()
 
     def _open(self) -> None:
-        """Set the topics, and what else the part needs."""
+        """Set the topics and the other data of the part."""
         raise NotImplementedError
 
 

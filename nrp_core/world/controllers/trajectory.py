@@ -75,7 +75,7 @@ class JointPath:
         return t_ns >= self.knots[-1].t_ns
 
     def since(self, t_ns: int) -> JointPath:
-        """Return the path without earlier paths, if it has begun."""
+        """Return the path, without the earlier paths if it has begun."""
         if self.before is None:
             return self
         return replace(self, before=None if t_ns >= self.knots[0].t_ns else self.before.since(t_ns))

@@ -47,7 +47,7 @@ class PlanarMove(Drive):
 
 
 class PlanarMovePart(DrivePart):
-    """Runs one such base."""
+    """Runs one planar base."""
 
     def _body_velocity(
         self, x: float, y: float, z: float, roll: float, pitch: float, turn: float

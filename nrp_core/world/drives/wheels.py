@@ -378,7 +378,7 @@ class LimitedDrivePart(WheelDrivePart):
 
 
 class RampedDrivePart(LimitedDrivePart):
-    """Runs one whose acceleration has limits: the engine gets a new velocity in each step on the way."""
+    """Runs one with limited acceleration: each step on the way sets a new velocity."""
 
     _wanted = _before = BodyVelocity()
     _stop_ns: int | None = None

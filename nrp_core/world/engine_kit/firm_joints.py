@@ -232,7 +232,7 @@ class FirmJoints(ABC):
             self.servos.forget(numbers)
 
     def retarget(self, model: str, targets: JointTargets) -> bool:
-        """Change the targets of joints of a model, if all have one; return whether they have."""
+        """Change the targets of joints of a model, if all have a target; return whether they have."""
         places = model, targets.joints
         if places not in self._groups:
             numbers = [self._numbers.get((model, joint), -1) for joint in targets.joints]

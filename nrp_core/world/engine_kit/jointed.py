@@ -170,7 +170,7 @@ class JointedEngine(Engine):
             bounds.require(self._joints[name].states(), t_ns)
 
     def _put_at_start(self, scene: Scene) -> None:
-        """Put the joints where they start; engines begin with all joints at 0."""
+        """Put the joints at their initial positions; engines begin with all joints at 0."""
         for model in scene.models:
             starts = {} if model.static else start_positions(model)
             for name, position in starts.items():

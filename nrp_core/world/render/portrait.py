@@ -94,7 +94,7 @@ _CLEARANCE = 0.02  # minimum distance from the eye, in multiples of the scene's 
 
 @dataclass(frozen=True)
 class Moment:
-    """Where everything is, if not where it starts.
+    """The poses of all bodies, if not the initial ones.
 
     Args:
         frames: writes rotation and translation to the world of bodies, shape ``(n, 3, 4)``.

@@ -208,7 +208,7 @@ class Textures:
         faces: IndexArray,
         image: npt.NDArray[np.uint8],
     ) -> None:
-        """Draw the images where they are seen.
+        """Draw the visible parts of the images.
 
         Args:
             seen: the face at each pixel, shape ``(height, width)``.

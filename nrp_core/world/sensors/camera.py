@@ -196,7 +196,7 @@ class CameraPart(SensorPart):
 
 
 def _field_of(camera: Element, width: int, height: int, reading: Reading) -> float:
-    """Return the horizontal field of view, rad: that of the ``<intrinsics>`` if there are any."""
+    """Return the horizontal field of view, rad: that of the ``<intrinsics>`` if given."""
     fov = field_of_view(camera, 1.047)
     given = camera.section("lens").find("intrinsics")
     if given is None:

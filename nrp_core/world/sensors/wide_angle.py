@@ -1,4 +1,4 @@
-"""Wide-angle cameras: images of a fisheye lens, made of those of up to six cameras that look to all sides."""
+"""Wide-angle cameras: images of a fisheye lens, made from up to six cameras that look to all sides."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ _COEFFICIENTS = 4  # of the equidistant model of ROS
 
 @dataclass(frozen=True, slots=True)
 class WideAngleCamera(ImageSensor):
-    """A camera with a fisheye lens; what its lens does not show is black.
+    """A camera with a fisheye lens; pixels outside the lens are black.
 
     Args:
         optics: its images, whose field of view may be up to 2 pi.

@@ -157,7 +157,7 @@ def _set_shares(couplings: Array, voltages: FloatArray) -> None:
 
 
 def with_responses(grid: Grid, cells: Array, network: Network, row_of: IntArray) -> Grid:
-    """Return the grid with what follows, for its couplings, from the parameters of cells.
+    """Return the grid with the data of its couplings that depend on the parameters of cells.
 
     Raises:
         CapabilityError: a current does not act on the voltage of cells that are given as equations.

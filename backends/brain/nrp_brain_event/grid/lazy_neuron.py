@@ -1,4 +1,4 @@
-"""The operations on one neuron of the lazy grid: bring it to a step, deliver to it, watch it.
+"""The operations on one neuron of the lazy grid: advance it to a step, deliver input, watch it.
 
 The data of the lazy grid; connections, calendar and spikes are those of the :class:`Grid`.
 

@@ -146,7 +146,7 @@ def load_sources(
 def change_sources(sources: Sources, population: Population, ids: IntArray, step_us: int) -> None:
     """Update the sources of a population (global ids of all its cells) to its present parameters.
 
-    As on the machine, slow ones draw a new interval.
+    As on the machine, slow sources draw a new interval.
     """
     places = np.flatnonzero(np.isin(sources.ids, ids))
     settings = _settings(population, step_us)

@@ -277,7 +277,7 @@ def _with_synapses(
     sends: bool,
     alone: bool,
 ) -> Vertex:
-    """Return a population of neurons, with the cores beside each core of them."""
+    """Return a population of neurons, with the synapse cores of each neuron core."""
     population = network.populations[label]
     onto = [part for part in wires if part.projection.post == label]
     possible = possible_sources(network, onto, options.step_us)

@@ -257,7 +257,7 @@ def _summary(maps: Sequence[VertexMap]) -> MachineMap:
 
 
 def _power_w(cores: int, chips: int, boards: int, packets_per_s: float) -> float:
-    """Return the power of the boards in use; a packet crosses about a side of them."""
+    """Return the power of the boards in use; a packet is assumed to cross about one side of them."""
     frames = -(-boards // hardware.BOARDS_PER_FRAME)
     around = hardware.BOX_W if boards == 1 else frames * hardware.FRAME_W
     idle = boards * hardware.IDLE_BOARD_W + around

@@ -82,7 +82,7 @@ def modulations_of(network: Network) -> dict[str, Neuromodulation]:
 
 
 def load_rewards(wires: Sequence[Wires], layout: Layout) -> Rewards | None:
-    """Return the synapses that reward or punish cells onto which wires have STDP, if there are any.
+    """Return the synapses that reward or punish the targets of STDP synapses, or None.
 
     Raises:
         NetworkError: a weight or a delay is not one of the machine.

@@ -161,7 +161,7 @@ def _spikes(way: Projection, grid: Grid, cells: int) -> tuple[IntArray, IntArray
 
 
 def _amount(spikes: list[tuple[IntArray, IntArray, FloatArray]], label: str) -> float:
-    """Return the amount of dopamine that every spike brings."""
+    """Return the amount of dopamine that every spike releases."""
     amounts = np.concatenate([each for _, _, each in spikes])
     if not len(amounts):
         return 0.0

@@ -15,7 +15,7 @@ from nrp_brain_pynn.driver import Driver
 
 
 class LateWeightsDriver(Driver):
-    """A driver of such a simulator.
+    """A driver of a simulator that sets weights late.
 
     Attributes:
         arrival_steps: maximum number of steps from the arrival of a spike to its effect.

@@ -85,7 +85,7 @@ def wanted(file: str, experiment: str | None) -> tuple[Path | None, str, list[st
 
 
 def _beside(path: Path) -> str:
-    """Return the experiment in the folder of a model that names it, or else the only one there."""
+    """Return the experiment in a model's folder that names the model, or else the only one there."""
     from nrp_core.errors import NrpError
     from nrp_core.experiment import READERS, find_file, load_experiment
 

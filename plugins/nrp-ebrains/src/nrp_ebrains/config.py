@@ -1,4 +1,4 @@
-"""The file of an experiment of NRP-core 4, ``simulation_config.json``, and what of it is supported."""
+"""The file of an experiment of NRP-core 4, ``simulation_config.json``, and its supported parts."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Kind(Enum):
 
 @dataclass
 class Function:
-    """One function with what its decorators ask for.
+    """One function with the requests of its decorators.
 
     Args:
         kind: its kind.

@@ -198,7 +198,7 @@ class GazeboEngine(Engine):
 
 
 class _ImageReader:
-    """Reads a camera; there is something new when an image has arrived."""
+    """Reads a camera; its datapack is new when an image has arrived."""
 
     def __init__(
         self, images: Subscription, message: Callable[[str, Mapping[str, Any]], Any], *, in_json: bool

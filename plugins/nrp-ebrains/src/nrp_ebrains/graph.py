@@ -1,4 +1,4 @@
-"""Computational graphs: nodes that get datapacks of engines and of other nodes, and send some to engines.
+"""Computational graphs: nodes receive datapacks from engines and other nodes, and send some to engines.
 
 The graph runs before each step of an engine, driven by its outputs: only nodes run from which a path leads to
 an engine that is due. Of these, a node runs if one of its inputs is new, or always if it says so.
@@ -201,7 +201,7 @@ class Graph:
         return names
 
     def reset(self) -> None:
-        """Forget what nodes returned."""
+        """Delete the outputs of nodes."""
         self._last.clear()
 
     def run(

@@ -177,7 +177,7 @@ class Loop:
         known: Mapping[Identity, DataPack],
         t_ns: int,
     ) -> dict[Identity, DataPack]:
-        """Run the functions of engines, none of which gets what another one returns."""
+        """Run the functions of engines; no function receives the result of another one."""
         made: dict[Identity, DataPack] = {}
         for engine in due:
             for function in functions:

@@ -1,4 +1,4 @@
-"""Names and methods of PyNN 0.7, for which brains of 2014 and 2015 are written, for a simulator of today."""
+"""Adds to a current simulator the names and methods of PyNN 0.7, which brains of 2014 and 2015 use."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _nothing(_self: Any, *_values: Any, **_more: Any) -> None:
 
 
 def add_spellings(sim: ModuleType, kernel: Kernel) -> None:
-    """Extend a simulator by connectors with weights and delays, ``target`` and ``synapse_dynamics``.
+    """Add connectors with weights and delays, ``target`` and ``synapse_dynamics`` to a simulator.
 
     Args:
         sim: the simulator.

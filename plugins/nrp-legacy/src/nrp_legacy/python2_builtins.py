@@ -39,7 +39,7 @@ class Listed(list[Any]):
 
 
 def next(items: Any, *default: Any) -> Any:
-    """Return the next item of an iterator, or of such a list."""
+    """Return the next item of an iterator, or of a list that replaces one."""
     return builtins.next(items.rest if isinstance(items, Listed) else items, *default)
 
 
@@ -189,7 +189,7 @@ def rgb_of(canvas: Any) -> bytes:
 
 
 class Quotient(float):
-    """A quotient of whole numbers, which can be an index as it could in Python 2."""
+    """A quotient of whole numbers, which can be an index as in Python 2."""
 
     def __index__(self) -> int:
         return int(self // 1)

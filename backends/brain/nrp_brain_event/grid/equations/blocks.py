@@ -201,7 +201,7 @@ def responses_mv(grid: Grid, network: Network, label: str) -> FloatArray:
 
 
 def require_input(network: Network, currents_na: FloatArray) -> None:
-    """Refuse currents into cells whose equations have none.
+    """Refuse currents into cells whose equations lack a current.
 
     Args:
         network: the network.

@@ -93,7 +93,7 @@ class Course(NamedTuple):
 
 
 def courses_of(model: Model) -> list[Course]:
-    """Return the courses for which there are propagators; otherwise those to the stages of Runge-Kutta."""
+    """Return the courses that have propagators; otherwise those to the stages of Runge-Kutta."""
     if model.method == EXACT:
         return [Course(1.0), Course(1.0, held=True)]
     return [Course(share) for share in np.unique(NODES[1:]).tolist()]

@@ -173,7 +173,7 @@ def changed(model: Model, *, driven: bool) -> list[str]:
 
 
 def tested_again(model: Model) -> bool:
-    """Return whether the threshold can be met after a step at whose end it was not.
+    """Return whether a cell below threshold at the end of a step can reach it afterwards.
 
     It cannot if neither an arriving spike nor a refractory cell changes the variables that it depends on.
     """

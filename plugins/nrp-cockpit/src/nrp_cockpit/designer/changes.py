@@ -67,7 +67,7 @@ class Changes(ABC):
         self.put(path, field, self._make(path, self._class(feature, type)))
 
     def put(self, path: str, field: str, new: Node) -> None:
-        """Put a node at the end of a list, or where there is one or none."""
+        """Append a node to a list, or set or replace a single node."""
         below = f"{path}/{field}" if path else field
         feature = feature_of(at(self.model, path), field)
         now = at(self.model, below)
@@ -180,7 +180,7 @@ def _value(feature: Feature, kind: Value, text: str) -> Any:
 
 
 def _is_given(feature: Feature, node: Node) -> bool:
-    """Whether a node has another value than by default: the default of another class is its own."""
+    """Whether a node has a value other than its default."""
     default: object = node.__dataclass_fields__[feature.field].default
     return bool(getattr(node, feature.field) != default)
 

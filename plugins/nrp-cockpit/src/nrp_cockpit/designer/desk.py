@@ -158,7 +158,7 @@ class Desk:
         return found
 
     def _others(self, document: Document) -> dict[str, Bibi]:
-        """Return the models of the files that run beside a drawing: as drawn if they were, or as they run."""
+        """Return the models of the files that run beside a drawing: as drawn, or else as they run."""
         texts = self._session.functions.texts
         drawn = {str(one.origin): one.model for one in self._drawings.values() if isinstance(one, Document)}
         own = {str(document.path), str(document.origin)}
@@ -178,7 +178,7 @@ class Desk:
 
 @lru_cache(maxsize=32)
 def _model_of(name: str, text: str) -> Bibi:
-    """Return the model of the text of a file; an empty one if it is none."""
+    """Return the model of the text of a file; an empty model if the text is not one."""
     path = Path(name)
     try:
         return reverse(text, path) if path.suffix == ".py" else parse_bibi(text, path)

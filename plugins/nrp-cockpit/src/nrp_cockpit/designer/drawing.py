@@ -17,7 +17,7 @@ MOST_STATES = 500
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A model, and where its boxes were moved to.
+    """A model, and the positions to which its boxes were moved.
 
     Args:
         model: the model; its lines are those of its canonical text.
@@ -63,12 +63,12 @@ class Drawing(ABC):
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is an earlier state."""
+        """Whether an earlier state exists."""
         return self._now > 0
 
     @property
     def can_redo(self) -> bool:
-        """Whether there is a later state."""
+        """Whether a later state exists."""
         return self._now < len(self._states) - 1
 
     @property
@@ -109,7 +109,7 @@ class Drawing(ABC):
         """
 
     def _write(self, text: str) -> None:
-        """Write the file, unless it is not as the designer has read or written it.
+        """Write the file, unless it has changed since the designer read or wrote it.
 
         Raises:
             ExperimentError: the file was changed elsewhere, or it cannot be written.

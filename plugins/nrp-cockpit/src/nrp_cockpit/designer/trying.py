@@ -77,7 +77,7 @@ class Trying:
     # --
 
     def _settings(self, brain: BrainDocument) -> list[str]:
-        """Return what makes the experiment one with another brain, or with other interventions."""
+        """Return the settings that give the experiment another brain or other interventions."""
         return [*self._model_settings(brain), *self._intervened(brain)]
 
     def _intervened(self, brain: BrainDocument) -> list[str]:
@@ -92,7 +92,7 @@ class Trying:
         return [f"brain.model={model}", "brain.populations=null", "brain.parameters=null"]
 
     def _checked(self, brain: BrainDocument | None, document: Document | None = None) -> Found:
-        """Return the findings about the experiment with these in place of its own."""
+        """Return the findings about the experiment with these settings instead of its own."""
         functions = self._session.functions
         files = _text_of(document) if document else {}
         there = self._there(document) if document else None

@@ -236,7 +236,7 @@ class Functions:
         return [name for name, path in self._files.items() if name in self._running or path.exists()]
 
     def _note(self, checked: Iterable[Finding]) -> None:
-        """Let the problems of the run include what these findings doubt."""
+        """Add these findings to the problems of the run."""
         self._doubts = tuple(new_warnings(checked, self._run.plan.warnings))
 
     def _errors(self, experiment: Experiment, checked: Iterable[Finding]) -> list[Finding]:

@@ -43,7 +43,7 @@ class Layout:
         self._own = None if path is None else own_layout(path)
 
     def load(self) -> dict[str, Any]:
-        """Return the ``layout``, if there is one that the page can use, and its ``problem``, if it has one.
+        """Return the ``layout``, if the page can use it, and its ``problem``, if any.
 
         Curves of unknown topics or fields are a problem and stay: a later change of the run may offer them.
         """

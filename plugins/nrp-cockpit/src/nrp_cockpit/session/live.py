@@ -274,7 +274,7 @@ class LiveSession(Session):
             self.run.loop.pacing = pacing
 
     def _unpaced_always(self) -> None:
-        """Run as fast as possible, whatever the pace is."""
+        """Run as fast as possible, independent of the pace."""
         self.run.loop.pacing = AsFastAsPossible()
 
     def _jumped(self, *, is_elsewhere: bool = False) -> None:

@@ -161,7 +161,7 @@ class RecordedSession(Session):
 
 
 def integrity_findings(recording: Recording) -> list[Finding]:
-    """Compare a recording with its digests, which reads all of it, and return what differs."""
+    """Compare a complete recording with its digests, and return the differences."""
     check = recording.check()
     found = [Finding(Code.NRP284, str(flaw)) for flaw in check.flaws]
     if check.finished:  # without digests the run was killed, which is already reported

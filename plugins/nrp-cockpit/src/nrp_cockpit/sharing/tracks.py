@@ -60,7 +60,7 @@ class Track:
 
     @property
     def shown(self) -> str:
-        """How much of the past belongs to a moment: the last message, all changes, or some seconds."""
+        """The part of the past that a moment shows: the last message, all changes, or some seconds."""
         if self.topic.role == Role.SCENE:
             return "changes"
         return "last" if self.topic.role in LATEST else "seconds"

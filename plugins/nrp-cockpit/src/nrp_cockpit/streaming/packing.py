@@ -57,7 +57,7 @@ def portion(
 
 
 def between_in(messages: Sequence[Timed]) -> Callable[[int, int], Sequence[Timed]]:
-    """Return what finds messages between two times in a sequence in the order of time."""
+    """Return a function that finds the messages between two times in a sequence in order of time."""
 
     def between(after_ns: int, until_ns: int) -> Sequence[Timed]:
         first, last = (bisect_right(messages, t_ns, key=itemgetter(0)) for t_ns in (after_ns, until_ns))

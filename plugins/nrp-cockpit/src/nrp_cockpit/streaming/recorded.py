@@ -126,7 +126,7 @@ class RecordedStream:
         return self._spent_ns / self._taken / 1e6 if self._taken else None
 
     def show(self, t_ns: int) -> None:
-        """Send the state at a time, whatever was sent before."""
+        """Send the state at a time, independent of earlier messages."""
         self._hub.forget(self._topics)
         self._joined.clear()
         self._at_ns = t_ns

@@ -1,4 +1,4 @@
-"""The last messages on some topics, so that a client that subscribes later gets their past."""
+"""The last messages on some topics, so that a client that subscribes later receives them."""
 
 from __future__ import annotations
 

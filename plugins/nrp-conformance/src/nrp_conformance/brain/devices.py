@@ -116,7 +116,7 @@ class DeviceTests(BrainKit):
         assert times(recorded, 1) == pytest.approx(times(recorded, 0), abs=self.tolerance_ms)
 
     def test_a_current_adds_to_the_offset_of_its_cell(self) -> None:
-        """A cell with both fires before cells with one of them."""
+        """A cell with both fires before cells with either."""
         current_na = 1.5 * self.sample.current_na
         brain = self.open(self.cells("n", 3, i_offset=[current_na, 0.0, current_na]))
         recorded = record(brain)

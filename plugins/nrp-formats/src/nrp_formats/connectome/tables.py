@@ -155,7 +155,7 @@ def chosen_column(path: Path, wanted: str, candidates: Sequence[str], names: Seq
 
 
 def _delimiter(path: Path) -> str:
-    """Return what separates the columns in the first line of a CSV file: a comma unless it has none."""
+    """Return the separator of columns in the first line of a CSV file: a comma if it has one."""
     with path.open("rb") as file:
         head = file.readline(_BLOCK).decode("utf-8", "replace")
     return next((one for one in ",\t;|" if one in head), ",")

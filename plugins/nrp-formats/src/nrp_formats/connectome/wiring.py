@@ -33,7 +33,7 @@ class Places:
         self._table[self._slots(ids)] = np.arange(len(ids))
 
     def of(self, ids: IntArray) -> tuple[IntArray, BoolArray]:
-        """Return the place of each id, and whether it has one; that of an unknown id has no meaning."""
+        """Return the index of each id, and whether it is known; the index of an unknown id is undefined."""
         if not len(self._ids):
             return np.zeros(len(ids), np.int64), np.zeros(len(ids), bool)
         places = self._table[self._slots(ids)].astype(np.int64)
@@ -209,7 +209,7 @@ class Wiring:
                 )  # fmt: skip
 
     def junctions(self, label: str, unit_us: float) -> Iterator[Projection]:
-        """Yield the gap junctions, if there are any.
+        """Yield the gap junctions, if any.
 
         A table has a junction once, or from both cells, and then not always with the same number (of sections
         in which it is seen): the larger one counts. One from a cell to itself has no effect and is omitted.

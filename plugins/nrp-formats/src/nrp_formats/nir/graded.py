@@ -40,7 +40,7 @@ class Current:
 def currents(
     graph: Graph, shapes: Mapping[str, Shape], signals: Mapping[str, Signal], dt_s: float
 ) -> tuple[dict[str, Signal], dict[str, Current]]:
-    """Return the signals with weights of what spikes alone, and the currents by the names of nodes.
+    """Return the weighted signals of spiking nodes only, and the currents by the names of nodes.
 
     Args:
         graph: the graph.

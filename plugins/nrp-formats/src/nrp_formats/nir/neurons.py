@@ -88,7 +88,7 @@ class Step:
         return np.maximum(share, _NO_MEMORY)
 
     def tau_ms(self, decay: FloatArray) -> FloatArray:
-        """Return the time constant of a state of which a share remains after a step."""
+        """Return the time constant of a state, from the fraction that remains after a step."""
         return np.asarray(-self.h_ms / np.log(decay))
 
     def tau_s(self, tau_ms: FloatArray) -> FloatArray:

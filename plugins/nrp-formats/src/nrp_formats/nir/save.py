@@ -228,7 +228,7 @@ class _Writer:
             self._linear(pre, label, np.zeros(shape), bias, 0)
 
     def _own_steps(self, label: str) -> int:
-        """Return the steps that an input takes here before it acts, beyond its delay."""
+        """Return the steps, beyond its delay, before an input acts here."""
         current_based = self._network.populations[label].cell_type == "IF_curr_exp"
         return self._step.late * current_based
 

@@ -134,7 +134,7 @@ def _series(series: Series) -> Any:
 
 
 def _times(times_s: FloatArray) -> dict[str, Any]:
-    """Return times of a series as NWB wants them: a start and a rate where they are regular."""
+    """Return times of a series in NWB's form: a start and a rate if they are regular."""
     intervals = np.diff(times_s)
     if not len(intervals) or np.ptp(intervals) > _TOLERANCE_S:
         return {"timestamps": times_s}

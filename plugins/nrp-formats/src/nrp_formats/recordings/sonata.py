@@ -22,7 +22,7 @@ DEVICES = "devices"
 
 
 def write_sonata(recording: Recording, folder: Path) -> list[Path]:
-    """Write spikes, node sets and the report of devices, if there are any; return the files."""
+    """Write spikes, node sets and the report of devices, if any; return the files."""
     numbers = Numbers.of(recording)
     folder.mkdir()
     files = [
