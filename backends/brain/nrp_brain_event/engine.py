@@ -73,7 +73,9 @@ _LONGEST_WINDOW_MS: Final = 1.0
 _FEWEST_WINDOWS: Final = 64
 _MOST_WINDOWS: Final = 4096
 _MOST_EVENTS: Final = 1 << 25
-"""Maximum number of spikes in transit, and of spikes that nobody has taken: 1.3 GB, and 0.5 GB."""
+"""Maximum number of spikes in transit: 1.3 GB."""
+_MOST_SPIKES: Final = 1 << 26
+"""Maximum number of spikes within one step: 1.1 GB."""
 _LISTS: Final = 64
 """Number of sorted lists, each of twice the length of the previous one: enough for all events."""
 
@@ -131,7 +133,8 @@ def require_room(engine: EngineArrays, network: Network) -> None:
     clock = engine.clock[0]
     n_spikes, n_events = int(clock["n_spikes"]), len(engine.events)
     spikes_full = n_spikes == len(engine.spikes)
-    if (n_spikes if spikes_full else n_events) < _MOST_EVENTS:
+    n, most = (n_spikes, _MOST_SPIKES) if spikes_full else (n_events, _MOST_EVENTS)
+    if n < most:
         return
     what = "spikes since the last step" if spikes_full else "spikes in transit"
     source = ""
@@ -140,8 +143,9 @@ def require_room(engine: EngineArrays, network: Network) -> None:
         label, index = network.label_of(int(counts.argmax()))
         source = f"; cell {index} of population '{label}' has emitted {counts.max()} of {n_spikes} new spikes"
     raise NetworkError(
-        f"the network has more than {_MOST_EVENTS} {what} at {engine.clock['now'][0]:g} ms{source}; set a "
-        "refractory period (`tau_refrac`), smaller currents or weights, or a time grid, `resolution: 0.1 ms`"
+        f"the network has more than {most} {what} at {engine.clock['now'][0]:g} ms{source}; set a "
+        "refractory period (`tau_refrac`), smaller currents or weights, shorter steps, or a grid, "
+        "`resolution: 0.1 ms`"
     )
 
 

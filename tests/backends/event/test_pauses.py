@@ -113,6 +113,7 @@ def test_events_without_end_are_refused_with_the_cell_that_fires(
     monkeypatch: pytest.MonkeyPatch, golden: Golden,
 ) -> None:  # fmt: skip
     monkeypatch.setattr(engine, "_MOST_EVENTS", 1 << 12)
+    monkeypatch.setattr(engine, "_MOST_SPIKES", 1 << 12)
     brain = open_brain(frantic(cells))
     with golden.raises(NetworkError, match="4096 spikes since.*cell 0 of population 'cells'"):
         brain.run_until(NS_PER_MS)
