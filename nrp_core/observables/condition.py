@@ -92,10 +92,12 @@ class Sentence:
 
     Attributes:
         value: the value at the last moment that was looked at; None: it had none.
+        hears: whether messages change the value.
     """
 
     def __init__(self, observable: Observable, condition: Condition) -> None:
         self.observable, self.condition = observable, condition
+        self.hears = observable.hears
         self.value: Any = None
 
     def holds(self, now_ns: int) -> bool:

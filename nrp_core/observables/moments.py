@@ -15,6 +15,10 @@ from nrp_core.world.world import World
 class Watched(Protocol):
     """A condition of an event, or a criterion."""
 
+    @property
+    def hears(self) -> bool:
+        """Whether messages change it."""
+
     def news(self) -> Iterable[int]:
         """Return the times of the messages that came since the last call, ns."""
 
@@ -108,7 +112,7 @@ class BetweenSteps:
 
     def moments(self, now_ns: int, watched: Iterable[Watched]) -> Iterator[tuple[int, list[Watched]]]:
         """Yield the moments since the last step and before ``now_ns``, and what may change at each."""
-        changes = self._looks + [(t_ns, each) for each in watched for t_ns in each.news()]
+        changes = self._looks + [(t_ns, each) for each in watched if each.hears for t_ns in each.news()]
         changes = [change for change in changes if change[0] < now_ns]
         if not changes:
             return  # as in most steps

@@ -58,6 +58,8 @@ class Observable(ABC):
     """
 
     unit: ClassVar[str] = ""
+    hears: ClassVar[bool] = False
+    """Whether messages change it, which :meth:`news` returns."""
 
     @abstractmethod
     def __init__(self, arguments: Any, around: Surroundings) -> None: ...

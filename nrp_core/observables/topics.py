@@ -22,6 +22,8 @@ class Field(Observable):
         example: the value in an empty message.
     """
 
+    hears = True
+
     def __init__(self, arguments: Any, around: Surroundings) -> None:
         given = arguments_of(arguments, "topic", "name", "field")
         topic, path = str(given["name"]), str(given.get("field", "data"))

@@ -57,7 +57,7 @@ class Judge(ABC):
 
     def __init__(self, sentence: Sentence, begins: int | str, limit: float | None = None) -> None:
         self._sentence, self._begins, self._limit = sentence, begins, limit
-        self.news, self.look = sentence.news, sentence.look
+        self.news, self.look, self.hears = sentence.news, sentence.look, sentence.hears
         self._began_ns: int | None = None
         self._decided_ns: int | None = None
         self._passed: bool | None = None

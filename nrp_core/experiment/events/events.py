@@ -55,6 +55,7 @@ class AllOf:
             self._sentences.append(topic_sentence(when.topic, around))
         if when.observable is not None:
             self._sentences.append(observed_sentence(when, around))
+        self.hears = any(sentence.hears for sentence in self._sentences)
 
     def __call__(self, now_ns: int, times: Times) -> bool:
         self._waits = self._event is not None and self._event not in times

@@ -142,7 +142,7 @@ def test_a_camera_s_images_are_shown_as_they_were(
     assert video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camera")) == 13
     assert frames(tmp_path / "eye.mp4")[0].shape == (2, 2, 3)
     with golden.raises(ExperimentError, match="'camra'.*'camera'"):
-        video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camra"))
+        video(recording, tmp_path / "other.mp4", VideoOptions(camera="camra"))
 
 
 def test_shells_complete_the_cameras_of_a_recording(recording: Recording) -> None:
