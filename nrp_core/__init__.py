@@ -7,7 +7,7 @@
     result = nrp_core.run("braitenberg_husky", ["seed=3"], until_s=5.0)
     print(result.passed, result.final_pose["husky"])
 
-The names here are what users need; :mod:`nrp_core.brain` and :mod:`nrp_core.world` offer what authors of
+Users need the names here; :mod:`nrp_core.brain` and :mod:`nrp_core.world` have the names that authors of
 backends need. A name is imported when it is first used.
 """
 

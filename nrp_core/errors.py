@@ -114,7 +114,7 @@ class ExperimentError(NrpError, ValueError):
         line: the 1-based line, if known.
         column: the 1-based column, if known.
         subject: the name of the object concerned, such as a population, if it has one.
-        instead: a name in the line, and what to replace it with, if that would mend it.
+        instead: a name in the line, and its replacement, if that corrects the mistake.
     """
 
     def __init__(

@@ -115,7 +115,7 @@ class Registry(Generic[T]):
         Raises:
             UnknownBackendError: no package provides the name.
             DuplicateBackendError: two distributions do.
-            BackendLoadError: it does not import, or is not what its group holds.
+            BackendLoadError: it does not import, or does not have the type of its group.
             IncompatibleBackendError: it was written for another interface version.
         """
         provider = self.provider(name)

@@ -55,7 +55,7 @@ class Scope:
     """A file and its neighbours, under one set of substitutes.
 
     Args:
-        roots: top-level packages below which there are substitutes.
+        roots: top-level packages that contain substitutes.
         substitute: returns the module for a dotted name, or None for the real one; the substitute for
             ``builtins`` is used without an import.
         folders: folders whose files also count as neighbours; iterated at each import, as it may grow.
@@ -204,7 +204,7 @@ class Scope:
     def _submodule(self, name: str, importer: Mapping[str, Any]) -> ModuleType | None:
         try:
             return self._import_module(name)
-        except NrpError:  # there is no equivalent
+        except NrpError:  # no equivalent exists
             raise
         except ModuleNotFoundError as error:
             return self._stand_in(name, importer, error)

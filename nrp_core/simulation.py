@@ -23,7 +23,7 @@ The public methods are final and check the contract once, for every backend; a b
 
 Devices, ports, publications and subscriptions stay open. With ``seed`` the random streams begin as those of
 the new seed, else as those of the seed in force. If time continues, devices keep their values, their random
-streams and what they recorded. A snapshot returns to any other time: see :meth:`Simulation.restore`.
+streams and their recordings. A snapshot returns to any other time: see :meth:`Simulation.restore`.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Simulation(Closing):
     Args:
         seed: the experiment's seed for this side.
         identity: see :attr:`identity`; its parts are separated by commas.
-        name: what errors call it; by default its class.
+        name: its name in errors; by default its class.
 
     Attributes:
         now_ns: time reached, in nanoseconds since reset; only the simulation itself sets it.

@@ -84,7 +84,7 @@ def _decode(data: bytes) -> str:
 
 _MAX_DEPTH = 100
 _MOST_BYTES, _MOST_MARKS = 50_000_000, 1_000_000
-_LARGEST = 1e30  # surely a mistake in any unit, and its powers overflow
+_LARGEST = 1e30  # a mistake in any unit, and its powers overflow
 _TRUTH = {"1": True, "true": True, "0": False, "false": False}
 _XML_NAMESPACE = "http://www.w3.org/XML/1998/namespace"
 _QUOTED = r"""(?:"[^"]*"|'[^']*')"""
@@ -103,7 +103,7 @@ class Element:
     Args:
         tag: its name, prefix included.
         attributes: its attributes.
-        path, line: the place where it begins.
+        path, line: its beginning.
         children: its elements, in order.
         text: its own characters, stripped.
         raw_text: the same, unstripped.

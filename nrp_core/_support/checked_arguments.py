@@ -107,7 +107,7 @@ def _admits_items(parts: tuple[Any, ...], value: Mapping[Any, Any]) -> bool:
 
 
 def _admits_each(kind: type, parts: tuple[Any, ...], value: Any) -> bool:
-    """Return whether items are of the right kinds; those of an iterator are not looked at."""
+    """Return whether items have the right types; items of an iterator are not checked."""
     if kind is tuple and parts and parts[-1] is not Ellipsis:
         return hasattr(value, "__len__") and len(value) == len(parts) and all(map(admits, parts, value))
     if not parts or not isinstance(value, list | tuple | set | frozenset):

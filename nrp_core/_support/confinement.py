@@ -193,7 +193,7 @@ def _enter_namespaces() -> bool:
         if libc.unshare(_NEW_USER | own) != 0:
             return False
         is_user_apart = True
-        with suppress(OSError):  # without them the process runs as nobody, which does not matter
+        with suppress(OSError):  # without them the process runs as an unknown user, which does not matter
             Path("/proc/self/setgroups").write_text("deny")
             Path("/proc/self/uid_map").write_text(f"{user} {user} 1")
             Path("/proc/self/gid_map").write_text(f"{group} {group} 1")

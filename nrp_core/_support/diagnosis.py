@@ -13,7 +13,7 @@ class Diagnosis:
         subject: the property, e.g. ``OpenGL without a display``.
         present: whether the machine has it.
         meaning: the consequence for the user, in one line.
-        remedy: a command that would change it, if there is one.
+        remedy: a command that would change it, if any.
         needed: whether the backend requires it.
     """
 

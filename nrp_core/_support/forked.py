@@ -67,7 +67,7 @@ def load_and_fork(fork: Fork) -> int:
 def wait_for_exit(pid: int) -> int:
     """Wait for a process, end its group, and return its exit code; negative for the signal that ended it."""
     os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
-    os.killpg(pid, signal.SIGKILL)  # what it left behind; its number is still its own
+    os.killpg(pid, signal.SIGKILL)  # its leftover children; its number is still its own
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
 
@@ -193,7 +193,7 @@ class Forker:
                 self._known.add(module)
                 return None
             return self._run(module, arguments, timeout_s)
-        except (EOFError, OSError):  # the process to fork has died, or there is no working directory
+        except (EOFError, OSError):  # the process to fork has died, or the working directory is gone
             self.end()
             return None
         except BaseException:  # an answer may be outstanding

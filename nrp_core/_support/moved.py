@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-# forwarding imports what it needs when it meets an old name: all programs that use nrp_core import this file
+# forwarding imports its modules when it meets an old name: all programs that use nrp_core import this file
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec

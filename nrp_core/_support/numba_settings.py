@@ -23,7 +23,7 @@ def _import() -> None:
         from numba.core import config
     finally:
         os.path.exists = exists
-    vars(config)["_config_fname"] = os.devnull + _FILE  # it looks again before it compiles
+    vars(config)["_config_fname"] = os.devnull + _FILE  # it checks again before it compiles
 
 
 _import()

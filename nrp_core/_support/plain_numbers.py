@@ -36,7 +36,7 @@ def _require_no_flag(value: object, kind: Any, name: str = "") -> None:
     """Refuse a flag where only a number fits.
 
     Raises:
-        ValueError: there is one; in a mapping the message names its key.
+        ValueError: one was found; in a mapping the message names its key.
     """
     if isinstance(value, bool) and (number := _number(kind)):
         raise ValueError(f"{name}should be a valid {number}, not {value}")

@@ -122,7 +122,7 @@ def _run_command(command: list[str], timeout_s: float, is_forked: bool) -> Child
             os.killpg(child.pid, signal.SIGKILL)
             child.communicate()
             return ChildResult(None)
-        with suppress(ProcessLookupError):  # what it left behind: it cannot leave its group if it is confined
+        with suppress(ProcessLookupError):  # its leftover children, if it is confined
             os.killpg(child.pid, signal.SIGKILL)
         ((output, errors),) = ended
         return ChildResult(child.returncode, output, errors[-2000:])

@@ -39,7 +39,7 @@ _LARGEST_ENVIRONMENT = 64
 def flushing_subnormals() -> Iterator[None]:
     """Flush subnormal numbers to zero in this thread, and in threads that it starts, until the block ends.
 
-    Results differ by less than 1e-307. Where the processor is not known, nothing happens.
+    Results differ by less than 1e-307. On unknown processors it has no effect.
     """
     control, library = _controls()
     if control is None:

@@ -40,7 +40,7 @@ class TaskOutcome(Generic[T, R]):
 
     Args:
         task: the task.
-        value: what its function returned.
+        value: the return value of its function.
         error: its exception, or a :class:`WorkerDiedError`.
     """
 
@@ -53,7 +53,7 @@ class WorkerPool:
     """Processes that perform tasks; they are ended with the block.
 
     Args:
-        size: their number; each is started when there is a task for it.
+        size: their number; each starts with its first task.
     """
 
     def __init__(self, size: int) -> None:

@@ -105,7 +105,7 @@ def validate_file(
         return [Finding.of(error, Code.NRP210)]
     except TopicError as error:  # two parts of the world have the same topic
         return [Finding.of(error, Code.NRP212)]
-    except ExperimentError as error:  # there is no such experiment
+    except ExperimentError as error:  # the experiment does not exist
         return [Finding.of(error, Code.NRP204)]
 
 

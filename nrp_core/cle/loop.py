@@ -156,7 +156,7 @@ class Requests:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A transfer function that raised, did not return, or returned what its topic cannot carry.
+    """A transfer function that raised, did not return, or returned a value that its topic cannot carry.
 
     Args:
         function: its name.
@@ -178,7 +178,7 @@ class Failure:
 
     @classmethod
     def of(cls, function: TransferFunction, error: BaseException, *, step: int, t_ns: int) -> Failure:
-        """Describe what happened."""
+        """Return a description of the failure."""
         path = function.place.path
         line = line_in(error.__traceback__, path) or function.place.line
         return cls(function.name, Path(path), line, step, t_ns, error, function.inputs())

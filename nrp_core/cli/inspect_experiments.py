@@ -116,7 +116,7 @@ def explain_parameters(subject: str, wanted: str | None, overrides: Sequence[str
 
     Raises:
         ExperimentError: the subject cannot be read.
-        typer.BadParameter: there is no such parameter.
+        typer.BadParameter: the parameter does not exist.
     """
     from nrp_core.errors import did_you_mean
     from nrp_core.findings import has_errors

@@ -197,7 +197,7 @@ def open_recording(folder: Path, use: str) -> Recording:
 
     Args:
         folder: the first argument of the command.
-        use: what happens to its intact part, such as ``drawn``.
+        use: the use of its intact part, such as ``drawn``.
 
     Raises:
         typer.BadParameter: the folder is not a recording.

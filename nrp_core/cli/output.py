@@ -40,7 +40,7 @@ class PlainStream:
     Text of others can therefore not control a terminal.
 
     Args:
-        stream: where it writes.
+        stream: the stream to which it writes.
     """
 
     def __init__(self, stream: TextIO) -> None:

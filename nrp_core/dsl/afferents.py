@@ -31,7 +31,7 @@ class Spindle:
         ia_velocity, ia_exponent: factor and exponent of the velocity.
         ia_emg, ii_emg: rates that alpha-gamma coactivation adds with the muscle's activation, Hz.
         gamma_dynamic: factor of the velocity term; 1 is the drive of the published numbers.
-        gamma_static: factor of the bias and stretch terms, likewise.
+        gamma_static: the same factor for the bias and stretch terms.
         dead_zone: velocities below have no effect, mm/s; the slope of the velocity term is infinite at 0.
         highest: the highest rate, Hz.
     """

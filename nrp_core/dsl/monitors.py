@@ -36,7 +36,7 @@ class NeuronMonitor(Neuron2Robot):
             ``nrp.population_rate``; the topic is ``/monitor/`` and the name of the kind.
 
     Raises:
-        TransferFunctionError: there is no monitor of this kind.
+        TransferFunctionError: no monitor of this kind exists.
     """
 
     def __init__(self, neurons: Any, monitor_type: DeviceKind) -> None:

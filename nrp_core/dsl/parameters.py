@@ -55,7 +55,7 @@ class Adapter:
         """Activate or silence it; it keeps its settings."""
 
     def set_read(self, is_read: bool) -> None:
-        """Set whether the function reads it; a sensor that nobody reads costs nothing."""
+        """Set whether the function reads it; a sensor without readers costs nothing."""
 
     def release(self) -> None:
         """Release its resources in brain and world."""

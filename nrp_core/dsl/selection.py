@@ -347,7 +347,7 @@ class Selector:
 class ProjectionSelector(Selector):
     """The value of ``nrp.brain.projection``, which is called with a label.
 
-    Without a call it is the population of this name, if there is one.
+    Without a call it is the population of this name, if any.
     """
 
     __slots__ = ()
@@ -442,7 +442,7 @@ def select_projection(selector: Any, root: Root) -> Projection:
     """Return the projection that a selector finds.
 
     Raises:
-        NetworkError: there is no projection with this label.
+        NetworkError: no projection has this label.
         NeuronSelectionError: the selector finds something else.
     """
     found = evaluate(selector, root)

@@ -216,7 +216,7 @@ def get_color_values(image: Image | None, width: int = 40, height: int = 30) -> 
 def find_centroid_hsv(
     image: Image | None, lower: Sequence[int], upper: Sequence[int]
 ) -> tuple[int, int] | None:
-    """Return the mean pixel (column, row) of all pixels within HSV bounds, or None if there are none.
+    """Return the mean pixel (column, row) of all pixels within HSV bounds, or None.
 
     Bounds that no pixel can meet are reported by a warning of Python, once for each line.
 

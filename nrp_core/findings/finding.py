@@ -35,7 +35,7 @@ class Finding:
         path, line, column: its place (1-based), as far as known.
         subject: the name of the object concerned, such as a link, topic, mesh file or function, if any.
         count: the number of places; ``path`` and ``line`` are the first of them.
-        instead: a name in the line, and what to replace it with, if that would mend it.
+        instead: a name in the line, and its replacement, if that corrects the mistake.
 
     Raises:
         ArgumentError: the code is not a member of :class:`~nrp_core.Code`.

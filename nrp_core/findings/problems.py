@@ -56,7 +56,7 @@ def ordered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 
 def is_complete(findings: Iterable[Finding]) -> bool:
-    """Return whether nothing that was requested is missing from a run with these findings."""
+    """Return whether a run with these findings has all requested parts."""
     return all(finding.weight is not Weight.INCOMPLETE for finding in findings)
 
 

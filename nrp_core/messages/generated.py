@@ -26,7 +26,7 @@ _PLAIN: dict[str, type] = {"bool": bool, "string": str, "wstring": str}
 
 
 def made(name: str) -> type | None:
-    """Return the class of a message type by its full name, ``package/msg/Type``; None if there is none."""
+    """Return the class of a message type by its full name, ``package/msg/Type``, or None."""
     known = type_of(name)
     if known is not None:
         return known

@@ -100,7 +100,7 @@ def feed(state: hashlib.blake2b, *values: object) -> None:
 
 
 class Checked(dict[str, Any]):
-    """A copy of a mapping that refuses changes, which nothing would check and no digest would notice."""
+    """A copy of a mapping that refuses changes, because these would bypass checks and digests."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise NetworkError("a network is not changed once it is made; dataclasses.replace makes another one")
@@ -113,7 +113,7 @@ class Checked(dict[str, Any]):
 
 
 def copy_mappings(record: object, owner: str, *names: str) -> None:
-    """Let a frozen record keep copies of its mappings, so that a change of those that were given has no part.
+    """Copy the mappings of a frozen record, so that later changes of the originals do not affect it.
 
     Their arrays are not copied, since they may be large: they become read-only, so that who still
     changes one gets NumPy's error in that place.

@@ -66,7 +66,7 @@ def check_values(
 
 
 def check_cells(owner: str, values: Mapping[str, FloatArray]) -> None:
-    """Check that a reset voltage is below the spike voltage, and that a dead time is not all of the time.
+    """Check that a reset voltage is below the spike voltage, and that a refractory period can end.
 
     Args:
         owner: the object with these values, for the message.

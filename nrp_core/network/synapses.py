@@ -70,7 +70,7 @@ class SynapseLaw:
         """Refuse states at time 0 in which shares of one whole are more than it.
 
         Raises:
-            NetworkError: there is such a synapse.
+            NetworkError: such a synapse exists.
         """
         given = [initial_values[name] for name in self.shares if name in initial_values]
         most = float(np.max(sum(given), initial=0.0)) if given else 0.0

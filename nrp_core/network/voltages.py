@@ -24,7 +24,7 @@ def require_voltages(where: str, projection: Any, populations: Mapping[str, Any]
         populations: those of its network, by label.
 
     Raises:
-        NetworkError: a source has no voltage, a target receives no current, or there is a delay.
+        NetworkError: a source has no voltage, a target receives no current, or the synapses have a delay.
     """
     pre, post = populations[projection.pre], populations[projection.post]
     both = {pre.label: pre, post.label: post}.values() if projection.is_electrical else ()

@@ -52,7 +52,7 @@ class Distance(_OfPositions):
 
 
 class Displacement(_OfPositions):
-    """The horizontal distance of a model's origin from where it was when it was first looked at, m."""
+    """The horizontal distance of a model's origin from its place when it was first read, m."""
 
     kind = "displacement"
 

@@ -43,7 +43,7 @@ class Condition:
     """A range of values, or one value.
 
     Args:
-        above: the lower bound; None: there is none.
+        above: the lower bound, or None.
         below: the upper bound.
         equals: the only value.
         reaches: whether the bounds themselves belong to the range.
@@ -91,7 +91,7 @@ class Sentence:
         condition: the condition.
 
     Attributes:
-        value: the value at the last moment that was looked at; None: it had none.
+        value: the value at the last moment read; None: it had none.
         hears: whether messages change the value.
     """
 

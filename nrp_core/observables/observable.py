@@ -1,4 +1,4 @@
-"""The interface of observables, what they can read, and how one is made from its words in a file."""
+"""The interface of observables, the data that they can read, and their creation from text in a file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Surroundings:
 
     Args:
         world: the world; its engine has the state at the present physics step.
-        where: the poses of models at the moment that is looked at.
+        where: the poses of models at the moment.
         named: the observables of the experiment, as they are written, by name.
         brain: the open brain; None before it is opened.
         spikes: returns the number of spikes so far of each population and view.
@@ -46,7 +46,7 @@ class Observable(ABC):
 
     Args:
         arguments: as written behind its kind, such as ``husky`` in ``{height: husky}``.
-        around: what it can read.
+        around: the data that it can read.
 
     Attributes:
         name: its name in sentences.
@@ -54,7 +54,7 @@ class Observable(ABC):
 
     Raises:
         ExperimentError: the arguments are not valid, or name something that does not exist.
-        CapabilityError: the world or the brain does not report what it needs.
+        CapabilityError: the world or the brain does not report data that it needs.
     """
 
     unit: ClassVar[str] = ""
@@ -68,7 +68,7 @@ class Observable(ABC):
 
     @abstractmethod
     def value(self, now_ns: int) -> Any:
-        """Return the value at a moment, which is not before the previous one; None: there is none yet."""
+        """Return the value at a moment, which is not before the previous one; None before the first value."""
 
     def news(self) -> Sequence[int]:
         """Return the times of the messages that came since the last call, ns."""
@@ -77,7 +77,7 @@ class Observable(ABC):
     def unchanged_ns(self, room: Room) -> int | None:
         """Return the time for which the value changes by less than ``room``, ns.
 
-        0: it has to be looked at at each physics step. None: it changes with messages or with the steps of
+        0: it must be read at each physics step. None: it changes with messages or with the steps of
         the loop only.
         """
         return None
@@ -155,8 +155,8 @@ def observable_of(written: Any, around: Surroundings) -> Observable:
     """Return an observable from its name, or from its kind and arguments, such as ``{height: husky}``.
 
     Raises:
-        ExperimentError: there is no such name or kind, or the arguments are not valid.
-        SceneError, TopicError, CapabilityError: what it names does not exist, or is not reported.
+        ExperimentError: the name or kind does not exist, or the arguments are not valid.
+        SceneError, TopicError, CapabilityError: a named object does not exist, or is not reported.
     """
     name = ""
     if isinstance(written, str):

@@ -109,7 +109,7 @@ class GroundPositions:
         period_ns: time between two steps.
 
     Attributes:
-        poses: the poses at the moment that is looked at.
+        poses: the poses at the moment.
     """
 
     def __init__(self, world: World, period_ns: int = 0) -> None:

@@ -16,7 +16,7 @@ class Field(Observable):
     """A field of the last message of a topic; without a value before the first message.
 
     Raises:
-        TopicError: there is no such topic, or its message does not have the field.
+        TopicError: the topic does not exist, or its message does not have the field.
 
     Attributes:
         example: the value in an empty message.

@@ -122,7 +122,7 @@ def read_parameters(
         path: the script.
         dialect: which kind of script it is.
         tree_of: reads a file.
-        into: what other scripts declared.
+        into: the declarations of other scripts.
     """
     declared = into or Declared()
     waiting, seen = [path], set[Path]()

@@ -160,7 +160,7 @@ class RunningState(State):
         self.close()
 
     def _require_whole(self) -> None:
-        """Check that nothing was added to the network since its last run, other than after a reset."""
+        """Check that the network was not extended since its last run, except after a reset."""
         if self._is_outgrown:
             raise CapabilityError(
                 f"the network cannot change at {self.t:g} ms, while it runs in '{self._backend}'; reset() "

@@ -105,7 +105,7 @@ _OF_GROUP = re.compile(r"(/brain/devices/.+)/(\d+)/([^/]+)")
 def device_group(topic: str) -> tuple[str, str] | None:
     """Return the pattern of the topics of a group of devices, and the number of one in it; None: no group.
 
-    A group is what ``nrp.map_neurons`` makes: ``/brain/devices/turn/rates/*/rate``.
+    ``nrp.map_neurons`` makes groups: ``/brain/devices/turn/rates/*/rate``.
     """
     found = _OF_GROUP.fullmatch(topic)
     return found and (f"{found[1]}/*/{found[3]}", found[2])

@@ -124,7 +124,7 @@ def _one_of(kinds: type[Kind], name: str) -> Kind:
     """Return the member with a name.
 
     Raises:
-        ExperimentError: there is none.
+        ExperimentError: none was found.
     """
     known = [kind.value for kind in kinds]
     if name not in known:

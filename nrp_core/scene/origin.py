@@ -20,7 +20,7 @@ class Native:
         attributes: names and values, in the order of the file.
         text: its text, stripped.
         children: the elements in it, with any namespace or an empty one.
-        path, line: where it begins; None and 0 if it was made in Python.
+        path, line: its beginning; None and 0 if it was made in Python.
     """
 
     namespace: str

@@ -89,7 +89,7 @@ def closing(model: Model, starts: Mapping[str, float], fixed: Sequence[str]) -> 
     Args:
         model: the model.
         starts: positions at which loops may be open; other joints are at 0.
-        fixed: joints that stay where they are.
+        fixed: joints that do not move.
 
     Returns:
         The positions that are not 0, with the smallest gaps that were found if none closes the loops.
@@ -134,7 +134,7 @@ def _motion(joint: Joint, position: float) -> Pose:
 def start_positions(model: Model) -> Mapping[str, float]:
     """Return the start positions (rad, m) of the joints of a model that do not start at 0.
 
-    A joint that follows another one starts where it follows it.
+    A joint that follows another one starts at the position that this gives it.
     """
     given = dict(model.starts)
     movable = {joint.name: joint for joint in model.joints if joint.takes_commands}

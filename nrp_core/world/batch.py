@@ -174,7 +174,7 @@ class BatchPublication:
                 a group of joints or muscles ``(copies, elements)``.
 
         Raises:
-            TopicError: there are more or fewer messages than copies, or the topic cannot carry one.
+            TopicError: the numbers of messages and copies differ, or the topic cannot carry one.
         """
         if len(messages) != len(self._publications):
             copies = len(self._publications)

@@ -216,7 +216,7 @@ def commandable(model: Model) -> list[Joint]:
 
 
 def without_commands(model: Model) -> list[Joint]:
-    """Return the joints of a model that could be commanded, but that nothing in its file commands."""
+    """Return the joints of a model that could be commanded, but that its file leaves without a controller."""
     led = {joint for each in (*model.leaders, *model.drives) for joint in each.joints}
     led |= {controller.joint for controller in model.controllers}
     return [joint for joint in commandable(model) if joint.name not in led]

@@ -135,7 +135,7 @@ class World(Overview, Simulation):
         try:
             return self.engine.model_motion(model)
         except (KeyError, TypeError):
-            self.scene.model(model)  # names one that exists, if there is no such model
+            self.scene.model(model)  # names an existing one, if the model does not exist
             raise
 
     def link_motion(self, model: str, link: str) -> ModelMotion:
@@ -249,7 +249,7 @@ class World(Overview, Simulation):
         """Add a model and its topics.
 
         Raises:
-            SceneError: there is already a model of that name, or the model is inconsistent.
+            SceneError: another model has that name, or the model is inconsistent.
             CapabilityError: the engine does not support it.
         """
         if not all(map(isfinite, (*model.pose.position, *model.pose.orientation))):

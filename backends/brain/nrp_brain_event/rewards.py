@@ -31,7 +31,7 @@ _TIDY_NS: Final = 1_000_000_000
 
 
 def wired(network: Network) -> Network:
-    """Return a network without the synapses that reward, which transmit nothing."""
+    """Return a network without rewarding synapses, which do not transmit spikes."""
     others = tuple(one for one in network.projections if one.neuromodulation is None)
     return network if len(others) == len(network.projections) else replace(network, projections=others)
 
@@ -60,7 +60,7 @@ def _require_dopamine(network: Network) -> None:
     """Refuse equations whose weights follow a dopamine without a source, or a separate one for each cell.
 
     Raises:
-        CapabilityError: there are such synapses.
+        CapabilityError: the network has such synapses.
     """
     of = {one.post: one.neuromodulation for one in network.projections if one.neuromodulation}
     for one in network.projections:

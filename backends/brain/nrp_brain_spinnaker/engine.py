@@ -85,7 +85,7 @@ def finish_tick(cells: Cells) -> None:
 
 @jit
 def advance(machine: Machine, rewired: Rewired | None, window: Window, tick: int, until: int) -> int:
-    """Run ticks up to ``until``, or until there is too little room for output; return the tick reached."""
+    """Run ticks up to ``until``, or until the output is full; return the tick reached."""
     lent = borrowed(machine)  # counting shares in the arrays takes most of a short tick
     cells, ring = lent.cells, lent.ring
     sources, devices = borrowed(window.source_spikes), borrowed(window.device_input)

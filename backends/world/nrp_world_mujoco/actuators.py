@@ -118,7 +118,7 @@ def _read(m: Any, number: int) -> Actuator | None:
     low, high = m.actuator_ctrlrange[control].tolist() if clamps else (-inf, inf)
     if (constant, spring, brake) == (0, 0, 0):
         efforts = _scaled(low, high, gear * gain)
-        if not low <= 0 <= high:  # a joint that nobody commands would have a force
+        if not low <= 0 <= high:  # a joint without commands would have a force
             return None
         force = min(force, max(map(abs, efforts)))
         return Actuator(number, joint, "effort", 0.0, 0.0, force, efforts)

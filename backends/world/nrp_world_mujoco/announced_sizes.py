@@ -29,7 +29,7 @@ def check_sizes(path: Path) -> None:
         seen.add(file)
         try:
             root = read_xml(file)
-        except SceneError:  # MuJoCo reports what it cannot read
+        except SceneError:  # MuJoCo reports unreadable files
             continue
         files += [file.parent / each.attributes.get("file", "") for each in root.all("include")]
         _check(root)

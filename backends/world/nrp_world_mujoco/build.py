@@ -56,11 +56,11 @@ class Built:
         drives: the servo of each drive, by model and drive, and the ids of its actuators: those of the
             servo's points, then those of the wheels.
         servos: ids of the actuators of servoed joints, by model and joint.
-        declared: stiffness and damping with which they are driven as they are, of those in MJCF.
+        declared: stiffness and damping of the servos that MJCF itself defines.
         firm: the joints among them, and the coordinates of ball joints, that follow with any load.
         owners: model and body of each geom; a geom without contacts may have none.
         actuators: ids of the muscles and of the actuators of MuJoCo's own elements, by model and name.
-        sensors: ids of the sensors of MuJoCo's own elements, likewise.
+        sensors: ids of the sensors of MuJoCo's own elements, in the same form.
         warnings: elements for MuJoCo that are not used.
     """
 
@@ -288,7 +288,7 @@ class _Builder:
         """Exclude contacts between the parts of a model, or only of neighbours if it may touch itself.
 
         In MuJoCo a base that the file fixes to the world touches its neighbours. One that an experiment fixes
-        does not, because it does not where it is free.
+        does not, as for free motion.
         """
         pairs = list(combinations(range(len(bodies)), 2))
         if touches_itself(model):

@@ -35,7 +35,7 @@ class MujocoFirmJoints(FirmJoints):
         self._frictions = np.array([firm.joint.friction for firm in built.firm.values()])
         self._dampers = self._model.dof_damping[self._dofs].copy()
         efforts = [firm.joint.effort for firm in built.firm.values()]
-        self._limits = np.clip(efforts, SMALLEST, FAR_AWAY)  # without friction there is no constraint
+        self._limits = np.clip(efforts, SMALLEST, FAR_AWAY)  # without friction the constraint does not exist
         self._last = np.zeros(0)
         self._tried = False  # whether Python took a step from the present state with these constraints
         if self.paths:

@@ -382,7 +382,7 @@ class NativeElements:
         meet = (types[:, None] & affinities | affinities[:, None] & types) != 0
         meet &= (roots[:, None] == roots) & (rigid[:, None] != rigid) & (roots != 0)
         if not m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT:
-            # what is fixed to the world touches all the same (filterBodyPair in engine_collision_driver.c)
+            # shapes fixed to the world have contacts, too (filterBodyPair in engine_collision_driver.c)
             moves = (rigid[:, None] != 0) & (rigid != 0)
             meet &= ~(moves & ((rigid[:, None] == above) | (above[:, None] == rigid)))
         apart = {frozenset((each >> 16, each & 0xFFFF)) for each in m.exclude_signature.tolist()}

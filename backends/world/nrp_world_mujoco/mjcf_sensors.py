@@ -53,7 +53,7 @@ class Parts(Protocol):
         """Return the name of a place as the elements of a model use it."""
 
     def used_site(self, owner: str, site: int) -> str:
-        """Return likewise the name of a site of the file, which is added."""
+        """Add a site of the file, and return its name."""
 
     def body_of_tendon(self, tendon: int) -> int:
         """Return the body in whose model a tendon is."""

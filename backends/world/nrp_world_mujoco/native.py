@@ -194,7 +194,7 @@ class NativeElements:
 
     Attributes:
         warnings: elements that are valid and not used.
-        without_friction: an element that disables dry friction, if there is one.
+        without_friction: an element that disables dry friction, if any.
     """
 
     def __init__(self, spec: Any) -> None:

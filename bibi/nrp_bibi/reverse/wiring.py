@@ -1,4 +1,4 @@
-"""What Python transfer functions are connected to, by their decorators; nothing is executed."""
+"""The connections of Python transfer functions, read from their decorators without execution."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Connection:
 
     Args:
         function: the name of the function.
-        variable: the name of its argument; empty: what it returns.
+        variable: the name of its argument; empty: its return value.
         target: the topic, or the name of the neurons in the brain.
         kind: the type of the topic's messages, or of the device, with dots.
         is_topic: whether it is a topic; otherwise it is a device.

@@ -24,7 +24,7 @@ _SERVICES = {
 
 @checks_functions
 def check_sensors(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
+    """Report sensors that a function, an event or a criterion reads and the world does not simulate."""
     lacking = _lacking(examined, _senses)
     for function in examined.functions:
         for name, adapter in function.adapters.items():
@@ -40,7 +40,7 @@ def check_sensors(examined: ExaminedExperiment) -> Iterator[Finding]:
 
 @checks_functions
 def check_commands(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for joints, forces and changes that a function or an event commands and the world refuses."""
+    """Report joints, forces and changes that a function or an event commands and the world refuses."""
     lacking = _lacking(examined, _commands)
     for function in examined.functions:
         for topic, parameter in function.written:

@@ -39,7 +39,7 @@ _RANGES: Final = {
 
 @checks_functions
 def check_populations(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for populations that nothing can make fire, and whose spikes a function or others need."""
+    """Report populations without any input that makes them fire, if a function or others use their spikes."""
     experiment, network = examined.experiment, examined.network
     # functions of the platform change cells by the brain's variables, and interventions drive them
     changes = experiment.compatibility or experiment.brain.interventions
@@ -64,7 +64,7 @@ def has_cells(network: Network, label: str, neurons: IntArray) -> bool:
 
 @checks_function
 def check_devices(function: ExaminedFunction) -> Iterator[Finding]:
-    """Look for devices with a neuron twice, and for weights, currents and times in a wrong unit."""
+    """Report devices with a repeated neuron, and weights, currents and times in a wrong unit."""
     for name, mapping in function.function.mappings.items():
         if isinstance(mapping, MapSpikeSource | MapSpikeSink):
             for code, message in _wrong_device(name, mapping, function.adapters.get(name)):

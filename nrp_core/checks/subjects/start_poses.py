@@ -1,7 +1,7 @@
 """Impossible starts: robots inside the room or each other, high up, below the ground, or without ground.
 
-Joints are where they start. Static meshes count as ground, but models overlap only with height maps and
-simple solids, because engines treat the inside of other meshes differently.
+Joints are at their initial positions. Static meshes count as ground, but models overlap only with height maps
+and simple solids, because engines treat the inside of other meshes differently.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def wrong_starts(scene: Scene, robots: Container[str]) -> Iterator[tuple[str, Co
 
 
 def _falling_models(scene: Scene, robots: Container[str]) -> Iterator[tuple[str, Code, str]]:
-    """Yield each model of a room that nothing holds, and with nothing below it."""
+    """Yield each model of a room without support: neither held nor above another model."""
     for model in scene.models:
         is_held = not all(link.gravity for link in model.links) or _flies(model)
         if model.name in robots or is_held or not can_fall(model, scene):

@@ -14,7 +14,7 @@ from nrp_core.findings import Code, Finding
 
 @checks_experiment
 def check_events(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for events after the end of the run, and for events that wait for each other."""
+    """Report events after the end of the run, and events that wait for each other."""
     events, end_ns = examined.experiment.events, examined.experiment.duration
     first_ns = {name: earliest_ns(name, events) for name in events}
     # one at a given time must be before the end
@@ -48,7 +48,7 @@ def _delay_ns(event: Event) -> int:
 
 @checks_experiment
 def check_step_of_loop(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for a time step that is too long for a closed loop."""
+    """Report a time step that is too long for a closed loop."""
     step_ns = examined.experiment.timestep
     if step_ns > NS_PER_S:
         message = f"timestep: sensors reach the brain, and this the robot, only every {seconds(step_ns):g} s"
@@ -57,7 +57,7 @@ def check_step_of_loop(examined: ExaminedExperiment) -> Iterator[Finding]:
 
 @checks_experiment
 def check_times_of_criteria(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for criteria that allow more time than the run has, or that are never evaluated."""
+    """Report criteria that allow more time than the run has, or that are never evaluated."""
     experiment, end_ns = examined.experiment, examined.experiment.duration
     for name, each in experiment.criteria.items():
         if each.within_of is not None and each.within_of.time > end_ns:
@@ -92,7 +92,7 @@ def _wrong_period(during: During, experiment: Experiment) -> Iterator[str]:
 
 @checks_experiment
 def check_topics_of_criteria(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for criteria on topics of the experiment that nothing publishes on."""
+    """Report criteria on topics of the experiment without a publisher."""
     experiment = examined.experiment
     if not examined.function_topics.is_complete:
         return

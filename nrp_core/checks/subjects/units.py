@@ -17,7 +17,7 @@ from nrp_core.scene.rigid import ROUNDED_TURN_RAD
 
 @checks_experiment
 def check_views(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for named populations that have a neuron twice."""
+    """Report named populations with a repeated neuron."""
     if examined.network is None:
         return
     for name in examined.experiment.brain.populations:
@@ -37,7 +37,7 @@ def report_network(examined: ExaminedExperiment) -> Iterator[Finding]:
 
 @checks_experiment
 def check_poses(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for angles of poses given in degrees instead of radians."""
+    """Report angles of poses given in degrees instead of radians."""
     experiment = examined.experiment
     owners: dict[tuple[Key, ...], str] = {}
     for name, robot in experiment.world.robots.items():

@@ -1,4 +1,4 @@
-"""Sources that nothing sets, topics with two publishers, functions that wait, and latencies.
+"""Unset sources, topics with two publishers, waiting functions, and latencies.
 
 The first and the third are found in the source of functions, because five steps of a dry run do not show
 them.
@@ -39,7 +39,7 @@ def report_latency(examined: ExaminedExperiment) -> Iterator[Finding]:
 
 @checks_functions
 def check_publishers(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for topics that two functions publish on, or one function twice."""
+    """Report topics that two functions publish on, or one function twice."""
     first: dict[str, tuple[TransferFunction, str]] = {}
     for one in examined.functions:
         function = one.function
@@ -53,7 +53,7 @@ def check_publishers(examined: ExaminedExperiment) -> Iterator[Finding]:
 
 @checks_function
 def check_sources(function: ExaminedFunction) -> Iterator[Finding]:
-    """Look for sources that a body never sets, and for those whose spikes have no effect."""
+    """Report sources that a body never sets, and sources whose spikes have no effect."""
     body = body_of(function.function)
     only_read = set() if body is None else _only_read(body, function.function.parameters)
     for name, mapping in function.function.mappings.items():
@@ -72,7 +72,7 @@ def check_sources(function: ExaminedFunction) -> Iterator[Finding]:
 
 @checks_function
 def check_waiting(function: ExaminedFunction) -> Iterator[Finding]:
-    """Look for calls that wait."""
+    """Report calls that wait."""
     body = body_of(function.function)
     for node in () if body is None else ast.walk(body):
         match node:

@@ -12,7 +12,7 @@ from nrp_core.world.capabilities import needs_of
 
 @checks_experiment
 def check_distances(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for events and criteria about distances in a world that does not report where models are."""
+    """Report events and criteria about distances in a world that does not report poses of models."""
     if examined.world is None or examined.world.capabilities.poses:
         return
     experiment = examined.experiment
@@ -26,7 +26,7 @@ def check_distances(examined: ExaminedExperiment) -> Iterator[Finding]:
 
 @checks_experiment
 def check_dynamics(examined: ExaminedExperiment) -> Iterator[Finding]:
-    """Look for models that need forces to move or hold, in a world without dynamics."""
+    """Report models that need forces to move or hold, in a world without dynamics."""
     if examined.world is None:
         return
     has, backend = examined.world.capabilities, examined.experiment.world.backend

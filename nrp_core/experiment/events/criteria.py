@@ -335,7 +335,7 @@ def judge_of(criterion: Criterion, around: Surroundings) -> Judge:
     Raises:
         SceneError: it names an object that is not in the scene.
         TopicError: it names a topic or a field that does not exist.
-        CapabilityError: the world does not report what it needs, such as poses of models.
+        CapabilityError: the world does not report data that it needs, such as poses of models.
         ExperimentError: its observable does not exist.
     """
     if criterion.stays_within is not None:

@@ -33,7 +33,7 @@ def trigger(event: Event, around: Surroundings) -> Condition:
     Raises:
         TopicError: a condition names a topic or a field that does not exist.
         SceneError: a condition names an object that is not in the scene.
-        CapabilityError: the world does not report what it needs, such as poses of models.
+        CapabilityError: the world does not report data that it needs, such as poses of models.
         ExperimentError: its observable does not exist.
     """
     if event.when is not None:

@@ -52,7 +52,7 @@ def observed_sentence(wanted: Observed, around: Surroundings) -> Sentence:
     """Return the sentence of a condition on an observable.
 
     Raises:
-        ExperimentError: there is no such observable, or a bound has another unit.
+        ExperimentError: the observable does not exist, or a bound has another unit.
     """
     observable = observable_of(wanted.observable, around)
 

@@ -105,5 +105,5 @@ class Plan:
         experiment, _ = with_parameters(self.experiment, collector)
         functions = tuple(maker_of(experiment).functions(experiment, collector))
         collector.raise_errors()
-        names = {function.name for function in self.functions}  # others were left out, with a finding
+        names = {function.name for function in self.functions}  # others were omitted, with a finding
         return replace(self, functions=tuple(each for each in functions if each.name in names))

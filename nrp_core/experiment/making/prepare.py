@@ -1,4 +1,4 @@
-"""Make all parts of an experiment except its engines; refuse what cannot run.
+"""Make all parts of an experiment except its engines; refuse experiments that cannot run.
 
 Advice about an experiment that can run is not given here; see :mod:`nrp_core.checks`.
 """
@@ -337,7 +337,7 @@ def _require_drives(
 def _make_stage(
     experiment: Experiment, world: Side[WorldBackend] | None, scene: Scene, collector: Collector
 ) -> World | None:
-    """Return a world without an engine, with the topics of the experiment; None if there are mistakes."""
+    """Return a world without an engine, with the topics of the experiment; None after mistakes."""
     topics, stage = _own_topics(experiment, world, collector), None
     if topics is None:
         return None

@@ -27,7 +27,7 @@ def declare_own(experiment: Experiment, world: World, collector: Collector) -> b
     """Add the topics and aliases of an experiment to a world; mistakes go to the collector.
 
     Returns:
-        Whether there are no mistakes that prevent a run.
+        Whether no mistake prevents a run.
     """
     findings_before = len(collector.findings)
     for topic in experiment.world.commands:
@@ -72,7 +72,7 @@ def declare_missing_topics(
 def warn_of_missing_topics(
     collector: Collector, experiment: Experiment, world: World, functions: Sequence[TransferFunction]
 ) -> None:
-    """Add the topics that functions expect to a world, with a warning for each that nothing publishes."""
+    """Add the topics that functions expect to a world, with a warning for each without a publisher."""
     served, known = dict(world.topics), len(world.warnings)
     for topic in declare_missing_topics(experiment, world, functions):
         message = silent_topic(topic, served)
@@ -98,7 +98,7 @@ class Watch:
 
     Attributes:
         where: the positions of models.
-        around: what observables can read; the brain is added when it is opened.
+        around: the data that observables can read; the brain is added when it is opened.
         events: the events.
         observables: the observables of the experiment, by name.
     """

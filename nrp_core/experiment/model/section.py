@@ -272,7 +272,7 @@ class Section(PlainNumbers):
         """Refuse a section without exactly one of its alternatives.
 
         Raises:
-            ValueError: there are none or several.
+            ValueError: none or several were found.
         """
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) != 1:

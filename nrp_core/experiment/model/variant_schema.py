@@ -63,7 +63,7 @@ class InterventionSection(Section):
         return self
 
     def idle(self, duration_ns: int) -> str:
-        """Return why it changes nothing in a run of a duration; empty if it may."""
+        """Return why it has no effect in a run of a duration; empty if it may have one."""
         if self.at >= duration_ns:
             return f"acts at {seconds(self.at):g} s, and the run ends at {seconds(duration_ns):g} s"
         if self.scale is not None and self.scale.by == 1:

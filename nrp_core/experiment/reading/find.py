@@ -47,7 +47,7 @@ def load_experiment(text: str | Path, overrides: Iterable[str] = ()) -> Experime
         overrides: ``dotted.key=value``; if two set one key, the later one is used.
 
     Raises:
-        ExperimentError: there is none, or it is invalid.
+        ExperimentError: none was found, or it is invalid.
     """
     given = _as_tuple(overrides)
     if not isinstance(text, str | PathLike):

@@ -190,7 +190,7 @@ def _require_effect(below: Tree, above: Tree) -> None:
     """Refuse keys that are removed and do not exist, and empty mappings, which remove nothing.
 
     Raises:
-        InvalidExperimentError: there is one.
+        InvalidExperimentError: one was found.
     """
     if not (isinstance(below.value, dict) and isinstance(above.value, dict)):
         return
@@ -267,7 +267,7 @@ def overridden(tree: Tree, override: str) -> Tree:
     Raises:
         InvalidExperimentError: it cannot be applied.
     """
-    place = Place(override=str(override))  # what is not a text cannot be read as one either
+    place = Place(override=str(override))  # a value that is not a text cannot be read as one either
     key, equals, text = str(override).partition("=")
     keys = key.strip().split(".")
     try:

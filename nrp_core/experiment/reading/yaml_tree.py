@@ -156,7 +156,7 @@ def _place(place: Place, mark: Any) -> Place:
 
 
 def _is_missing(node: Node) -> bool:
-    """Return whether nothing is written as a value, or only comments."""
+    """Return whether a value is missing or consists only of comments."""
     return isinstance(node, ScalarNode) and node.value == "" and str(node.tag) == f"{_YAML}null"
 
 

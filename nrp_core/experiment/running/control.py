@@ -120,7 +120,7 @@ class _Server(socketserver.ThreadingUnixStreamServer):
 
     def __init__(self, path: Path, commands: Commands) -> None:
         self.commands = commands
-        deaf = path.with_name(f"{path.name}~")  # it gets its name when it listens, so that nobody is refused
+        deaf = path.with_name(f"{path.name}~")  # named when it listens, so that no client is refused
         deaf.unlink(missing_ok=True)
         super().__init__(str(deaf), _Handler)
         try:

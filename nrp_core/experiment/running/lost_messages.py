@@ -173,7 +173,7 @@ class CommandsWithoutReceiver:
         return ""
 
     def _intended_topic(self, topic: str) -> str | None:
-        """Return the similar topic of the world that was probably intended, if there is one."""
+        """Return the similar topic of the world that was probably intended, if any."""
         topics = self._world.topics
         if topic not in topics:
             return None

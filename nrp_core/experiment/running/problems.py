@@ -79,7 +79,7 @@ def at_the_end(
 
 
 def _is_reported(name: str, experiment: Experiment, found: Iterable[Finding]) -> bool:
-    """Return whether it was reported before the run that an event never happens, at one of its keys."""
+    """Return whether a finding at one of an event's keys said before the run that it never happens."""
     written = experiment.source.at("events", name)
     places = [] if written is None else [*_places(written)]
     return any(one.code is Code.NRP248 and _is_at(one, place) for one in found for place in places)

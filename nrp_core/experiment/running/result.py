@@ -188,7 +188,7 @@ _KINDS: Final = {
 class Result(Overview):
     """The result of a run. The results of equal runs differ only in wall times and time shares.
 
-    A name that a dictionary lacks raises :class:`.UnknownNameError`, with those that there are.
+    A name that a dictionary lacks raises :class:`.UnknownNameError`, with the valid names.
 
     Args:
         experiment: name of the experiment.

@@ -56,7 +56,7 @@ class Line:
     Args:
         name: the name that it defines.
         unit: its unit.
-        place: where it was written.
+        place: its place in the source.
         expression: the right side; None for a parameter.
         is_derivative: whether the right side is the derivative.
         held: whether the variable stays while the cell is refractory.
@@ -250,7 +250,7 @@ def expression(
 
     Args:
         text: the expression.
-        place: where it was written.
+        place: its place in the source.
         names: the known names.
         dimension: its dimension.
         what: its kind, for the message.

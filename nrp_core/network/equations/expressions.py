@@ -78,7 +78,7 @@ def parsed(text: str, place: TextOrigin, *, random: bool = False) -> ast.expr:
 
     Args:
         text: the text.
-        place: where it was written.
+        place: its place in the source.
         random: whether it may contain ``rand()``, once; it becomes a name.
 
     Raises:
@@ -130,7 +130,7 @@ def require_known(node: ast.expr, known: Mapping[str, object], place: TextOrigin
     Args:
         node: the expression.
         known: the names that it may use.
-        place: where it was written.
+        place: its place in the source.
 
     Raises:
         NetworkError: a name is unknown.
@@ -221,7 +221,7 @@ def dimension_of(node: ast.expr, names: Mapping[str, Dimension], place: TextOrig
     Args:
         node: the expression.
         names: the dimensions of the names in it.
-        place: where it was written.
+        place: its place in the source.
 
     Raises:
         NetworkError: units do not fit together.
@@ -258,7 +258,7 @@ def require_dimension(
     Args:
         node: the expression.
         names: the dimensions of the names in it.
-        place: where it was written.
+        place: its place in the source.
         expected: the dimension; ``TRUTH`` for a condition.
         what: the quantity with that dimension, for the message.
 

@@ -95,7 +95,7 @@ class Variable:
         unit: its unit in scripts and recordings.
         rate: its derivative.
         held: whether it stays while the cell is refractory.
-        place: where it was written.
+        place: its place in the source.
     """
 
     name: str

@@ -123,7 +123,7 @@ class SynapseModel:
 
     Args:
         variables: the state variables by name.
-        courses: what each does between spikes.
+        courses: the time course of each between spikes.
         definitions: expressions with a name, each after those that it needs.
         parameters: units of parameters by name.
         on_pre: the variables that a spike of the source changes, in this order.

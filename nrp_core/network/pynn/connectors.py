@@ -280,7 +280,7 @@ class FixedTotalNumberConnector(Connector, connectors.FixedTotalNumberConnector)
         """Return the indices of ``n`` different pairs.
 
         Raises:
-            InvalidSynapseError: there are fewer.
+            InvalidSynapseError: fewer exist.
         """
         n_pre, n_post = projection.shape
         forbidden = np.full(n_pre, -1)

@@ -420,7 +420,7 @@ class Assembly(common.Assembly):
             f"assembly '{self.label}'", "part", element, common.BasePopulation, "a population or a view"
         )
         super()._insert(element)
-        if len(self.populations) == before:  # PyNN logs this, in a log that nobody may read
+        if len(self.populations) == before:  # PyNN only logs this
             self._simulator.state.remark(
                 f"'{getattr(element, 'label', element)}' is not added to the assembly '{self.label}', which "
                 "has some of its cells already"

@@ -103,7 +103,7 @@ class Projection(common.Projection):
                 f"projection '{label}': the cells of '{postsynaptic_population.label}' have no receptor "
                 f"'{receptor_type}'{to}{hint}"
             )
-        if synapse_type is not None:  # PyNN looks at a weight to guess the receptor
+        if synapse_type is not None:  # PyNN guesses the receptor from a weight
             shape = (presynaptic_population.size, postsynaptic_population.size)
             require_shape(f"projection '{label}'", synapse_type.parameter_space, shape)
         super().__init__(

@@ -256,7 +256,7 @@ class RecordingFolder(RunObserver[Run]):
                 chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
                 calls=calls,
             )  # fmt: skip
-        except KeyboardInterrupt:  # nothing has run: the folder would look like that of a killed run
+        except KeyboardInterrupt:  # no step has run: the folder would look like that of a killed run
             shutil.rmtree(folder, ignore_errors=True)
             raise
         if run.loop.now_ns:
@@ -388,7 +388,7 @@ def _remove(folder: Path, files: FilesRead | None) -> None:
 
 
 def _make(folder: Path) -> None:
-    """Create the folder, and the file in it exclusively, in case a second process does the same."""
+    """Create the folder, and the file in it exclusively, so that only one process can succeed."""
     check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -175,7 +175,7 @@ class Comparison:
         return None
 
     def ended(self, recorded: RecordedStep | None, error: str) -> None:
-        """Record that the run ended before a recorded step, if there is one."""
+        """Record that the run ended before a recorded step, if any."""
         if self.difference is None and recorded is not None:
             self.difference = Difference(
                 recorded.hash.step, recorded.t_ns, "run", "the run", "going on", f"ended by: {error}"

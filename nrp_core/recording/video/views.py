@@ -127,7 +127,7 @@ class Stage:
     Args:
         shapes: the shapes of the scene.
         kept: keeps the folder of the meshes, which are read when they are first drawn.
-        muscles: the muscles at the time of an image, if there are any.
+        muscles: the muscles at the time of an image, if any.
 
     Attributes:
         bodies: the bodies of each frame, and of the muscles.
@@ -300,7 +300,7 @@ class Follower(Viewpoint):
         return look_at(robot + self._distance * way, robot, ahead)
 
     def _free_way(self, robot: FloatArray, yaw: float) -> FloatArray:
-        """Return the direction to the lowest camera behind the robot from which nothing hides it."""
+        """Return the direction to the lowest camera behind the robot with a free view of it."""
         for height in _HEIGHTS:
             level = -np.cos(height)
             way = np.array((level * np.cos(yaw), level * np.sin(yaw), np.sin(height)))

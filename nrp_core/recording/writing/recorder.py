@@ -55,7 +55,7 @@ _t_ns = itemgetter(0)
 class StepCollector:
     """Collects the data of each step of a brain and a world without changing them.
 
-    Sensor topics are collected only if they are asked for or have other subscribers; the rest costs nothing.
+    Sensor topics are collected only on request or with other subscribers; the rest costs nothing.
 
     Args:
         brain, world: the observed sides.

@@ -215,7 +215,7 @@ class _EverythingPort(SpikeRecorderPort):
         return parts[0] if len(parts) == 1 else Spikes.merged(parts)
 
     def receive(self, spikes: Spikes, until_ms: float) -> None:
-        if len(spikes):  # the spikes of all neurons, so there is nothing to select
+        if len(spikes):  # the spikes of all neurons, without a selection
             self._parts.append(spikes)
 
 

@@ -56,7 +56,7 @@ def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
 
 
 def _without_normals(text: str) -> str:
-    """Return a file without the numbers of normals and tangents, half of most files, which nothing here uses.
+    """Return a file without the numbers of normals and tangents: unused here, and half of most files.
 
     Their inputs stay, with another meaning: the places of the other inputs count them.
     """

@@ -172,7 +172,7 @@ def parse_gltf(data: bytes, beside: ReadBeside) -> list[Surface]:
     """
     try:
         file = _File(data, beside)
-        with np.errstate(invalid="ignore", over="ignore"):  # triangles without numbers are left out later
+        with np.errstate(invalid="ignore", over="ignore"):  # triangles without numbers are omitted later
             return [each for node in file.roots for each in file.surfaces(node, np.eye(4), frozenset())]
     except (LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise ValueError(f"it is not valid glTF: {type(error).__name__}: {error}") from error

@@ -31,7 +31,7 @@ def extrude(rings: Sequence[Ring], height: float, *, convex: bool) -> list[Trian
         convex: whether to return convex prisms instead of one piece.
 
     Raises:
-        ValueError: they enclose nothing.
+        ValueError: they enclose no volume.
     """
     prisms: list[Triangles] = []
     for polygon in _polygons([_open(ring) for ring in rings]):

@@ -178,7 +178,7 @@ def check_parameters(plugin: Element, notes: Notes) -> None:
 
 
 def _unused(holder: Element) -> Iterator[Element]:
-    """Yield the parameters that no reader has looked for, and that change something in Gazebo."""
+    """Yield the parameters that no reader has read, but that have an effect in Gazebo."""
     for child in holder.children:
         if child.tag in holder.asked:
             yield from _unused(child)

@@ -345,7 +345,7 @@ def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) ->
 def _read_sensor(
     sensor: Element, mount: Mount, reading: Reading, *, on_joint: bool
 ) -> Iterator[MountedSensor]:
-    """Yield a sensor of a joint or a link; nothing, with a warning, if it cannot be simulated there."""
+    """Yield a sensor of a joint or a link; warn instead if it cannot be simulated there."""
     kind, name = sensor.attribute("type"), sensor.attribute("name")
     found = find_registered(SENSORS, kind, sensor)
     if found is None:

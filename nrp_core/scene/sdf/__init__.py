@@ -84,7 +84,7 @@ def read_model(
 
 
 def _warn_of_gravity(holder: Element, reading: Reading) -> None:
-    """Warn of a gravity in the file of a robot that is not the one on Earth, and that nothing uses."""
+    """Warn of a gravity in the file of a robot that differs from Earth's, because it is unused."""
     gravity = holder.find("gravity") if holder.tag == "world" else None
     if gravity is not None:
         x, y, z = gravity.numbers(3)

@@ -121,7 +121,7 @@ def script_material(name: str, places: Iterable[Path], textures: Iterable[Path] 
     Args:
         name: its name in the script.
         places: scripts, or folders of scripts and images.
-        textures: folders in which images are looked for last.
+        textures: folders to search last for images.
     """
     places = list(places)
     folders = [place if place.is_dir() else place.parent for place in places]

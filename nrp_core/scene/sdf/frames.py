@@ -154,7 +154,7 @@ class Frames:
         return reduce(matmul, reversed(chain.values()), Pose())
 
     def require(self, element: Element) -> None:
-        """Check that an element that was added has a pose and moves with a link, also if nothing uses it.
+        """Check that an added element has a pose and moves with a link, even if it is not used.
 
         Raises:
             SceneError: it is placed or attached in a cycle, or by a frame that does not exist.

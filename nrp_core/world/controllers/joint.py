@@ -155,7 +155,7 @@ class ControllerPart(Part):
         )  # fmt: skip
         starts = [(each.topic, Target(each.initial)) for each in every if each.initial is not None]
         self._holder = next((each.topic for each in every if each.holds), None)
-        if self._holder is not None:  # a motor of the file at speed 0 does not let go of what is held
+        if self._holder is not None:  # a motor of the file at speed 0 does not release a held object
             starts = [each for each in starts if self._laws[each[0]].controller.kind == "position"]
         self._initial = starts[-1] if starts else None
         self._own = self._initial
@@ -240,7 +240,7 @@ class ControllerPart(Part):
         self.lead(topic, Target(float(message.data)), now_ns)
 
     def at_deadline(self, now_ns: int) -> None:
-        assert self._command is not None  # without a target there is no deadline
+        assert self._command is not None  # without a target, no deadline
         topic, target = self._command
         law = self._laws[topic]
         gains, error = law.gains, target.value - self._now(law.controller.kind)

@@ -243,7 +243,7 @@ def start_places(model: Model, positions: Mapping[str, float] | None = None) -> 
 
     Args:
         model: the model.
-        positions: of its joints, rad or m; by default where they start.
+        positions: of its joints, rad or m; by default the initial ones.
     """
     posture = Posture(model, start_positions(model) if positions is None else positions)
     return {WORLD: Pose(), **{link.name: posture.of(link.name) @ link.pose for link in model.links}}

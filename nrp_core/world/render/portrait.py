@@ -86,9 +86,7 @@ FIELD_OF_VIEW = radians(40)
 
 _FROM_ROBOT, _FROM_ROOM = (radians(35), radians(25)), (radians(60), radians(62))  # yaw and height of the eye
 _FILLED, _WITH_PLACE = 0.9, 0.6  # maximum share of the image: of a whole scene, of some models in their place
-_CUT = (
-    0.7  # what is nearer than this share of the distance to these models is left out, as a wall before them
-)
+_CUT = 0.7  # omit objects nearer than this share of the distance to these models, such as a wall
 _CLEARANCE = 0.02  # minimum distance from the eye, in multiples of the scene's extent
 
 
@@ -137,7 +135,7 @@ def portrait(
         scene: the scene.
         width: the width of the image, pixels.
         height: its height, pixels.
-        moment: where everything is; by default all joints are where they start.
+        moment: the poses of all bodies; by default at the initial joint positions.
         of: names of models in the middle of the image, which no other object hides; by default all
             models are in it, except endless scenery.
 

@@ -139,7 +139,7 @@ class EngineSensorPart(SensorPart):
         if self._sensor.form == "range":
             message.radiation_type, message.max_range = _INFRARED, self._sensor.max_range
             message.range = message.range if message.range >= 0 else inf  # REP 117: nothing is hit
-        if self._sensor.form == "imu":  # what it does not measure is marked as in ROS
+        if self._sensor.form == "imu":  # unmeasured values are marked as in ROS
             for field in ("orientation_covariance", *self._unknown):
                 getattr(message, field)[0] = -1.0
         return message

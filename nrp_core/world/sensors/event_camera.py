@@ -50,7 +50,7 @@ class Retina(ImageSensor):
         centre, surround: standard deviations of the two Gaussians, pixels.
         gain: Hz for each unit of the logarithm of contrast.
         baseline: rate without contrast, Hz.
-        sustained: the share of the response to what stays that remains, from 0 (transient) to 1.
+        sustained: the share of the response to constant light that remains, from 0 (transient) to 1.
         adaptation_s: time constant of the adaptation, s.
     """
 

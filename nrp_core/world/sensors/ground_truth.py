@@ -132,7 +132,7 @@ class JointStatesPart(Part):
         return JointState(header, names, positions, velocities, efforts)
 
     def _with_pairs(self, row: FloatArray, names: Sequence[str]) -> FloatArray:
-        """Return values of joints, and the means and differences of those that are led in pairs."""
+        """Return values of joints, and the means and differences of coupled pairs."""
         values = dict(zip(names, row.tolist(), strict=True))
         return np.append(row, [pair.value(*(values[joint] for joint in pair.joints)) for pair in self._pairs])
 

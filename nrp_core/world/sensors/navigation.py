@@ -123,7 +123,7 @@ class NavSat(Sensor):
     """A receiver of satellite navigation; its noise is in m, in all directions.
 
     Args:
-        pose: where it is on its link.
+        pose: its pose on its link.
         velocity_topic: the topic of its velocity in the world (m/s), which has no noise; empty for none.
     """
 

@@ -115,7 +115,7 @@ def accept(clock: GridClock, grid: Grid, places: Array, step: int) -> bool:
 
 @inlined
 def _hear(clock: GridClock, grid: Grid, places: Array, step: int) -> bool:
-    """Store the spikes of recorded Poisson cells, if there is room for all of the step."""
+    """Store the spikes of recorded Poisson cells, if all spikes of the step fit."""
     n_before = clock.n_spikes
     if len(grid.noise) > 0 and call(grid.codes[HEAR_NOISE], (places, step)) == 0:
         clock.n_spikes = n_before

@@ -123,7 +123,7 @@ class Lazy(NamedTuple):
             those on which they act at once.
         blocks: ``LazyBlock``.
         owners: the block of each row; less :data:`IN_LIST` while it is in the list, -1 for other neurons.
-        listed: rows with equations that are to be looked at, by block.
+        listed: equation rows to examine, by block.
         states, factors: of these, see :mod:`nrp_brain_event.grid.equations.lazy_source`.
         shown: room for a row.
     """

@@ -166,7 +166,7 @@ def _write(onto: Array, first: int, values: Array) -> None:
 
 @jit
 def count_segments(first: Array, keys: Array) -> int:
-    """Return how many stretches of equal keys there are."""
+    """Return the number of runs of equal keys."""
     n = 0
     for i in range(len(first) - 1):
         for k in range(first[i], first[i + 1]):

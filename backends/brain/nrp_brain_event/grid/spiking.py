@@ -209,7 +209,7 @@ def update_run(
     while run.n_waiting > 0 and release[queue[run.first + run.head]] == step:
         row = queue[run.first + run.head]
         v[row] = run.reset
-        if run.frozen:  # what has arrived since the spike is lost
+        if run.frozen:  # input since the spike is lost
             state[X, row] = state[X + 1, row] = 0.0
         run.n_waiting -= 1
         run.head = run.head + 1 if run.first + run.head + 1 < run.last else 0

@@ -248,7 +248,7 @@ def load_plastic(
         modulations: the parameters that rewards and punishments of a population share, by its label.
 
     Raises:
-        CapabilityError: the machine does not have a rule, or there are two rules on one population.
+        CapabilityError: the machine does not have a rule, or one population has two rules.
     """
     rules = rules_of(wires, n, step_us, semantics, modulations)
     synapses = collect(wires, n)
@@ -282,7 +282,7 @@ def rules_of(
     """Return the rules of projections and empty histories of ``n`` neurons, by their names in the rows.
 
     Raises:
-        CapabilityError: the machine does not have a rule, or there are two rules on one population.
+        CapabilityError: the machine does not have a rule, or one population has two rules.
     """
     tables = Tables(step_us)
     rules = np.array(

@@ -219,7 +219,7 @@ def _draw_anew(sources: Sources, places: IntArray) -> None:
 
 @jit
 def _draw_ticks(sources: Sources, tick: int, until: int, entries: IntArray) -> tuple[int, int]:
-    """Write tick, id and count of spikes while there is room; return tick reached and number of entries."""
+    """Write tick, id and count of spikes until full; return the tick reached and the number of entries."""
     used = 0
     while tick < until and entries.shape[1] - used >= sources.ids.size:
         for core in range(sources.generators.shape[0]):

@@ -133,7 +133,7 @@ def _largest_squared_distance(grid_x: int, grid_y: int) -> float:
     if grid_x == grid_y:
         half = grid_x // 2
         return float(np.sqrt(2.0 * half**2) ** 2)
-    one_column = grid_x == 1  # the host does not look at columns then
+    one_column = grid_x == 1  # the host ignores columns then
     cells, places, largest = np.arange(grid_y if one_column else grid_y**2), np.arange(grid_y), 0
     for column in range(grid_x):  # for all cells at once the host's table does not fit into memory
         across = 0 if one_column else _wrapped(column - cells // grid_x, grid_x)

@@ -147,7 +147,7 @@ def _require_same_meaning(way: Projection, modulation: Neuromodulation) -> None:
 
 
 def _spikes(way: Projection, grid: Grid, cells: int) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the different spikes that each source sends: its index, their delay in steps, and their amount.
+    """Return the distinct spikes of each source: its index, their delay in steps, and their amount.
 
     Args:
         way: the projection.

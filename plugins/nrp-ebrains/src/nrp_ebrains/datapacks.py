@@ -1,4 +1,4 @@
-"""Datapacks: what functions and engines of NRP-core 4 exchange, as JSON or as a message."""
+"""Datapacks: the data that functions and engines of NRP-core 4 exchange, as JSON or as a message."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ class Graph:
         nodes: the nodes, in the order of the files.
 
     Raises:
-        TransferFunctionError: a node gets what no other node returns, or nodes wait for each other.
+        TransferFunctionError: a node's input is no other node's output, or nodes wait for each other.
     """
 
     def __init__(self, nodes: Sequence[Node]) -> None:

@@ -36,7 +36,7 @@ class Engine(ABC):
 
     @abstractmethod
     def read(self, names: Iterable[str]) -> Mapping[str, Any]:
-        """Return the data of datapacks by name, without those that have nothing new.
+        """Return the data of datapacks by name, without unchanged ones.
 
         Raises:
             ExperimentError: the datapack does not exist.
@@ -158,7 +158,7 @@ class Loop:
         for engine in due:
             engine.start_step()
             self._queue.append((t_ns + engine.step_ns, engine))
-        self._queue.sort(key=lambda one: one[0])  # stable: those that began earlier come first
+        self._queue.sort(key=lambda one: one[0])  # stable: earlier beginnings first
         self.iteration += 1
 
     def _read(self, engines: Sequence[Engine]) -> None:

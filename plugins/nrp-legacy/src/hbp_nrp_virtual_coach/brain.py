@@ -151,7 +151,7 @@ class BrainEdits(Functions):
     def _open(
         self, model: Path | None, populations: Mapping[str, Selection] | None, machines: list[Path]
     ) -> None:
-        """Go on with another brain, with the functions and machines that there are."""
+        """Continue with another brain, and with the present functions and machines."""
 
         def read() -> Experiment:
             experiment = with_brain(self._read(), model, populations)

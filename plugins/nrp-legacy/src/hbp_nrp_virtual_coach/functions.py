@@ -23,7 +23,7 @@ def sources_of(experiment: Experiment) -> dict[str, Source]:
     """Return the source of each Python transfer function by its name."""
     found: dict[str, Source] = {}
     for source in _sources(experiment):
-        with suppress(NrpError):  # one that was left out
+        with suppress(NrpError):  # an omitted one
             found = {**each_of(source), **found}
     return found
 
@@ -115,7 +115,7 @@ class Functions(Live):
         """Add a transfer function between two steps.
 
         Raises:
-            ExperimentError: the source is wrong, or there is a function of its name.
+            ExperimentError: the source is wrong, or a function of its name exists.
         """
         self._exchange(None, source)
 

@@ -1,4 +1,4 @@
-"""A simulation in the background, as the base of what scripts do with it."""
+"""A simulation in the background, as the base of the interface for scripts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Live:
     """An experiment that runs in the background.
 
     Args:
-        stored: where it is stored.
+        stored: its folder.
         read: reads the experiment anew.
 
     Attributes:

@@ -24,7 +24,7 @@ class Records(Live):
     _folder: Path | None = None
 
     def save_csv(self) -> None:
-        """Write what CSV recorders have so far to the files of this run."""
+        """Write the data of CSV recorders so far to the files of this run."""
         try:
             self._runner.call(lambda run: run.write_csv(self._records))
         except LifecycleError:  # all is written when a simulation ends

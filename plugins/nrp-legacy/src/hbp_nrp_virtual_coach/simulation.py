@@ -43,7 +43,7 @@ class StateMachineEdits(Live):
         """Begin another state machine between two steps.
 
         Raises:
-            ExperimentError: there is one of this name, or the source is not Python.
+            ExperimentError: one of this name exists, or the source is not Python.
         """
         if Path(name).stem in self._machines():
             raise ExperimentError(f"there is a state machine '{name}' already; edit it", subject=name)

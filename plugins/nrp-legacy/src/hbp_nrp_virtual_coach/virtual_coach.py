@@ -134,7 +134,7 @@ class VirtualCoach:
         """Write a file of an experiment.
 
         Raises:
-            ExperimentError: there is no such experiment of yours, or the file would lie outside of it.
+            ExperimentError: no such experiment of yours exists, or the file would lie outside of it.
         """
         folder = self._storage.find_own(experiment_id).file.parent.resolve()
         path = (folder / file_name).resolve()

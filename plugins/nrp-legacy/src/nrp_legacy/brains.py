@@ -367,7 +367,7 @@ def _keep(
 
 
 def connect_nest(built: BuiltBrain, kernel: RunningKernel, network: Network) -> Conversion:
-    """Connect the nodes of NEST, if there are any, to the brain that will run.
+    """Connect the nodes of NEST, if any, to the brain that will run.
 
     Returns:
         the conversion of the nodes.

@@ -75,7 +75,7 @@ class Library:
 
     @property
     def has_models(self) -> bool:
-        """Whether there is a folder of models."""
+        """Whether a folder of models exists."""
         return bool(self._models)
 
     def roots(self) -> list[Path]:
@@ -120,7 +120,7 @@ class Library:
         return found or self.find_code(plain)
 
     def find_mesh(self, uri: str) -> Path | None:
-        """Return a mesh or an image of a model that is not where it should be, from the whole repository.
+        """Find a mesh or an image of a model that is missing at its path in the whole repository.
 
         Its path must end with as many parts of the name as any; there must be only one, or copies of one.
         """

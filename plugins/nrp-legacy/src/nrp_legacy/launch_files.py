@@ -32,7 +32,7 @@ class Spawned:
     Args:
         name: its name.
         file: its file, or None if it is missing.
-        pose: where it is spawned.
+        pose: its initial pose.
         element: the node that spawns it.
     """
 

@@ -79,7 +79,7 @@ class Outdated(ast.NodeTransformer):
         return call("list", node, node) if _is_view(node) else node
 
     def _function_for(self, method: str, node: ast.Call) -> str | None:
-        """Return the function that replaces a method call, if there is one."""
+        """Return the function that replaces a method call, if any."""
         if method == "sort" and (node.args or any(one.arg == "cmp" for one in node.keywords)):
             return "sort"
         if self._is_old and method in ("encode", "decode"):
@@ -279,7 +279,7 @@ def _parsed(code: str) -> tuple[ast.Module | None, SyntaxError | None]:
 
 
 def uses_python_2(code: str) -> bool:
-    """Return whether code that Python 3 can parse uses what only Python 2 has."""
+    """Return whether code that Python 3 can parse uses features of Python 2 alone."""
     return _is_certainly_old(ast.parse(code))
 
 

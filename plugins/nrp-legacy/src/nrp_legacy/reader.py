@@ -289,6 +289,6 @@ def _physics(timestep_ns: int) -> dict[str, Any]:
 
 
 def _identifier(name: str) -> str:
-    """Return the name of a robot with nothing in it but letters, digits and ``_``."""
+    """Return the name of a robot, reduced to letters, digits and ``_``."""
     plain = re.sub(r"\W", "_", name)
     return plain if plain.isidentifier() else f"_{plain}"

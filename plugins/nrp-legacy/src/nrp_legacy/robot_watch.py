@@ -91,7 +91,7 @@ class RobotWatch(RunObserver[Run]):
                 yield model.name, run.world.model_motion(model.name)
 
     def _what(self, name: str, start: _Start, pose: Pose, since_ns: int) -> str:
-        """Return what happened to a robot; empty if it is where it may be."""
+        """Return a description of a robot's failure; empty if its pose is normal."""
         (x0, y0, z0), (x, y, z) = start.pose.position, pose.position
         if since_ns <= _SOON_NS and z - z0 > THROWN_M:
             return f"was thrown {z - z0:.2f} m up"

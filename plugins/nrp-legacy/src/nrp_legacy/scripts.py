@@ -18,7 +18,7 @@ class Python2:
     name = "Python 2"
 
     def is_meant(self, script: str) -> bool:
-        """Return whether a script that is Python 3, too, uses what only Python 2 has."""
+        """Return whether a script that is also Python 3 uses features of Python 2 alone."""
         return uses_python_2(script)
 
     def compiled(self, path: Path) -> CodeType:

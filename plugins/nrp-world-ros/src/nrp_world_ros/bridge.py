@@ -116,7 +116,7 @@ class Calls:
 
     def _refuse(self) -> None:
         while (call := self._next()) is not None:
-            with suppress(InvalidStateError):  # nobody waits any more
+            with suppress(InvalidStateError):  # no thread waits any more
                 call.answer.set_exception(TopicError(f"{call.service}: this world has been closed"))
 
     def answer(self) -> None:

@@ -82,7 +82,7 @@ def ros_bridge(
             raise ValueError(f"a run ends after 0 s, not at {until}")
     settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace or "realtime")
     loaded = load_experiment(experiment, settings)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # leave ROS cleanly, whatever ends the run
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # leave ROS cleanly for any end of the run
     try:
         ros = Ros.TWO if ros2 else Ros.ONE
         with join(ros, "nrp_body", queue=0 if lockstep else _QUEUE, domain=domain) as node:

@@ -177,7 +177,7 @@ class Ros1Node(Node):
         from rosgraph.masterapi import MasterException
 
         self._require_master()
-        with suppress(MasterException):  # of a service that nobody offers
+        with suppress(MasterException):  # of a service that no node offers
             self._master.lookupService(service)
             answer = self.codec.name(response)
             kind = wire_service(self.codec.name(type(request)), answer)
@@ -291,7 +291,7 @@ def _reach(uri: str) -> None:
     """Check that there is a server at ``http://host:port``.
 
     Raises:
-        OSError, ValueError: there is none.
+        OSError, ValueError: no server answered.
     """
     parts = urlsplit(uri)
     if parts.hostname is None or parts.port is None:

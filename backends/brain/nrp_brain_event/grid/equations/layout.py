@@ -100,7 +100,7 @@ def courses_of(model: Model) -> list[Course]:
 
 
 def propagated(model: Model) -> Model:
-    """Return the part of the equations that has propagators, nothing if Runge-Kutta is chosen for all."""
+    """Return the part of the equations that has propagators; empty if Runge-Kutta is chosen for all."""
     if model.method == EXACT:
         return model
     part = linear_part(model)

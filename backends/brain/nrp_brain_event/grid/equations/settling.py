@@ -1,4 +1,4 @@
-"""Whether a linear cell that receives nothing may still reach its threshold.
+"""Whether a linear cell without input may still reach its threshold.
 
 Between spikes, the state of a cell with linear equations returns to a point of rest, and the excess over
 its threshold is a linear function of the state. How much it can grow from now on is therefore bounded by the

@@ -22,7 +22,7 @@ class State:
     Args:
         model: the model; its lines are those of its canonical text.
         moved: by :func:`~nrp_cockpit.designer.layout.key_of`.
-        shown: names of topics that are shown though nothing uses them.
+        shown: names of topics that are shown although they are unused.
     """
 
     model: Any
@@ -34,11 +34,11 @@ class Drawing(ABC):
     """A model and its history.
 
     Args:
-        path: where it is saved; the file need not exist.
+        path: its file, which need not exist.
         model: the model in the file.
 
     Attributes:
-        path: where it is saved.
+        path: its file.
         origin: the file that it was read from, None: it is new.
         selected: the path of the part that the last command made.
         notes: remarks for the user before saving.
@@ -164,7 +164,7 @@ def command_of(commands: dict[str, Any], name: str) -> Any:
     """Return a command by its name.
 
     Raises:
-        ExperimentError: there is none.
+        ExperimentError: none was found.
     """
     if name not in commands:
         raise ExperimentError(f"there is no command '{name}'; valid: {', '.join(commands)}")

@@ -35,7 +35,7 @@ class Bodies:
         """Apply a force, N, to the first link of a body for a time.
 
         Raises:
-            ExperimentError: nothing would move.
+            ExperimentError: no body would move.
         """
         force = _numbers(force_n, 3, "a force, N")
         model = self._run.world.scene.model(body)

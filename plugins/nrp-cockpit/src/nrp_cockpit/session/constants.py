@@ -42,7 +42,7 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number in a file, and where it is written.
+    """A number in a file, and its place.
 
     Args:
         number: the number.

@@ -53,7 +53,7 @@ class Costs:
             added = calls - self._calls_seen.get(name, 0)
             if added:
                 spent_ns = account.function_ns[name]
-                if added == 1:  # else nobody watched for a while
+                if added == 1:  # else no client was connected for a while
                     self._recent_ms[name].append((spent_ns - self._seen_ns.get(name, 0)) / 1e6)
                 self._calls_seen[name], self._seen_ns[name] = calls, spent_ns
 

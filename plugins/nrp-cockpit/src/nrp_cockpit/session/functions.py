@@ -206,7 +206,7 @@ class Functions:
     # -- changing
 
     def _require_base(self, base: Mapping[str, str] | None) -> None:
-        """Refuse texts that were edited from others than those that run."""
+        """Refuse texts whose originals differ from the running ones."""
         for name, text in (base or {}).items():
             if self._running.get(name, text) != text:
                 raise ExperimentError(

@@ -87,7 +87,7 @@ class Layout:
         """Yield the curves that the run cannot show, with the key that requests each."""
         topic, path = curve.topic, curve.path
         if topic.startswith(_DEVICES) and not any(each.topic.startswith(_DEVICES) for each in self._channels):
-            return  # there are no transfer functions yet
+            return  # transfer functions do not exist yet
         if topic not in self._channels:
             known = [channel.topic for channel in self._channels if channel.encoding == "cdr"]
             yield "topic", f"nothing is offered on the topic '{topic}' of a curve{did_you_mean(topic, known)}"

@@ -158,7 +158,7 @@ class LiveSession(Session):
             self.stream.take_poses_again()  # those of the last step, which are not sent with every step
 
     def _after_step(self, loop: Any) -> None:
-        # with cold caches each call takes microseconds, so there are few while nobody watches
+        # with cold caches each call takes microseconds, so few are made while no client watches
         if self.beside is not None and not self._jumping:
             began_ns = work.now_ns()
             self.beside.follow()  # before the report, which compares equal steps

@@ -149,7 +149,7 @@ class Opening:
         """Close the second run; the first continues alone.
 
         Raises:
-            LifecycleError: there is none.
+            LifecycleError: no second run is open.
         """
         session = self.session
         if session.beside is None:

@@ -153,7 +153,7 @@ class Past:
 
         Args:
             t_ns: that time.
-            lead_ns: the time to repeat at least, if there is an earlier snapshot.
+            lead_ns: the time to repeat at least, if an earlier snapshot exists.
 
         Raises:
             CapabilityError: no earlier snapshot exists.

@@ -74,7 +74,7 @@ def open_beside(session: RecordedSession, folder: Path) -> None:
 
     Raises:
         ExperimentError: the folder is not a recording.
-        LifecycleError: there is a second one already.
+        LifecycleError: a second one is already open.
     """
     if session.beside is not None:
         raise LifecycleError("a second recording is already open: close it first")

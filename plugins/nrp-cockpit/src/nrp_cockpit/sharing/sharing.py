@@ -106,7 +106,7 @@ def _about(folder: Path, session: RecordedSession, tracks: Iterable[Track]) -> b
         "refusal": FIXED,
         "clear": base64.b64encode(_clear()).decode(),
     }
-    inside = to_json(f"{folder}/")[1:-1]  # nobody needs to know where it was
+    inside = to_json(f"{folder}/")[1:-1]  # its place is not needed
     return gzip.compress(to_json(about).replace(inside, b""), mtime=0)
 
 

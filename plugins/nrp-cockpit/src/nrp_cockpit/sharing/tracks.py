@@ -72,7 +72,7 @@ class Track:
 
     @property
     def loss(self) -> str | None:
-        """What is missing of the topic, as a sentence; None: nothing."""
+        """A sentence on the omitted messages of the topic; None if it is complete."""
         name = self.topic.name
         if self.every == 0:
             return f"{name}: its messages are not in this file, to limit its size"

@@ -65,7 +65,7 @@ class StartSession:
         self._pictures.close()
 
     def play(self) -> None:
-        """Do nothing: nothing is open."""
+        """Do nothing, because no run is open."""
 
     def look(self) -> None:
         """Send clients the present gallery."""

@@ -112,7 +112,7 @@ class LiveStream:
         self._open: dict[str, Signal] = {}
         self._offered: set[str] = set()  # topics that are there now
         self._subscribed: frozenset[str] = frozenset()
-        self._kept: set[str] = set()  # topics to be remembered while somebody watches
+        self._kept: set[str] = set()  # topics to be remembered while a client watches
         self._known: set[str] = set()  # topics that are remembered
         self._images: dict[str, int] = {}  # the topics of cameras, with the time between two images, ns
         self._wanted: set[str] = set()  # topics that are sent
@@ -131,7 +131,7 @@ class LiveStream:
 
     @property
     def is_active(self) -> bool:
-        """Whether it observes something, or keeps what becomes invalid with the next step."""
+        """Whether it observes any topic, or keeps messages that the next step makes invalid."""
         return bool(self._open or self._left)
 
     @property

@@ -129,7 +129,7 @@ class Sheet:
 
         Args:
             measure: the measure to show; by default the first.
-            kind: ``curve``, ``heat`` or ``parallel``; by default by what varies.
+            kind: ``curve``, ``heat`` or ``parallel``; by default chosen by the varied settings.
 
         Raises:
             ExperimentError: the table has no values to draw.

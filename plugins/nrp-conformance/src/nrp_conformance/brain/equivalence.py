@@ -1,4 +1,4 @@
-"""Accuracy: two networks that mean the same do the same in one brain, so that the errors of its grid cancel.
+"""Accuracy: two equivalent networks behave equally in one brain, so that the errors of its grid cancel.
 
 The potentials of both may differ by a thousandth of the largest change, for limited numerical precision.
 """

@@ -142,7 +142,7 @@ def chosen_column(path: Path, wanted: str, candidates: Sequence[str], names: Seq
     """Return the first of some columns that a table has.
 
     Raises:
-        NetworkError: it has none of them.
+        NetworkError: the table has none of them.
     """
     found = next((name for name in candidates if name in names), None)
     if found is None:
@@ -163,7 +163,7 @@ def _delimiter(path: Path) -> str:
 
 @contextmanager
 def _opened(path: Path, names: Sequence[str] = ()) -> Iterator[tuple[str, Any]]:
-    """Open a table, to read only some columns if there are names."""
+    """Open a table, to read only some columns if it has names."""
     try:
         import pyarrow as pa
         from pyarrow import csv, ipc, parquet

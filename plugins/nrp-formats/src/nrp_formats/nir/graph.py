@@ -90,7 +90,7 @@ def read_graph(path: Path | str) -> Graph:
     path = existing_file(path)
     try:
         found = _read(nir, path)
-    except Exception as error:  # the library raises whatever it meets
+    except Exception as error:  # the library raises exceptions of any type
         raise NetworkError(f"is not a NIR file: {str(error) or type(error).__name__}", path=path) from error
     nodes: dict[str, Any] = {}
     edges: list[tuple[str, str]] = []
@@ -122,7 +122,7 @@ def _require_types(nir: Any, name: str, node: Any) -> None:
     """Refuse a node of an unknown type; the library would fail without naming it.
 
     Raises:
-        ValueError: there is one.
+        ValueError: one was found.
     """
     kind = node.get("type") if isinstance(node, dict) else None
     types = {each.__name__ for each in vars(nir.ir).values() if isinstance(each, type)}

@@ -70,7 +70,7 @@ def nodes_matching(
 
 
 def without_nodes(path: Path, sets: Mapping[str, IntArray]) -> list[str]:
-    """Return a sentence about the sets of a file that contain no node, if there are any."""
+    """Return a sentence about the sets of a file that contain no node, if any."""
     empty = [f"'{name}'" for name, ids in sets.items() if not len(ids)]
     return [f"the node sets of '{path.name}' contain no node: {', '.join(empty)}"] if empty else []
 
@@ -115,7 +115,7 @@ def _require_kind(name: str, attribute: str, choices: list[Any]) -> None:
     """Refuse values that no node can have.
 
     Raises:
-        NetworkError: there is one.
+        NetworkError: one was found.
     """
     valid: tuple[str, type | tuple[type, ...]] = ("a number or a text", (int, float, str))
     if attribute in _IDS:

@@ -32,7 +32,7 @@ def answer_of(grid: RunGrid, rows: Sequence[Row]) -> Answer:
 
     Args:
         grid: the grid of runs.
-        rows: the rows of those that have ended.
+        rows: the rows of the ended runs.
     """
     begun = [row for row in rows if row["state"] != INVALID]
     cells = [cell_of(row) for row in begun]
@@ -55,8 +55,8 @@ class Standing:
         task: name of the task.
         brain, world: names of the backends.
         runs: number of runs that have ended.
-        failed: number of those that an error ended; their score is 0.
-        passed: number of those that met all criteria of the experiment.
+        failed: number of runs that an error ended; their score is 0.
+        passed: number of runs that met all criteria of the experiment.
         score: mean score; None if the task cannot begin with these backends.
         interval: its 95 % confidence interval.
         real_time_factor: simulated time by wall time of the steps, the median of the runs.

@@ -308,7 +308,7 @@ def chosen_controls(text: str) -> tuple[str, ...]:
     """Return the controls that an option names.
 
     Raises:
-        typer.BadParameter: there is no such control, or several have the name.
+        typer.BadParameter: no control, or several, have the name.
     """
     from nrp_lab.comparison.grid import WIRINGS, wiring_named
 

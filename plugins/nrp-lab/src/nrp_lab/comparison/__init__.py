@@ -5,7 +5,7 @@
     grid ──runs──> recordings ──signals──> metrics ──statistics──> judgement ──> report
                        └──────divergence: where two of them first differ ────────┘
 
-The names here are what authors of metrics need, each imported when it is first used.
+The names that authors of metrics need, each imported at its first use.
 """
 
 from nrp_core.utilities import lazily

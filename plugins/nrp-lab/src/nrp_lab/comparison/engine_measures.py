@@ -444,7 +444,7 @@ def _more_percent(one: int, other: int, cells: int) -> float:
 
 
 def _late_s(one: list[FloatArray], other: list[FloatArray]) -> float | None:
-    """Return the mean delay of spikes, s; None if there are too few."""
+    """Return the mean delay of spikes, s; None for too few spikes."""
     late = [shift for a, b in zip(one, other, strict=False) if len(a) and len(b) for shift in _shifts(a, b)]
     return float(np.mean(late)) if len(late) >= _FEWEST_SPIKES else None
 

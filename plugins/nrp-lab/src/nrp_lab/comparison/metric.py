@@ -232,7 +232,7 @@ class Margins:
         """Refuse a margin of a part (``name/part``) that was not measured.
 
         Raises:
-            ExperimentError: there is one.
+            ExperimentError: one was found.
         """
         known = list(parts)
         for key in self.given:
@@ -244,7 +244,7 @@ class Margins:
         """Refuse a margin of a part that no run of an experiment will have, before the runs.
 
         Raises:
-            ExperimentError: there is one.
+            ExperimentError: one was found.
         """
         scalar = (metric for metric in metrics if isinstance(metric, ScalarMetric))
         parts = {metric.name: metric.parts(experiment) for metric in scalar}
@@ -261,7 +261,7 @@ class Margins:
         Args:
             texts: the margins.
             known: the metrics, or the measures of engines.
-            in_sd: whether there are several runs, so that there are standard deviations.
+            in_sd: whether several runs exist, so that standard deviations are defined.
 
         Raises:
             ValueError: one is written differently, or the metric does not exist.

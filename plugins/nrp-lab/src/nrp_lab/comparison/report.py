@@ -55,7 +55,7 @@ def headline(diff: GridDiff) -> str:
 
 
 def controls(relations: Mapping[str, Relation]) -> Iterator[str]:
-    """Yield what each control of the wiring does to the finding."""
+    """Yield the effect of each control of the wiring on the finding."""
     for name, relation in relations.items():
         yield f"{name} {_CONTROLLED[relation]}"
 

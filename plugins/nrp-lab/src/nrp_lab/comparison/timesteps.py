@@ -65,7 +65,7 @@ def columns(timesteps: Sequence[str]) -> tuple[str, ...]:
 
 
 def convergence(diff: GridDiff) -> Iterator[Convergence]:
-    """Yield every measure that is a number; nothing if no time steps are compared."""
+    """Yield every measure that is a number, if time steps are compared."""
     steps_ns = [*map(time_ns, diff.grid.timesteps)]
     for judged in diff.judgements if steps_ns else ():
         for part in judged.parts if isinstance(judged.metric, ScalarMetric) else ():

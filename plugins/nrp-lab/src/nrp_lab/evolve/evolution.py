@@ -217,7 +217,7 @@ def _require_measured(file: EvolveFile, plan: Plan, source: Tree) -> None:
     """Refuse an objective that no run will have, before the first run.
 
     Raises:
-        InvalidExperimentError: there is one; the error carries all of them.
+        InvalidExperimentError: one was found; the error carries all of them.
     """
     mistakes = Mistakes(source)
     for place, weights in enumerate(file.objective):

@@ -179,7 +179,7 @@ _NUMBERS = (Real, np.ndarray, np.generic)
 
 
 def _rewards(run: Run, reward: Reward, seen: dict[str, Any]) -> Any:
-    """Return what a function returns, or a weighted sum of observables; one without a value counts as 0."""
+    """Return a function's result, or a weighted sum of observables; one without a value counts as 0."""
     if not isinstance(reward, Mapping):
         return reward(run, seen)
     values = run.observables
@@ -187,7 +187,7 @@ def _rewards(run: Run, reward: Reward, seen: dict[str, Any]) -> Any:
 
 
 def _ends(run: Run, terminate: Terminate, seen: dict[str, Any]) -> Any:
-    """Return what a function returns, or whether an event has happened."""
+    """Return a function's result, or whether an event has happened."""
     return run.events[terminate] is not None if isinstance(terminate, str) else terminate(run, seen)
 
 
@@ -195,7 +195,7 @@ def require_named(run: Run, agent: Agent) -> None:
     """Refuse a reward of unknown observables, and an end at an unknown event.
 
     Raises:
-        ExperimentError: there is no such observable or event.
+        ExperimentError: the observable or event does not exist.
     """
     known = run.experiment.observables
     for name in agent.reward if isinstance(agent.reward, Mapping) else ():

@@ -56,7 +56,7 @@ def seeds_of(seed: int | Sequence[int | None] | None, copies: int) -> list[int |
     """Return the seed of each copy; None: the copy continues the sequence of its last seed.
 
     Raises:
-        ExperimentError: there are more or fewer seeds than copies.
+        ExperimentError: the numbers of seeds and copies differ.
     """
     if seed is None:
         return [None] * copies
@@ -200,7 +200,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
 
     Attributes:
         runs: the runs of the copies; they stay open until :meth:`close`.
-        first_number: what errors call the first copy.
+        first_number: the number of the first copy in errors.
 
     Raises:
         ExperimentError: the experiment, an observation, an action or a number is not valid.

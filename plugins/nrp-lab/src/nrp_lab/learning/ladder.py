@@ -132,7 +132,7 @@ class Ladder:
                 on_progress(done := done + 1, len(self._trials))
 
     def standings(self) -> list[Standing]:
-        """Return what came of the trials that have an outcome."""
+        """Return the results of the trials that have an outcome."""
         found: list[Standing] = []
         for name in self.tasks:
             paths = [

@@ -45,7 +45,7 @@ def find_learner(name: str | Path) -> Path:
         name: an installed learner, a file, or a folder with a file ``learner.yaml``.
 
     Raises:
-        ExperimentError: there is none.
+        ExperimentError: none was found.
     """
     if name in LEARNERS.names():
         (folder,) = LEARNERS.load(str(name)).__path__

@@ -176,7 +176,7 @@ class Plan:
         Raises:
             InvalidExperimentError: the experiment, a key, a value or a metric is not valid.
             BackendError: a backend is missing.
-            ExperimentError: there are too many runs.
+            ExperimentError: the sweep has too many runs.
         """
         source = source or Tree({})
         total = number_of_runs(sweep)

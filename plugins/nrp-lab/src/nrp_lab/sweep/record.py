@@ -213,7 +213,7 @@ def _keep(digest: str, dependencies: Dependencies, folder: Path) -> None:
 
 
 def changes_since(folder: Path) -> Callable[[Record], tuple[str, ...]]:
-    """Return a function of a record that returns what its run depended on and is different now, as phrases.
+    """Return a function of a record that returns the changed dependencies of its run, as phrases.
 
     Each file of dependencies is compared once. A record without one, of an older version, may be outdated by
     anything.

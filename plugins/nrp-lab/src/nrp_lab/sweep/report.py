@@ -1,4 +1,4 @@
-"""The summary of a sweep as text and as data, and what its outcome depends on."""
+"""The summary of a sweep as text and as data, and the factors that affect its outcome."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def judged_rows(grid: RunGrid, rows: Sequence[Row], measures: Sequence[str]) -> 
 
     Args:
         grid: the grid of runs.
-        rows: the rows of those that have ended.
+        rows: the rows of the ended runs.
         measures: names of metrics that the sweep measured; those outside the finding are omitted.
     """
     resolution = RunSignals({"settings": {"timestep": grid.load(grid.cells[0]).timestep}})

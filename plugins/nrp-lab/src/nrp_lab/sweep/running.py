@@ -85,7 +85,7 @@ class SweepRun:
         choice: the selection of runs.
 
     Attributes:
-        outdated: what earlier runs depended on and has changed since, with the number of runs. These do not
+        outdated: the changed dependencies of earlier runs, with the number of runs. These do not
             count as made.
 
     Raises:

@@ -270,7 +270,7 @@ class SweepTable:
         """Return the full name of a measure, by default the first.
 
         Raises:
-            ExperimentError: it was not measured, or nothing was.
+            ExperimentError: it was not measured, or no run was.
         """
         if name is None and self.measures:
             return self.measures[0]

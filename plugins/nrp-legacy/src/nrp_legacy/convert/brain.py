@@ -49,7 +49,7 @@ def copy_neighbours(texts: Iterable[str], folders: Sequence[Path], target: Path)
 
 
 def links_to_elsewhere(folder: str, names: Iterable[str]) -> set[str]:
-    """Return what copies of a folder leave out: symbolic links out of it, and compiled code."""
+    """Return the entries of a folder that copies omit: symbolic links out of it, and compiled code."""
     home = Path(folder).resolve()
     return {
         name for name in names if name == "__pycache__" or not (home / name).resolve().is_relative_to(home)

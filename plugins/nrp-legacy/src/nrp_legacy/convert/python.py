@@ -293,7 +293,7 @@ class Piece:
         changes: the differences from the original.
         obstacle: the feature of the platform that it needs, empty for none; then it keeps its imports.
         defines: the names at its top level.
-        lacks: the names that it uses but nothing defines.
+        lacks: the undefined names that it uses.
     """
 
     text: str

@@ -65,7 +65,7 @@ class BuiltBrain:
         return BuiltBrain, ()
 
     def __deepcopy__(self, memo: object) -> BuiltBrain:
-        """Return the same object, because there is only one run."""
+        """Return the same object, because only one run exists."""
         return self
 
     def begin(self, run: Run) -> None:
@@ -186,7 +186,7 @@ class BuiltBrain:
 
 
 def to_built_brain(network: Network) -> BuiltBrain:
-    """Return the objects of a brain file for a network; without any if there is only the network."""
+    """Return the objects of a brain file for a network; empty if only the network exists."""
     built = getattr(network, "built", None) or BuiltBrain()
     built.network = network
     return built

@@ -197,7 +197,7 @@ def model_of(population: Any) -> tuple[str, CellModel]:
     """Return the model of NEST that the cells of a population have.
 
     Raises:
-        NetworkError: there is none.
+        NetworkError: none was found.
     """
     kind = cell_type_of(population)
     if kind not in NEST_OF:

@@ -303,7 +303,7 @@ def by_ends(block: Block, starts: Sequence[int]) -> Iterator[tuple[int, int, Int
 
 
 def by_receptor(weight: FloatArray) -> Iterator[tuple[str, BoolArray]]:
-    """Yield the receptor of positive weights, and that of negative ones, with those that there are."""
+    """Yield the receptors of positive and of negative weights, as far as they occur, with their masks."""
     is_negative = weight < 0
     for receptor, chosen in (("excitatory", ~is_negative), ("inhibitory", is_negative)):
         if chosen.any():

@@ -54,7 +54,7 @@ class DistanceDependentFormation:
         p_form_lateral: float = 1.0, sigma_form_lateral: float = 1.0,
     ) -> None:  # fmt: skip
         try:
-            grid_x, grid_y = (int(size) for size in grid)  # parts are left out, as in sPyNNaker
+            grid_x, grid_y = (int(size) for size in grid)  # parts are ignored, as in sPyNNaker
         except (TypeError, ValueError, OverflowError):
             raise InvalidValueError(
                 f"DistanceDependentFormation: grid is {grid!r}; it must be two whole numbers"

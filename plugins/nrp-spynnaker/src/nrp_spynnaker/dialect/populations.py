@@ -162,7 +162,7 @@ def one_by_one(synapse_type: Any, connector: Any, ends: Sequence[Any]) -> Any:
     space = getattr(synapse_type, "parameter_space", None)
     is_ordered = name in ("OneToOneConnector", "AllToAllConnector")
     if space is None or not is_ordered or not all(hasattr(end, "size") for end in ends):
-        return synapse_type  # what is wrong with an end is reported with the others
+        return synapse_type  # mistakes at an end are reported with the others
     pre, post = (cells.size for cells in ends)
     count, row, column = (pre, 1, 0) if name == "OneToOneConnector" else (pre * post, post, 1)
     bases = {key: np.asarray(space[key].base_value) for key in _NAMES if key in space.keys()}  # noqa: SIM118

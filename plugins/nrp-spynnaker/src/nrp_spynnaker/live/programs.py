@@ -229,7 +229,7 @@ class Programs:
             if connection.fileno() in ready:
                 try:
                     connection.recv(2)
-                except ConnectionRefusedError:  # nobody listens there
+                except ConnectionRefusedError:  # no program listens there
                     self._connections.remove(connection)
                     connection.close()
                 return

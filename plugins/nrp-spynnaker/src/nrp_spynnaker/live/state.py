@@ -156,7 +156,7 @@ class LiveState(RunningState):
             self._waiting = True
             try:
                 self._ended.wait()  # an interrupt of join() would let later ones return at once
-            except KeyboardInterrupt:  # the script goes on, with what there is
+            except KeyboardInterrupt:  # the script continues with the existing data
                 self._stop.set()
                 self._ended.wait()
             self._waiting = False

@@ -73,7 +73,7 @@ class HostedEngine(RosEngine):
         self._node.listen(MODEL_STATES, ModelStates)
 
     def _pose_source(self, scene: Scene) -> ModelPoses:
-        return ModelPoses(scene, by_odometry=False)  # the body reports it by itself
+        return ModelPoses(scene, by_odometry=False)  # the body reports it unasked
 
     # -- requests
 

@@ -38,7 +38,7 @@ class Ball(Task):
         return (self.bearing(),)
 
     def act(self, action: int) -> None:
-        if self.left == 0:  # the ball goes on with another speed
+        if self.left == 0:  # the ball continues at another speed
             self.left = int(self.random.integers(10, 40))
             self.publish("/ball/orbit/cmd_vel", Float64(float(self.random.uniform(-FASTEST, FASTEST))))
         self.left -= 1
