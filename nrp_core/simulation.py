@@ -176,7 +176,7 @@ class Simulation(Closing):
     @final
     @checks_arguments()
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot; running on from it equals never having left.
+        """Return to a snapshot; the run then continues as it did from there.
 
         Raises:
             SnapshotError: the snapshot belongs to another backend, model or set of options, or the engine

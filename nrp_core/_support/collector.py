@@ -1,4 +1,4 @@
-"""Pause Python's garbage collector while many objects are made that stay."""
+"""Pause Python's garbage collector during the creation of many lasting objects."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def _named(prefix: str, group: str) -> str:
 
 @lru_cache  # the names are the same in each message
 def _rows(names: tuple[str, ...], muscles: tuple[str, ...], group: str) -> IntArray:
-    """Return where muscles are in a message."""
+    """Return the rows of muscles in a message."""
     for muscle in muscles:
         if muscle not in names:
             raise TransferFunctionError(f"'{group}' has no muscle '{muscle}'{did_you_mean(muscle, names)}")

@@ -66,7 +66,7 @@ def test_packages_with_code_of_their_own_have_their_modules(husky: Path) -> None
     assert found_in(husky, text) == []
 
 
-def test_a_topic_between_two_functions_needs_nobody_else(husky: Path) -> None:
+def test_a_topic_between_two_functions_needs_no_other_publisher(husky: Path) -> None:
     text = (
         "@nrp.Neuron2Robot(Topic('/own', std_msgs.msg.Float64))\ndef sends(t):\n    return 1.0\n"
         "@nrp.MapRobotSubscriber('own', Topic('/own', std_msgs.msg.Float64))\n"

@@ -55,7 +55,7 @@ def test_spikes_are_where_the_equation_of_the_cell_puts_them(sim: ModuleType) ->
     assert cells.mean_spike_count() == len(trains(cells)[0]) / 2
 
 
-def test_a_name_that_there_is_not_may_be_another(golden: Golden) -> None:
+def test_the_message_on_an_unknown_name_suggests_a_similar_one(golden: Golden) -> None:
     with golden.raises(AttributeError, match="'IF_cond_expo'.*'IF_cond_exp'"):
         nrp_core.pynn.IF_cond_expo  # noqa: B018
 

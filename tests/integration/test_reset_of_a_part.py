@@ -75,7 +75,9 @@ def test_the_brain_starts_over_and_the_robot_stays_where_it_is(run: Run) -> None
     run.step()
 
 
-def test_what_cannot_be_reset_alone_is_refused_with_what_can(run: Run, golden: Golden) -> None:
+def test_a_part_that_cannot_be_reset_alone_is_refused_and_the_others_are_named(
+    run: Run, golden: Golden
+) -> None:
     with golden.raises(ExperimentError, match="'robot'"):
         run.reset("robots")
 

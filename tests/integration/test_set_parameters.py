@@ -71,7 +71,7 @@ def test_only_chosen_cells_change(run: Run, golden: Golden) -> None:
         run.set_parameters("circuit", {"v_thresh": 1.0}, [8])
 
 
-def test_what_there_is_not_is_refused(run: Run, golden: Golden) -> None:
+def test_an_unknown_population_or_parameter_is_refused(run: Run, golden: Golden) -> None:
     with golden.raises(NeuronSelectionError, match="'circuits'.*'circuit'"):
         run.set_parameters("circuits", {"v_thresh": 1.0})
     with golden.raises(NetworkError, match="'v_tresh'.*'v_thresh'"):

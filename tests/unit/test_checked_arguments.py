@@ -124,7 +124,7 @@ def sized(size: int, *more: int, own: int = 0, unit: str = "mm", **named: float)
     return size, more, own, unit, named
 
 
-def test_what_is_right_arrives_unchanged() -> None:
+def test_a_valid_argument_arrives_unchanged() -> None:
     assert sized(1, 2, 3, own="anything", unit="m", depth=0.5) == (1, (2, 3), "anything", "m", {"depth": 0.5})  # type: ignore[arg-type]
     assert inspect.signature(sized) == inspect.signature(inspect.unwrap(sized))
 

@@ -225,7 +225,7 @@ def test_a_connector_gives_weight_and_delay_unless_they_are_given_themselves() -
     assert (events.weights.tolist(), events.times_ms.tolist()) == ([3.0, 3.0], [14.0, 14.0])
 
 
-def test_a_fixed_connector_gives_each_neuron_so_many_generators_and_a_sink_so_many_neurons(
+def test_a_fixed_connector_sets_the_number_of_generators_and_of_neurons(
     golden: Golden,
 ) -> None:
     fixed = {"mode": "Fixed", "n": 3}

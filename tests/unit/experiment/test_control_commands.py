@@ -107,7 +107,9 @@ def test_a_file_that_is_wrong_changes_nothing(
     run.step()
 
 
-def test_a_name_that_is_not_there_gets_the_nearest(told: Told, tmp_path: Path, golden: Golden) -> None:
+def test_the_message_on_an_unknown_name_suggests_the_nearest(
+    told: Told, tmp_path: Path, golden: Golden
+) -> None:
     told(counting(tmp_path, 1))
     with golden.raises(ExperimentError, match="'cuont'.*'count'"):
         told(deactivate=["cuont"])

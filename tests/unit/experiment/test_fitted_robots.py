@@ -116,7 +116,7 @@ def test_a_robot_stands_as_the_experiment_says(arm):
         ({"args": {"tol": 1}}, "this file has no argument 'tol'; did you mean 'tool'"),
     ],
 )
-def test_what_does_not_fit_is_refused(arm, keys, message):
+def test_a_part_that_does_not_fit_the_robot_is_refused(arm, keys, message):
     with pytest.raises(SceneError, match=message.replace("(", r"\(")):
         arm(**keys)
 

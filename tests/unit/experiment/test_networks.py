@@ -59,7 +59,7 @@ def test_a_file_that_is_cut_short_is_found_before_the_run(experiment: Path) -> N
         prepare(load_experiment(experiment, [f"brain.model={experiment / 'net.nrpnet'}"]))
 
 
-def test_a_suffix_that_nobody_reads_is_refused(tmp_path: Path, golden: Golden) -> None:
+def test_a_suffix_without_a_reader_is_refused(tmp_path: Path, golden: Golden) -> None:
     with golden.raises(NetworkError, match=r"'\.nrpne'.*'\.nrpnet'"):
         network_from(tmp_path / "net.nrpne")
 

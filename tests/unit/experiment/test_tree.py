@@ -65,7 +65,7 @@ def test_after_merging_each_value_still_knows_its_file() -> None:
     assert (texts["b"].folder, texts["c"].folder) == (Path("/base"), Path("/over"))
 
 
-def test_nearest_skips_what_is_not_in_the_data() -> None:
+def test_nearest_skips_keys_that_the_data_lack() -> None:
     tree = grown({"a": [{"b": 1}]}, BASE)
     reached, keys = tree.nearest(("a", "union tag", 0, "b", "int"))
     assert reached.value == 1

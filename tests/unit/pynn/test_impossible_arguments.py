@@ -107,7 +107,7 @@ def test_an_impossible_argument_is_named(call: Callable[[Cells], object], words:
         call(cells)
 
 
-def test_what_is_possible_is_taken(cells: Cells, tmp_path: Path) -> None:
+def test_possible_arguments_are_accepted(cells: Cells, tmp_path: Path) -> None:
     cells.set(i_offset=normal(rng=sim.NumpyRNG(seed=1)), tau_m=sim.RandomDistribution("uniform", (10, 20)))
     assert cells.nearest(np.array([2.2, 0.0, 0.0])) == cells[2]
     cells.record("v", sampling_interval=np.float64(0.5))

@@ -160,7 +160,7 @@ def test_a_file_cut_short_is_refused_with_its_line(folder: Path, data: st.DataOb
     assert refusal.value.line
 
 
-def test_what_is_left_out_of_a_line_is_told_once(tmp_path: Path) -> None:
+def test_the_omitted_parts_of_a_line_are_reported_once(tmp_path: Path) -> None:
     """Of a line with several elements a sound one may go first."""
     path = tmp_path / "line.sdf"
     bad = '<link name="l"><pose>0 0 0 0 0</pose><inertial/></link>'

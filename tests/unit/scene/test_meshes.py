@@ -460,7 +460,7 @@ def test_triangles_that_cannot_be_drawn_are_left_out_and_counted(
     assert ["1 triangles of the mesh 'a.stl' are left out" in one for one in said] == [True] * left_out
 
 
-def test_a_submesh_that_is_not_there_is_named_with_those_that_are(pieces: Pieces, golden: Golden) -> None:
+def test_a_missing_submesh_is_named_with_the_existing_ones(pieces: Pieces, golden: Golden) -> None:
     with golden.raises(SceneError, match="'squar'"):
         pieces("a.obj", TWO_THINGS, submesh="squar")
 

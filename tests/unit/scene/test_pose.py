@@ -121,7 +121,7 @@ def test_yaw_is_the_heading(yaw: float) -> None:
         (0.0, 0.0, 1.0),
     ],
 )
-def test_a_scene_refuses_what_is_no_pose(pose: Pose, golden: Golden) -> None:
+def test_a_scene_refuses_an_invalid_pose(pose: Pose, golden: Golden) -> None:
     with golden.raises(SceneError, match="'m'"):
         Scene((Model("m", (Link("body"),), pose=pose),))
     with golden.raises(SceneError, match="'body'.*'m'"):

@@ -155,7 +155,7 @@ def test_the_canonical_link_is_the_base(model: ModelReader, write: Callable[...,
     assert [part.name for part in read_model(path).links] == ["b", "a"]
 
 
-def test_a_canonical_link_that_is_not_there_is_refused(write: Callable[..., Path], golden: Golden) -> None:
+def test_a_missing_canonical_link_is_refused(write: Callable[..., Path], golden: Golden) -> None:
     path = write(f'<model name="robot" canonical_link="bass">{link("base")}</model>')
     with golden.raises(SceneError, match="'robot'.*'bass'.*'base'"):
         read_model(path)

@@ -154,7 +154,7 @@ def test_other_kinds_of_joints_are_read(joint: JointReader, kind: str) -> None:
     assert joint(kind=kind).kind == kind
 
 
-def test_a_kind_that_there_is_not_is_refused(joint: JointReader, golden: Golden) -> None:
+def test_an_unknown_kind_of_joint_is_refused(joint: JointReader, golden: Golden) -> None:
     with golden.raises(SceneError, match="'revolut'.*'revolute'"):
         joint(kind="revolut")
 

@@ -89,7 +89,7 @@ def test_a_late_subscriber_gets_the_next_sample(room: Any) -> None:
     assert stamps(images) == [68 * MS, 100 * MS]
 
 
-def test_a_camera_that_nobody_reads_is_never_rendered(room: Any) -> None:
+def test_a_camera_without_readers_is_never_rendered(room: Any) -> None:
     room.subscribe("/husky/odom")
     room.run_until(1000 * MS)
     assert room.engine.renders == 0

@@ -153,7 +153,7 @@ def test_every_cell_synapse_and_parameter_of_the_platform_can_be_drawn() -> None
 # -- what fits, and what does not
 
 
-def test_what_does_not_fit_is_refused_with_its_reason(artist: Artist, golden: Golden) -> None:
+def test_an_invalid_command_is_refused_with_its_reason(artist: Artist, golden: Golden) -> None:
     source = artist.do("add", path="", field="population")
     artist.do("become", path=f"{source}/cells", type="SpikeSourcePoisson")
     cells = artist.population("cells", 3)

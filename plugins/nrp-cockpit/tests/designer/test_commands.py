@@ -130,7 +130,7 @@ def test_any_commands_leave_a_model_that_is_written_and_every_step_goes_back(
         ("transfer_function/0/topic/0", "transfer_function/1/return_value", "only inside its function"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_its_reason(
+def test_an_impossible_connection_is_refused_with_its_reason(
     drawing: Drawing, source: str, target: str, reason: str
 ) -> None:
     first = drawing.function("Robot2Neuron", "eyes")

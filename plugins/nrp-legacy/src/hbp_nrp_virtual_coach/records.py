@@ -62,7 +62,7 @@ class Records(Live):
         self._runner.call(self._begin)
 
     def pause_recording(self) -> None:
-        """Do nothing: a recording is whole."""
+        """Do nothing: a recording has no pauses."""
         say_once("a recording cannot be paused: it goes on")
 
     def unpause_recording(self) -> None:

@@ -62,7 +62,7 @@ class Optimiser(ABC):
 
     @abstractmethod
     def tell(self, values: FloatArray) -> None:
-        """Take their values, larger is better, shape ``(population, objectives)``; NaN: it failed."""
+        """Record values of candidates, shape ``(population, objectives)``; larger is better, NaN: failed."""
 
     @property
     def finished(self) -> str:
@@ -136,7 +136,7 @@ JOURNAL = "optuna.journal"
 
 
 class OptunaOptimiser(Optimiser):
-    """A study of Optuna, made anew from the values whenever a search is repeated."""
+    """A study of Optuna, rebuilt from the values when a search is repeated."""
 
     name: ClassVar[str]
 
