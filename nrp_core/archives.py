@@ -62,8 +62,6 @@ def _problem(files: list[zipfile.ZipInfo]) -> str:
     large = sum(entry.file_size for entry in files)
     if large > MAX_BYTES:
         return f"it unpacks to {large / 1e6:.0f} MB; {MAX_BYTES / 1e6:.0f} MB is the limit"
-    if large > max(_SMALL, MAX_RATIO * sum(entry.compress_size for entry in files)):
-        return f"it unpacks to {large / 1e6:.0f} MB of nearly nothing"
     for entry in files:
         if _leaves(entry.filename):
             return f"its file '{entry.filename}' would be written outside of its folder"
@@ -71,6 +69,8 @@ def _problem(files: list[zipfile.ZipInfo]) -> str:
             return f"'{entry.filename}' is a symbolic link, which may lead anywhere"
         if entry.file_size > max(_SMALL, MAX_RATIO * entry.compress_size):
             return f"its file '{entry.filename}' unpacks to {entry.file_size / 1e6:.0f} MB of nearly nothing"
+    if large > max(_SMALL, MAX_RATIO * sum(entry.compress_size for entry in files)):
+        return f"it unpacks to {large / 1e6:.0f} MB of nearly nothing"
     return ""
 
 
