@@ -58,7 +58,7 @@ def nanoseconds(times_ms: npt.ArrayLike) -> IntArray:
     """Convert times, ms, to nanoseconds as :func:`from_milliseconds` does; later ones are :data:`FOREVER_NS`.
 
     Compare two times by these numbers: the last bits of a computed float, as ``3 * 0.1``, are not those of
-    the shortest, as a person would write it.
+    the number that a person writes.
 
     Returns:
         Whole numbers in the shape of the times.

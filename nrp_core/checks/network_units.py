@@ -149,7 +149,7 @@ def too_strong(weight: float, post: Population, receptor: str = "excitatory") ->
 
 
 def outside(owner: str, values: FloatArray, plausible: Range) -> Iterator[str]:
-    """Yield that values are too small or too large for their unit; 0 is neither."""
+    """Yield a text if values are too small or too large for their unit; 0 is neither."""
     values = values[values != 0]
     if not values.size:
         return

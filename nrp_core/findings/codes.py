@@ -1,8 +1,8 @@
 """The kinds of findings, with the explanations that ``nrp explain`` prints.
 
 A code never changes its meaning, so that people can look it up and scripts can rely on it; numbers of
-``removed_codes.py`` are not used again. The message of a finding names its object, so the code that makes the
-finding is made; :mod:`nrp_core.findings.refusals` has the words that several share.
+``removed_codes.py`` are not used again. The message of a finding names its object, so the code that makes
+the finding has it; :mod:`nrp_core.findings.refusals` has the words that several share.
 ``docs/reference/findings.md`` is generated from this table.
 """
 

@@ -46,7 +46,7 @@ class ProblemGroup:
 
     @property
     def is_counted(self) -> bool:
-        """Whether the headline only counts, and the findings have the details."""
+        """Whether the headline is only a count, so that the findings have the details."""
         return sum(finding.count for finding in self.findings) > 1
 
 

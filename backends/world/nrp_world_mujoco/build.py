@@ -288,7 +288,7 @@ class _Builder:
         """Exclude contacts between the parts of a model, or only of neighbours if it may touch itself.
 
         In MuJoCo a base that the file fixes to the world touches its neighbours. One that an experiment fixes
-        does not, as for free motion.
+        does not, as if it were free.
         """
         pairs = list(combinations(range(len(bodies)), 2))
         if touches_itself(model):

@@ -136,7 +136,7 @@ class JointReader:
         self._last: FloatArray | None = None
 
     def forget(self) -> None:
-        """Read them again, since they have moved."""
+        """Read the motions again, because the bodies have moved."""
         self._last = None
 
     def are_within(self, bounds: JointBounds) -> bool:

@@ -54,7 +54,7 @@ def with_contact_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> t
     """Return links whose contact sensors use the collision names of this scene.
 
     A sensor has them in a field ``collisions``. One of another link is ``link::collision``, and the name of
-    an unknown name does not change.
+    a missing one does not change.
     """
     fixed = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
     groups = rigid_groups({each for ends in fixed for each in ends} | {link.name for link in links}, fixed)

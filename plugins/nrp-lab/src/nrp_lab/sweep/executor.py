@@ -46,10 +46,10 @@ class Deaths:
         return last.again() if last.attempt < ATTEMPTS else Record.died(last, cause)
 
     def in_vain(self, cause: str) -> None:
-        """Note a death before a run began; no run is to blame.
+        """Record that a worker died before a run began, so that no run caused it.
 
         Raises:
-            BackendLoadError: workers never live until a run begins.
+            BackendLoadError: all workers die before a run begins.
         """
         self._in_vain += 1
         if self._in_vain >= self._most_in_vain:
