@@ -52,4 +52,4 @@ def test_everything_that_users_hold_has_a_table(fakes: None, drive_to_the_wall: 
     assert all(len(table) > 1 for table in tables)
     assert ["husky", *tables[3][-1][1:]] == tables[3][-1]
     assert [line.rpartition(" at ")[2] for line in lines] == ["3000 ms>", "3 s>"]
-    assert ["arrives", "met", "0.99 m after 1.52 s"] in tables[4]
+    assert ["arrives", "met", "1.00 m after 1.51 s"] in tables[4]
