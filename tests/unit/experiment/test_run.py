@@ -67,7 +67,7 @@ def test_the_whole_story_runs_and_passes(open_run: Open) -> None:
     result = run.result()
     assert result.passed is True
     assert result.events == {"go": 0.0, "red": 0.5, "arrived": 2.01}
-    assert result.criteria["arrives"].took_s == 1.52
+    assert result.criteria["arrives"].took_s == 1.51
     assert (result.sim_time_s, result.steps, result.seed) == (3.0, 150, 7)
     assert (result.experiment, result.brain, result.world) == ("drive_to_the_wall", "counting", "disc")
     assert result.final_pose["husky"]["x"] == pytest.approx(2.02)
