@@ -29,7 +29,7 @@ class JointBounds:
     Attributes:
         spans: the same as ``low`` and ``high``, as pairs.
         low, high: the smallest and the largest position of each coordinate, rad or m, shape ``(n,)``;
-            infinite for one without two limits, or that follows another joint.
+            infinite for one that turns without end, has no two limits, or follows another joint.
     """
 
     def __init__(self, model: Model, names: tuple[str, ...]) -> None:
@@ -37,7 +37,7 @@ class JointBounds:
         limits = {
             joint.name: (joint.lower - beyond, joint.upper + beyond)
             for joint in model.joints
-            if joint.mimic is None and joint.upper > joint.lower
+            if joint.mimic is None and joint.kind != "continuous" and joint.upper > joint.lower
             for beyond in [joint.upper - joint.lower + _BEYOND]
             if beyond < inf
         }

@@ -341,6 +341,9 @@ class KeepsVelocitiesOverAReset(MujocoEngine):
     "a_world_that_is_not_finite_is_reported_and_a_reset_repairs_it",
 )
 class HidesThatItDiverged(MujocoEngine):
+    def check_state(self, t_ns: int) -> None:
+        """Take any state."""
+
     def _report_warnings(self) -> None:
         self._mute_warnings()
 
