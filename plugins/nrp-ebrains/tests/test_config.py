@@ -101,9 +101,9 @@ def test_files_do_not_see_this_program(write: Write, text: str) -> None:
         Run(load_experiment(path))
 
 
-def test_a_correct_experiment_is_valid_without_a_warning(write: Write) -> None:
+def test_of_a_correct_experiment_only_its_functions_are_not_checked(write: Write) -> None:
     path = write({"SimulationTimeout": 1, "EngineConfigs": [ONE]}, engine=ENGINE)
-    assert validate(path) == []
+    assert [finding.code for finding in validate(path)] == [Code.NRP239]
 
 
 def test_a_folder_is_found_by_its_configuration_among_other_json_files(write: Write) -> None:

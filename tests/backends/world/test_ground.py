@@ -92,7 +92,10 @@ def test_a_height_map_that_cannot_be_had_is_a_warning(tmp_path):
     shape = hills(tmp_path)
     assert isinstance(with_balls(tmp_path, shape, []).models[0].links[0].collisions[0].geometry, Heightmap)
     for change, reason in (
-        (lambda: (tmp_path / "hills.png").write_bytes(b"no"), "is not an image of at least 2 by 2 pixels"),
+        (
+            lambda: (tmp_path / "hills.png").write_bytes(b"no"),
+            "is not an image of at least 2 by 2 and at most 67 million pixels",
+        ),
         (lambda: (tmp_path / "hills.png").unlink(), "is not there"),
     ):
         change()
