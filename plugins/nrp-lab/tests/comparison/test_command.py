@@ -1,6 +1,7 @@
 """Comparing backends and recordings from the command line."""
 
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -90,28 +91,46 @@ def test_finished_runs_are_not_repeated_and_processes_share_the_work(
     assert sum(again[folder] == made[folder] for folder in made) == 1
 
 
-def test_another_file_is_another_run(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+def recorded_ns(results: Path) -> dict[str, int]:
+    """Return the time at which each run was recorded, by the world of the run."""
+    folders = results.glob("*-*")
+    return {folder.name.split("-")[1]: (folder / "recording.mcap").stat().st_mtime_ns for folder in folders}
+
+
+def test_another_file_makes_the_runs_that_read_it_again(
+    nrp: Any, worlds: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     results = tmp_path / "results"
     asked = ("diff", worlds, "--worlds", "disc,twin", "--seeds", 1, "--jobs", 1, "--results", results)
     nrp(*asked)
+    first = recorded_ns(results)
     drive = worlds / "drive.py"
     drive.write_text(drive.read_text() + "\n# changed\n")
     nrp(*asked)
-    assert len(list(results.glob("*-*"))) == 4
+    again = recorded_ns(results)
+    assert first.keys() == again.keys() == {"disc", "twin"}
+    assert all(again[name] > first[name] for name in first)
+    for name in first:
+        assert re.search(rf"counting-{name}-7-\w+ is run again: the file drive.py changed", caplog.text)
 
 
 def test_a_backend_that_was_worked_on_is_run_again(
-    nrp: Any, worlds: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    nrp: Any, worlds: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     results = tmp_path / "results"
     asked = ("diff", worlds, "--worlds", "disc,fast", "--seeds", 1, "--jobs", 1, "--results", results)
     monkeypatch.delitem(sys.modules, "fast", raising=False)  # that of another test
     nrp(*asked)
+    first = recorded_ns(results)
     (code,) = [path for entry in sys.path if (path := Path(entry) / "fast.py").is_file()]
     code.write_text(code.read_text() + "\n# changed\n")
     fingerprint.cache_clear()  # another process
     nrp(*asked)
-    assert sorted(folder.name.split("-")[1] for folder in results.glob("*-*")) == ["disc", "fast", "fast"]
+    again = recorded_ns(results)
+    assert first.keys() == again.keys() == {"disc", "fast"}
+    assert again["fast"] > first["fast"]
+    assert again["disc"] == first["disc"]
+    assert re.search(r"counting-fast-7-\w+ is run again: the code of fast changed", caplog.text)
 
 
 def test_a_setting_can_be_drawn_with_the_seed(nrp: Any, worlds: Path, kept: Path) -> None:

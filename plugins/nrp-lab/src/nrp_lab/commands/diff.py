@@ -158,7 +158,7 @@ def diff(
         if Path(experiment).resolve() == other.resolve():
             raise typer.BadParameter("it is the first recording, which has no difference", param_hint="DIR2")
     require_writable(html, "--html", overwrite=overwrite)
-    require_writable(baseline, "--baseline", overwrite=overwrite)
+    require_writable(baseline, "--baseline", overwrite=True)  # a file that exists is read, and left as it is
     require_distinct(vary or (), "--vary")
     require_distinct(margin or (), "--margin")
     if html is not None:
