@@ -19,14 +19,7 @@ from nrp_core._support.arrays import FloatArray, IntArray, unset
 from nrp_core._support.checked_arguments import is_number
 from nrp_core._support.overview import Overview, Row
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
-from nrp_core.brain.devices.attached import (
-    AttachedDevices,
-    drivable,
-    global_ids,
-    require_integrating,
-    require_spec,
-    source_among,
-)
+from nrp_core.brain.devices.attached import AttachedDevices, drivable, global_ids, require_spec, source_among
 from nrp_core.brain.devices.sinks import (
     SinkPort,
     SinkSpec,
@@ -36,7 +29,7 @@ from nrp_core.brain.devices.sinks import (
     split_samples,
 )
 from nrp_core.brain.devices.source_cells import PopulationTrains
-from nrp_core.brain.devices.sources import CurrentSpec, SourcePort, SourceSpec
+from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import milliseconds
 from nrp_core.errors import DivergedError, NetworkError
@@ -125,10 +118,7 @@ class Brain(Overview, Simulation):
         """
         self.require_ready()
         require_spec(spec, SourceSpec, name)
-        ids = drivable(self.network, neurons, name)
-        if isinstance(spec, CurrentSpec):
-            require_integrating(self.network, ids, name)
-        port = spec.open(ids, self._seeds.child("device"), name)
+        port = spec.open(drivable(self.network, neurons, name, spec), self._seeds.child("device"), name)
         port.start(milliseconds(self.now_ns), self.network)
         self._attached.add(port)
         return port

@@ -12,7 +12,7 @@ from nrp_core._support.arrays import IntArray
 from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.devices.sinks import SinkPort, StateRecorderPort
 from nrp_core.brain.devices.source_cells import PopulationTrains
-from nrp_core.brain.devices.sources import CurrentPort, SourcePort
+from nrp_core.brain.devices.sources import CurrentPort, CurrentSpec, SourcePort, SourceSpec
 from nrp_core.errors import LifecycleError, NeuronSelectionError, SnapshotError
 from nrp_core.network.currents import Injections
 from nrp_core.network.data import Network
@@ -49,32 +49,24 @@ def require_spec(spec: object, kind: type, name: str) -> None:
         raise NeuronSelectionError(f"the device '{name}' is {spec!r:.60}, not a {kind.__name__}")
 
 
-def drivable(network: Network, neurons: npt.ArrayLike, name: str) -> IntArray:
+def drivable(network: Network, neurons: npt.ArrayLike, name: str, spec: SourceSpec) -> IntArray:
     """Return global ids of cells that a device of some name can drive.
 
     Raises:
-        NeuronSelectionError: a neuron does not exist, or is a source itself.
+        NeuronSelectionError: a neuron does not exist, is a source itself, or takes no current.
     """
     ids = global_ids(network, neurons)
     if (label := source_among(network, ids)) is not None:
         raise NeuronSelectionError(
             f"'{name}' cannot drive neurons of population '{label}', which only emit spikes"
         )
+    relays = (one for one in network.populations.values() if one.is_relay and isinstance(spec, CurrentSpec))
+    for label in (one.label for one in relays if np.isin(ids, network.ids_of(one.label)).any()):
+        raise NeuronSelectionError(
+            f"'{name}' cannot inject a current into population '{label}', which only repeats spikes; "
+            "drive it by a source of spikes"
+        )
     return ids
-
-
-def require_integrating(network: Network, ids: IntArray, name: str) -> None:
-    """Check that a current of some name can flow into neurons.
-
-    Raises:
-        NeuronSelectionError: a neuron only repeats spikes, like NEST's ``parrot_neuron``.
-    """
-    for label, population in network.populations.items():
-        if population.is_relay and np.isin(ids, network.ids_of(label)).any():
-            raise NeuronSelectionError(
-                f"'{name}' cannot inject a current into population '{label}', which only repeats spikes; "
-                "drive it by a source of spikes"
-            )
 
 
 def source_among(network: Network, ids: IntArray) -> str | None:
