@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from nrp_core.recording.reading.steps import Comparison as Comparison
     from nrp_core.recording.reading.steps import Difference as Difference
     from nrp_core.recording.reading.steps import RecordedStep as RecordedStep
+    from nrp_core.recording.reading.steps import nearest_quaternions as nearest_quaternions
     from nrp_core.recording.reading.steps import steps_of as steps_of
     from nrp_core.recording.reading.tables import numbers_in as numbers_in
     from nrp_core.recording.recording import Recording as Recording

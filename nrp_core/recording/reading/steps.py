@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.text import join_with_limit
 from nrp_core.clock import seconds
 from nrp_core.messages.cdr import Codec
@@ -223,13 +224,35 @@ def _alike_in_numbers(one: Any, other: Any, noise: float) -> bool:
     numbers = {path for path, value in ours.items() if isinstance(value, float | np.floating)}
     if any(ours[path] != theirs[path] for path in ours.keys() - numbers):
         return False
-    a, b = (np.array([side[path] for path in sorted(numbers)], float) for side in (ours, theirs))
+    paths = sorted(numbers)
+    a, b = (np.array([side[path] for path in paths], float) for side in (ours, theirs))
+    b = nearest_quaternions(paths, a, b)
     finite = np.isfinite(a) & np.isfinite(b)
     if not np.array_equal(a[~finite], b[~finite], equal_nan=True):
         return False
     a, b = a[finite], b[finite]
     scale = max(1.0, float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)))
     return bool((np.abs(a - b) <= noise * scale).all())
+
+
+def nearest_quaternions(names: Sequence[str], one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the other numbers with the signs of quaternions that bring them nearest to the first ones.
+
+    A quaternion and its negative are the same orientation; for half turns, rounding decides the sign.
+
+    Args:
+        names: what the numbers are called; those of a quaternion differ only in their ends x, y, z and w.
+        one: numbers of a message or of a time series, shape ``(..., len(names))``.
+        other: the same numbers of another run.
+    """
+    index, nearest = {name: number for number, name in enumerate(names)}, other.copy()
+    for name in names:
+        four = [index[name[:-1] + end] for end in "xyzw" if name[:-1] + end in index]
+        if name.endswith("w") and len(four) == 4:
+            with np.errstate(invalid="ignore"):  # infinite numbers have no nearest sign
+                opposite = (one[..., four] * other[..., four]).sum(axis=-1, keepdims=True) < 0
+            nearest[..., four] = np.where(opposite, -other[..., four], other[..., four])
+    return nearest
 
 
 def _describe(then: Sequence[_Message], now: Sequence[_Message], topic: str, codec: Codec) -> tuple[str, str]:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from nrp_lab.comparison.engine_measures import MISSING, Kind, Signal, difference
 
+from nrp_core.recording import nearest_quaternions
+
 STEP_S = 0.02
 TIMES = np.arange(0, 8, STEP_S)
 WAVE = np.stack([1 + np.sin(TIMES), np.cos(1.7 * TIMES), 0 * TIMES], axis=1)
@@ -53,3 +55,15 @@ def test_a_difference_below_the_noise_floor_is_not_reported() -> None:
 
 def test_another_number_of_values_is_missing() -> None:
     assert difference(signal(WAVE), signal(WAVE[:, :2]), STEP_S) is MISSING
+
+
+def test_a_quaternion_and_its_negative_are_the_same_orientation() -> None:
+    names = ("x", "qx", "qy", "qz", "qw", "vx", "vy", "vz")
+    one = np.array([[-1.0, 0.0, 0.0, 1.0, 1e-17, 2.0, 0.0, 0.0], [1.0, 0.6, 0.0, 0.0, 0.8, 2.0, 0.0, 0.0]])
+    other = one * [[1, -1, -1, -1, -1, 1, 1, 1], [-1, 1, 1, 1, 1, -1, 1, 1]]
+    turned = nearest_quaternions(names, one, other)
+    assert np.array_equal(turned[0], one[0])  # half a turn, of which rounding decides the sign
+    assert np.array_equal(turned[1], other[1])  # positions and velocities keep their signs
+    paths = [f".pose[0].orientation.{end}" for end in "wxyz"]
+    quaternion = one[1, [4, 1, 2, 3]]
+    assert np.array_equal(nearest_quaternions(paths, quaternion, -quaternion), quaternion)

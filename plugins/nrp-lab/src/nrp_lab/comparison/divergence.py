@@ -10,7 +10,15 @@ import numpy as np
 
 from nrp_core.brain import FloatArray
 from nrp_core.messages.cdr import Codec
-from nrp_core.recording import Comparison, Difference, RecordedStep, Recording, Role, steps_of
+from nrp_core.recording import (
+    Comparison,
+    Difference,
+    RecordedStep,
+    Recording,
+    Role,
+    nearest_quaternions,
+    steps_of,
+)
 from nrp_lab.comparison.signals import RunSignals
 
 NOISE = 1e-9
@@ -162,6 +170,7 @@ def common_signals(
         if twin is None or twin.columns != series.columns:
             continue
         a, b = one.held(series, times_s), other.held(twin, times_s)
+        b = nearest_quaternions(series.columns, a, b)
         for column, name in enumerate(series.columns):
             both = np.isfinite(a[:, column]) & np.isfinite(b[:, column])
             if both.any():
