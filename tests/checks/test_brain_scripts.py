@@ -15,11 +15,11 @@ from golden import Golden
 from nrp_conformance.brain import kit
 from nrp_conformance.brain.kit import SAMPLES
 
-from nrp_core.checks import confined_network
+from nrp_core.checks import confined_network, network_summary
 from nrp_core.checks.confined_network import ConfinedBuild
 from nrp_core.checks.network_summary import described, skeleton_of
 from nrp_core.checks.validate import validate_file
-from nrp_core.findings import Level
+from nrp_core.findings import Finding, Level
 from nrp_core.network.files.script import load_network
 from nrp_core.network.rewiring import Neuromodulation, Rewiring
 
@@ -27,6 +27,12 @@ from nrp_core.network.rewiring import Neuromodulation, Rewiring
 def codes(folder: Path) -> list[str]:
     """Return the codes of what is said of an experiment."""
     return [finding.code.name for finding in validate_file(folder)]
+
+
+def problem(folder: Path) -> Finding:
+    """Return the only finding about an experiment that is not a note about its functions."""
+    (finding,) = [one for one in validate_file(folder) if one.level is not Level.NOTE]
+    return finding
 
 
 def test_a_skeleton_has_the_neurons_of_its_network(husky: Path) -> None:
@@ -42,16 +48,22 @@ def test_a_skeleton_has_the_neurons_of_its_network(husky: Path) -> None:
     assert (skeleton.size, skeleton.timestep_ms) == (network.size, network.timestep_ms)
 
 
-def test_a_skeleton_has_a_projection_of_each_kind_that_a_backend_may_refuse() -> None:
+@pytest.mark.parametrize("is_large", [False, True])
+def test_a_skeleton_has_a_projection_of_each_kind_that_a_backend_may_refuse(
+    is_large: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A small network's skeleton has all projections, and that of a large network one of each kind."""
+    monkeypatch.setattr(network_summary, "_ALL", 3 if is_large else 4)
     parts = [kit.cells(SAMPLES["IF_curr_exp"], label) for label in ("a", "b")]
     plain = kit.connect("a", "b", 0.1)
     reward = replace(plain, label="good", receptor="reward", neuromodulation=Neuromodulation(tau_d=5.0))
     grows = replace(plain, label="grows", rewiring=Rewiring(s_max=3))
     network = kit.network(*parts, plain, reward, grows, replace(plain, label="again"))
     found = skeleton_of(json.loads(json.dumps(described(network)))).projections
-    assert [one.label for one in found] == [plain.label, "good", "grows"]
-    assert [one.neuromodulation for one in found] == [None, reward.neuromodulation, None]
-    assert [one.rewiring for one in found] == [None, None, grows.rewiring]
+    again = [] if is_large else [None]
+    assert [one.label for one in found] == [plain.label, "good", "grows", *(["again"] if again else [])]
+    assert [one.neuromodulation for one in found] == [None, reward.neuromodulation, None, *again]
+    assert [one.rewiring for one in found] == [None, None, grows.rewiring, *again]
 
 
 @pytest.fixture
@@ -87,11 +99,15 @@ def test_a_network_is_built_once_until_its_script_or_what_it_imports_changes(
 
 
 def test_results_are_reused_by_the_next_process(husky: Path) -> None:
+    """The functions are tried again, in a child of another name."""
     program = (
         "import sys\nfrom nrp_core._support import probe\n"
+        "from nrp_core.checks.confined_network import CHILD\n"
         "from nrp_core.checks.validate import validate_file\n"
-        "if sys.argv[2] == 'again':\n    probe._run = None\n"
+        "run, asked = probe._run, []\n"
+        "probe._run = lambda command, *rest: asked.append(CHILD in command) or run(command, *rest)\n"
         "validate_file(sys.argv[1], ['brain.backend=spinnaker'])\n"
+        "assert asked == ([True, False] if sys.argv[2] == 'first' else [False]), asked\n"
     )
     for seed, turn in enumerate(("first", "again")):
         environment = {**os.environ, "PYTHONHASHSEED": str(seed)}
@@ -109,19 +125,19 @@ def test_a_script_that_does_not_end_is_a_warning(
 ) -> None:
     monkeypatch.setattr(confined_network, "TIME_LIMIT_S", 1.0)
     (husky / "brain.py").write_text("while True:\n    pass\n")
-    (finding,) = validate_file(husky)
+    finding = problem(husky)
     assert (finding.code.name, finding.level) == ("NRP239", Level.WARNING)
     golden(finding.message)
 
 
 def test_a_script_that_ends_its_process_does_not_end_ours(husky: Path, golden: Golden) -> None:
     (husky / "brain.py").write_text("import os\nos._exit(3)\n")
-    (finding,) = validate_file(husky)
+    finding = problem(husky)
     assert (finding.code.name, finding.level, finding.line) == ("NRP208", Level.ERROR, 2)
     assert "os._exit(3)" in finding.message
     golden(finding.message)
     (husky / "brain.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n")
-    (finding,) = validate_file(husky)
+    finding = problem(husky)
     assert (finding.code.name, finding.level) == ("NRP208", Level.ERROR)
     golden(finding.message)
     assert "SIGKILL" in finding.message
