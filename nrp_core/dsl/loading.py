@@ -131,7 +131,7 @@ def load_transfer_functions(
             located = scope.located(error, TransferFunctionError, path)
             raise located from (error.__cause__ if located is error else error)
     if not functions and module is None:
-        raise TransferFunctionError(DECLARES_NOTHING, path=path)
+        raise TransferFunctionError(DECLARES_NOTHING, path=path, line=1)
     return functions
 
 
