@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, final
 
 import numpy as np
 
@@ -206,6 +206,9 @@ class Engine(JointCommands):
     Raises:
         CapabilityError: the scene needs a capability that the engine does not have.
     """
+
+    stops_between_steps: ClassVar[bool] = True
+    """Whether it can stop at any of its own steps; another process may only stop at those of the loop."""
 
     def __init__(self, scene: Scene, capabilities: WorldCapabilities, *, seed: int, identity: str) -> None:
         self.scene = scene

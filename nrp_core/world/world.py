@@ -200,12 +200,14 @@ class World(Overview, Simulation):
         self._board.observers.remove(observer)
 
     def add_physics_observer(self, observer: PhysicsObserver) -> None:
-        """Call an observer at physics steps, at the times that it requests."""
-        self._physics_observers.append(observer)
+        """Call an observer at physics steps, at the times that it requests, if the engine can stop there."""
+        if self.engine.stops_between_steps:
+            self._physics_observers.append(observer)
 
     def remove_physics_observer(self, observer: PhysicsObserver) -> None:
         """Remove an observer of physics steps."""
-        self._physics_observers.remove(observer)
+        if observer in self._physics_observers:
+            self._physics_observers.remove(observer)
 
     def call(self, service: str, /, *values: Any, **fields: Any) -> Any:
         """Call a service, such as ``/gazebo/set_model_state``, and return its answer.

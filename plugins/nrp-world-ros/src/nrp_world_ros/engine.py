@@ -189,6 +189,8 @@ class RosEngine(Engine):
         BackendLoadError: ROS is not installed, or no master was found.
     """
 
+    stops_between_steps = False  # the body advances as far as the loop asks, and reports then
+
     def __init__(self, scene: Scene, seed: int, capabilities: WorldCapabilities, options: RosOptions) -> None:
         identity = f"ros:{options.body}:{options.body_options}"
         super().__init__(scene, capabilities, seed=seed, identity=identity)
