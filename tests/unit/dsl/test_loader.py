@@ -31,7 +31,7 @@ Load = Callable[[str], list[TransferFunction]]
         ("from geometry_msgs.msg import Twits\n", 1),
         ("import no_such_module\n", 1),
         ("raise SystemExit(3)\n", 1),
-        ("nrp.brain.sensors[0]\n", None),
+        ("nrp.brain.sensors[0]\n", 1),
         ("x = '\0'\n", None),
     ],
 )
