@@ -1,9 +1,13 @@
-"""A recording of real engines, changed at random: what is whole of it is used, and nothing else is."""
+"""A recording of real engines, changed at random: what is whole of it is used, and nothing else is.
+
+Reading ends at the damage; recovery also keeps intact messages after it.
+"""
 
 from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from mutations import Tally, mutated, numbered
@@ -40,6 +44,12 @@ def contents(recording: Recording) -> list[tuple[str, int, bytes]]:
     return [(topic.name, message.log_time, message.data) for topic, message in recording.raw()]
 
 
+def is_part(some: list[Any], whole: list[Any]) -> bool:
+    """Return whether a list lacks only elements of another one, and has their order."""
+    others = iter(whole)
+    return all(one in others for one in some)
+
+
 def test_a_mutated_recording_yields_its_intact_part_or_is_refused(whole: Path, tmp_path: Path) -> None:
     intact = contents(Recording(whole))
     folder, target = tmp_path / "mutated", tmp_path / "target"
@@ -54,8 +64,13 @@ def test_a_mutated_recording_yields_its_intact_part_or_is_refused(whole: Path, t
         read = contents(recording)
         assert read == intact[: len(read)], "something else was read"
         assert not recording.complete or read == intact, "a part is taken for the whole"
-        recovered = recover(recording, target / "recovered.mcap") if not recording.complete else None
-        assert recovered is None or recovered.messages == len(read)
+        if not recording.complete:
+            recovered = recover(recording, target / "recovered.mcap")
+            kept = contents(Recording(recovered.file))
+            assert kept[: len(read)] == read, "what can be read was not recovered"
+            assert is_part(kept, intact), "something else was recovered"
+            assert recovered.messages == len(kept)
+            assert recovered.lost in {None, len(intact) - len(kept)}
         assert isinstance(recording.run, dict)
         export(recording, "csv", target / "csv")
         if number % REPLAYED == 0:
