@@ -336,7 +336,11 @@ def test_resuming_ten_thousand_rows_does_nothing_again(sweep: Sweep) -> None:
     Path("sweep.yaml").write_text(FILE.replace("to: 4", "to: 3333"))
     plan = Plan.of(*read_sweep(Path("sweep.yaml")))
     sweep("sweep.yaml", "--only", "0", "--workers", 1)
-    lines = [Record(run.task.id, run.task.index, state="finished").to_line() for run in plan.runs]
+    (first,) = read_records(Path("sweep.sweep")).values()
+    lines = [
+        Record(run.task.id, run.task.index, state="finished", depends_on=first.depends_on).to_line()
+        for run in plan.runs
+    ]
     Path("sweep.sweep", JOURNAL).write_text("".join(lines))
     code, _, err = sweep("sweep.yaml", "--workers", 1)
     assert (code, "9999 runs, 0 to do" in err) == (0, True)
