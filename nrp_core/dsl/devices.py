@@ -15,7 +15,7 @@ from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.parameters import Adapter
 from nrp_core.dsl.selection import Selection
-from nrp_core.errors import Hint, NeuronSelectionError, did_you_mean
+from nrp_core.errors import Hint, NeuronSelectionError, did_you_mean, hint_if_close
 
 Port = SourcePort | SinkPort
 
@@ -95,7 +95,8 @@ class Device(Adapter):
         object.__setattr__(self, name, value)
 
     def _unknown(self, name: str) -> str:
-        hint = attribute_hint(name, self.attributes())
+        own = set(dir(type(self))) - set(dir(Device))  # with methods, which are not attributes to read or set
+        hint = hint_if_close(name, own) or attribute_hint(name, self.attributes())
         return f"the device '{self.parameter}' has no attribute '{name}'{hint}"
 
     def __repr__(self) -> str:
