@@ -26,7 +26,7 @@ from nrp_core.checks.examined import (
     mock_brain,
     with_functions,
 )
-from nrp_core.checks.network_summary import NetworkSummary
+from nrp_core.checks.network_summary import NetworkSummary, with_stand_ins
 from nrp_core.dsl.functions import TransferFunction
 from nrp_core.dsl.testing import MockEngine, MockWorld
 from nrp_core.errors import ExperimentError
@@ -91,7 +91,7 @@ class Question:
             parts.experiment,
             _capabilities(parts.brain),
             _capabilities(parts.world),
-            parts.network,
+            None if parts.network is None else with_stand_ins(parts.network, summary.sizes),
             parts.scene,
             parts.parameters,
             parts.is_accepted,

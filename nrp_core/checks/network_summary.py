@@ -6,7 +6,7 @@ A network may have been built in another process, which describes it in JSON.
 from __future__ import annotations
 
 import base64
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,11 +27,13 @@ class NetworkSummary:
         unreached: for each population that cannot fire unless a device drives it, why.
 
         findings: implausible values, and remarks of whatever read it.
+        sizes: numbers of synapses of projections that a skeleton has without any.
     """
 
     joined: list[tuple[str, str]] = field(default_factory=list)
     unreached: dict[str, str] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
+    sizes: dict[str, int] = field(default_factory=dict)
 
 
 def summary_of(network: Network) -> NetworkSummary:
@@ -46,7 +48,7 @@ def summary_of(network: Network) -> NetworkSummary:
 _ALL = 1000
 """Of a network with more projections, one of each kind is described."""
 _LARGEST = 10_000_000
-"""The largest number of synapses that a skeleton has; all have the weight 1."""
+"""The largest number of stand-ins for synapses; all have the weight 1."""
 _FOR_WEIGHTS = ("tau_syn_E", "tau_syn_I", "v_rest", "v_thresh", "i_offset", "e_rev_E", "e_rev_I")
 
 
@@ -101,11 +103,12 @@ def summary_from(described: dict[str, Any]) -> NetworkSummary:
         [(pre, post) for pre, post in described["joined"]],
         described["unreached"],
         [Finding.from_dict(one) for one in described["findings"]],
+        {row[0]: row[5] for row in described["synapses"]},
     )
 
 
 def skeleton_of(described: dict[str, Any]) -> Network:
-    """Return a network with the populations and views of another one, and as many synapses of its types."""
+    """Return a network with the populations, views and synapse types of another one."""
     populations = {
         label: Population(
             label, size, cell_type, {name: np.full(size, value) for name, value in leak.items()},
@@ -119,15 +122,30 @@ def skeleton_of(described: dict[str, Any]) -> Network:
 
 
 def _stand_in(
-    label: str, pre: str, post: str, receptor: str, kind: str, n: int, rewiring: Any, neuromodulation: Any
+    label: str, pre: str, post: str, receptor: str, kind: str, _: int, rewiring: Any, neuromodulation: Any
 ) -> Projection:
-    """Return a projection of a number of synapses, all between the first cells."""
-    (sources, targets), (weights, delays_ms) = np.zeros((2, n), np.int32), np.ones((2, n))
+    """Return a projection without synapses."""
+    (sources, targets), (weights, delays_ms) = np.zeros((2, 0), np.int32), np.ones((2, 0))
     return Projection(
         label, pre, post, receptor, sources, targets, weights, delays_ms, synapse_type=kind,
         rewiring=rewiring and Rewiring.from_data(rewiring),
         neuromodulation=neuromodulation and Neuromodulation.from_data(neuromodulation),
     )  # fmt: skip
+
+
+def with_stand_ins(network: Network, sizes: dict[str, int]) -> Network:
+    """Return a network with as many synapses as projections have, all between the first cells."""
+    return replace(
+        network,
+        projections=tuple(
+            one if one.size else _filled(one, sizes.get(one.label, 0)) for one in network.projections
+        ),
+    )
+
+
+def _filled(projection: Projection, n: int) -> Projection:
+    (sources, targets), (weights, delays_ms) = np.zeros((2, n), np.int32), np.ones((2, n))
+    return replace(projection, pre_index=sources, post_index=targets, weight=weights, delay_ms=delays_ms)
 
 
 def _least_leak(population: Population) -> dict[str, float]:
