@@ -25,7 +25,7 @@ Raising = Callable[[str], str]
 def test_a_run_that_passes_says_so_and_exits_with_0(nrp: Nrp, experiment: Path) -> None:
     done = nrp("run", experiment)
     assert done.code == 0
-    assert "✓ arrives: 0.99 m after 1.52 s" in done.out
+    assert "✓ arrives: 1.00 m after 1.51 s" in done.out
     assert "husky ends at x 2.02 m" in done.out
     assert done.out.splitlines()[-1] == "passed"
 
