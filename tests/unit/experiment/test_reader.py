@@ -124,7 +124,7 @@ MISTAKES = [
     ("1.2 m}}}\ncrit", "1.2 s}}}\ncrit", "1.2 s", "NRP202",
      "events.left_blue.when.near.within: 's' is not a unit of a length; valid: cm, km, m, mm"),
     ("{near: {model: husky, visual: left/body/glass, within: 1.2 m}}}\ncrit", "{}}\ncrit", "{}}", "NRP202",
-     "events.left_blue.when: needs 'near', 'event' or 'topic'"),
+     "events.left_blue.when: needs 'near', 'event', 'topic' or 'observable'"),
     ("until: left_red", "until: 5", "5}}}", "NRP202",
      "criteria.waits.stays_within.during.until: a time needs a unit: '5 ms' or '5 s'?; or the name of an "
      "event, 'start' or 'end'"),
