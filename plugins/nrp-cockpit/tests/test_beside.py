@@ -21,7 +21,8 @@ BREAKS = """
 @nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
 @nrp.Robot2Neuron()
 def divides(t, states):
-    1 / len(states.value.name[99:])
+    if t > 0.5:
+        1 / len(states.value.name[99:])
 """
 
 

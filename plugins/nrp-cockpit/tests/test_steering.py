@@ -306,9 +306,11 @@ def counted(visitor: Visitor, calls: int) -> list[dict[str, Any]] | None:
 
 def test_an_error_of_a_draft_is_shown_in_its_file(opened: Cockpit, visitor: Visitor, golden: Golden) -> None:
     path, source = listing(visitor, "listing2.py")
-    broken = f"{source}    missing = []\n    missing[0]\n"
+    broken = (
+        f"{source}    missing = []\n    if t > 0.2:  # later than a check before a run\n        missing[0]\n"
+    )
     assert visitor.call("functions/apply", files={path: broken}) == {"applied": True, "findings": []}
-    visitor.call("step")
+    visitor.call("step", n=15)
     error = visitor.status(state="failed")["error"]
     assert (error["file"], error["line"]) == (path, broken.count("\n"))
     assert "nrp-cockpit-" not in error["message"]

@@ -227,7 +227,7 @@ def test_the_command_writes_a_folder_and_reports_the_changes(
     assert told["file"] == str(tmp_path / "new" / "experiment.yaml")
     assert told["left_out"] == []
     assert app.run_app(arguments) != 0
-    assert "is not empty" in capsys.readouterr().out
+    assert "it exists already" in capsys.readouterr().out
 
 
 OF_THE_PLATFORM = [
